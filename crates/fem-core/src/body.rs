@@ -16,6 +16,7 @@ use std::sync::OnceLock;
 use thiserror::Error;
 
 pub use crate::boundary::{ConditionList, ConditionPlace};
+pub(crate) use curves::Piece;
 pub use curves::{CurveKind, CurvedSide};
 pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};

@@ -10,6 +10,7 @@ mod interpolation;
 mod matching;
 mod normals;
 mod obstacle;
+mod outline;
 mod pairing;
 mod problem;
 mod profile;

@@ -30,6 +30,19 @@ impl Arch {
     /// Computes the point over a fraction of the chord: of a circle if the slopes are equal, otherwise nearly of a cubic with these
     /// slopes. If they are unequal, as beside a corner of a straight line, the larger one is limited to twice the smaller.
     pub(crate) fn at(&self, t: f64) -> Vector {
+        let [from, to] = self.ends;
+        let height = norm(to - from) * self.height(t)[0];
+        (1.0 - t) * from + t * to + height * right_normal(from, to)
+    }
+
+    /// Computes the direction of the curve over a fraction of the chord, of any length.
+    pub(crate) fn tangent(&self, t: f64) -> Vector {
+        let [from, to] = self.ends;
+        to - from + norm(to - from) * self.height(t)[1] * right_normal(from, to)
+    }
+
+    /// Computes the height over a fraction of the chord and its derivative, over the length of the chord.
+    fn height(&self, t: f64) -> [f64; 2] {
         let [a, b] = self.slopes;
         let [a, b] = if a * b > 0.0 {
             let limit = 2.0 * a.abs().min(b.abs());
@@ -37,14 +50,17 @@ impl Arch {
         } else {
             [0.0; 2]
         };
-        let [from, to] = self.ends;
         let cubic = t * (1.0 - t) * ((1.0 - t) * a + t * b);
+        let slope = (1.0 - 2.0 * t) * ((1.0 - t) * a + t * b) + t * (1.0 - t) * (b - a);
         // The height of the arc with the mean slope, over that of its cubic: 1 in the middle of the edge.
         let squared = (0.25 * (a + b)).powi(2);
-        let arc = 0.25 * (1.0 + squared).powi(2) - squared * (2.0 * t - 1.0).powi(2);
-        let round = if squared < 0.5 { 1.0 / (arc.sqrt() + 0.5 * (1.0 - squared)) } else { 1.0 };
-        let height = norm(to - from) * cubic * round;
-        (1.0 - t) * from + t * to + height * right_normal(from, to)
+        if !(squared < 0.5) {
+            return [cubic, slope];
+        }
+        let root = (0.25 * (1.0 + squared).powi(2) - squared * (2.0 * t - 1.0).powi(2)).sqrt();
+        let round = 1.0 / (root + 0.5 * (1.0 - squared));
+        let bend = 2.0 * squared * (2.0 * t - 1.0) / root * round * round;
+        [cubic * round, slope * round + cubic * bend]
     }
 
     /// Computes the fraction of the chord over which a point lies.

@@ -4,7 +4,7 @@
 //! inherit. A new node lies on the piece, so finer meshes approach the curve; nodes of the first mesh do not move.
 
 use super::{Body, BodyError, ConditionList, ConditionPlace};
-use crate::geometry::{Vector, cross, norm};
+use crate::geometry::{Vector, cross, norm, perpendicular};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::Refinement;
@@ -45,11 +45,12 @@ pub struct CurvedSide {
     pub kind: CurveKind,
 }
 
-/// The part of a curve over an edge.
+/// The part of a curve over an edge, or the straight line on which it lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Piece {
     Arc { centre: Vector, radius: f64 },
     Smooth(Arch),
+    Line { point: Vector, direction: Vector },
 }
 
 impl Piece {
@@ -62,6 +63,29 @@ impl Piece {
                 if length > 0.0 { centre + radius / length * arm } else { point }
             }
             Self::Smooth(arch) => arch.at(arch.fraction(point)),
+            Self::Line { point: on, direction } => on + (point - on).dot(&direction) * direction,
+        }
+    }
+
+    /// Computes the unit normal of the curve at a point of it, on the side of a given direction.
+    pub(crate) fn normal(&self, point: Vector, side: Vector) -> Vector {
+        let across = match *self {
+            Self::Arc { centre, .. } => point - centre,
+            Self::Smooth(arch) => perpendicular(arch.tangent(arch.fraction(point))),
+            Self::Line { direction, .. } => perpendicular(direction),
+        };
+        across.dot(&side).signum() / norm(across) * across
+    }
+
+    /// Estimates the largest distance of the curve from the chord between two of its points, m.
+    pub(crate) fn sagitta(&self, length: f64) -> f64 {
+        match self {
+            Self::Arc { radius, .. } => length * length / (8.0 * radius),
+            Self::Smooth(arch) => {
+                let [a, b] = arch.slopes();
+                length / 8.0 * (a.abs() + b.abs())
+            }
+            Self::Line { .. } => 0.0,
         }
     }
 
@@ -71,6 +95,7 @@ impl Piece {
         let allowed = match self {
             Self::Arc { radius, .. } => ON_ARC * radius,
             Self::Smooth(arch) => ON_CHORD * norm(arch.chord()),
+            Self::Line { .. } => f64::INFINITY,
         };
         if norm(off) <= allowed { Vector::zeros() } else { off }
     }
@@ -114,6 +139,10 @@ impl Piece {
                 }
                 let found = step.abs() <= ON_CHORD && (-0.5..=1.5).contains(&t);
                 found.then(|| arch.at(t))
+            }
+            Self::Line { point: on, direction: along } => {
+                let distance = cross(on - point, along) / cross(direction, along);
+                distance.is_finite().then(|| point + distance * direction)
             }
         }
     }
@@ -197,18 +226,6 @@ impl Body {
     /// Computes the point that halves the declared curve over an edge; `None` if the edge is not on a curve.
     pub fn curve_middle(&self, edge: EdgeId) -> Option<Vector> {
         self.curve(edge).map(|piece| piece.middle(self.mesh.edge_ends(edge)))
-    }
-
-    /// Computes the unit normal out of the body at a node if all given edges, which meet there, lie on one arc.
-    pub(crate) fn arc_normal(&self, node: NodeId, edges: &[EdgeId]) -> Option<Vector> {
-        let first = self.curve(*edges.first()?)?;
-        let &Piece::Arc { centre, .. } = first else { return None };
-        if edges.iter().any(|e| self.curve(*e) != Some(first)) {
-            return None;
-        }
-        let arm = self.mesh.points()[node] - centre;
-        let out = self.mesh.edge_normal(edges[0]).dot(&arm).signum() / norm(arm);
-        Some(out * arm)
     }
 
     /// Lists the ends of the boundary edges that seem to approximate a curve and are not declared as one: at both ends the

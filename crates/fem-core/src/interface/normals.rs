@@ -6,11 +6,11 @@
 use super::common_refinement::Facing;
 use super::common_refinement::curve::{smooth_beyond, turns_into};
 use super::matching::Stretch;
-use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held};
+use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held, outline};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm, perpendicular};
 use crate::mesh::id::{EdgeId, NodeId};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
 const TURN: f64 = 0.5;
@@ -121,8 +121,8 @@ fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &H
 
 /// Averages the edge normals at the nodes of one stretch; a straight one has a single normal. If the outline continues
 /// smoothly at an end, the edge beyond it counts. Otherwise the normal at the end of a curved stretch is the neighbour's
-/// mirrored at the last edge, which is exact for a circle, as with a common refinement. On a declared arc the normals are
-/// the arc's own.
+/// mirrored at the last edge, which is exact for a circle, as with a common refinement. On declared curves the normals are
+/// the curves' own.
 fn averaged(
     body: &Body,
     pairs: &mut [NodePair],
@@ -163,8 +163,14 @@ fn averaged(
             pairs[end].normal = 2.0 * next.dot(&own) * own - next;
         }
     }
-    for (pair, normal) in on_arcs(body, pairs, edges) {
-        pairs[pair as usize].normal = normal;
+    let closing = (edges.len() > last - first).then_some(first);
+    let points: Vec<Vector> =
+        (first..=last).chain(closing).map(|k| body.mesh().points()[pairs[k].nodes[0]]).collect();
+    let numbers: Vec<EdgeId> = edges.iter().map(|edge| edge.edges[0]).collect();
+    let pieces = outline::pieces(body, &numbers, &points);
+    let known = outline::normals(&pieces, &points, |k| of(&edges[k]), closing.is_some());
+    for (pair, normal) in pairs[first..=last].iter_mut().zip(known) {
+        pair.normal = normal.unwrap_or(pair.normal);
     }
     Ok(())
 }
@@ -182,21 +188,6 @@ fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> [Opti
     });
     let smooth = smooth_beyond([ends(0), ends(1)], (last > 1).then(|| ends(2)), points);
     [0, 1].map(|e| smooth[e].and(found[e]).map(|(_, edge)| edge))
-}
-
-/// Finds the normals of the pairs whose edges lie on one declared arc: those of the arc.
-fn on_arcs(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> Vec<(u32, Vector)> {
-    if !body.has_curves() {
-        return Vec::new();
-    }
-    let mut around: BTreeMap<u32, Vec<EdgeId>> = BTreeMap::new();
-    for edge in edges {
-        edge.pairs.iter().for_each(|pair| around.entry(*pair).or_default().push(edge.edges[0]));
-    }
-    let normal = |(pair, edges): (u32, Vec<EdgeId>)| {
-        Some((pair, body.arc_normal(pairs[pair as usize].nodes[0], &edges)?))
-    };
-    around.into_iter().filter_map(normal).collect()
 }
 
 /// Computes by how much the line turns at each pair: the largest angle to a neighbour's normal, in radians.

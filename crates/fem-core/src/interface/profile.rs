@@ -6,10 +6,10 @@
 
 use super::common_refinement::curve::{Between, Curve};
 use super::matching::Stretch;
-use super::{ContactEdge, NodePair};
-use crate::body::Body;
+use super::{ContactEdge, NodePair, outline};
+use crate::body::{Body, Piece};
 use crate::geometry::{Vector, norm};
-use crate::mesh::id::NodeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use std::collections::HashMap;
 
 /// A gap that differs from a linear one by less than this fraction of the edge is linear.
@@ -17,7 +17,11 @@ const LINEAR: f64 = 1e-12;
 
 /// The gap along a contact edge: the four Bernstein coefficients of a cubic, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Profile([f64; 4]);
+pub(super) struct Profile {
+    cubic: [f64; 4],
+    /// The pieces of both bodies between which it was measured, if they are known exactly: finer meshes measure again.
+    pub(super) pieces: Option<[Piece; 2]>,
+}
 
 impl Profile {
     /// Creates the cubic with the given values at 0, ⅓, ⅔ and 1 of the edge; `None` if it is linear to round-off.
@@ -28,12 +32,30 @@ impl Profile {
         let is_linear = bend.iter().all(|x| x.abs() <= LINEAR * length);
         let inner =
             [(-5.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / 6.0, (2.0 * a - 9.0 * b + 18.0 * c - 5.0 * d) / 6.0];
-        (!is_linear && inner.iter().all(|x| x.is_finite())).then_some(Self([a, inner[0], inner[1], d]))
+        let cubic = [a, inner[0], inner[1], d];
+        (!is_linear && inner.iter().all(|x| x.is_finite())).then_some(Self { cubic, pieces: None })
+    }
+
+    /// Creates the cubic of a gap measured between two pieces, unless both are straight.
+    ///
+    /// * `ends`: the gaps at the two ends, m; `between`: those at ⅓ and ⅔.
+    pub(super) fn of_pieces(
+        pieces: [Piece; 2],
+        [a, d]: [f64; 2],
+        [b, c]: [f64; 2],
+        length: f64,
+    ) -> Option<Self> {
+        if let [Piece::Line { .. }, Piece::Line { .. }] = pieces {
+            return None;
+        }
+        let linear = Self { cubic: [a, (2.0 * a + d) / 3.0, (a + 2.0 * d) / 3.0, d], pieces: None };
+        let found = Self::through([a, b, c, d], length).unwrap_or(linear);
+        Some(Self { pieces: Some(pieces), ..found })
     }
 
     /// Evaluates the gap at a fraction of the edge; for an overlap of smooth curves it is 0.
     pub(super) fn at(&self, t: f64) -> f64 {
-        let [a, b, c, d] = self.0;
+        let [a, b, c, d] = self.cubic;
         let s = 1.0 - t;
         (s * s * s * a + 3.0 * s * t * (s * b + t * c) + t * t * t * d).max(0.0)
     }
@@ -41,11 +63,11 @@ impl Profile {
     /// Returns the profiles of the edge's two halves.
     pub(super) fn halves(&self) -> [Self; 2] {
         let mean = |x: f64, y: f64| 0.5 * (x + y);
-        let [a, b, c, d] = self.0;
+        let [a, b, c, d] = self.cubic;
         let (ab, bc, cd) = (mean(a, b), mean(b, c), mean(c, d));
         let (abc, bcd) = (mean(ab, bc), mean(bc, cd));
         let middle = mean(abc, bcd);
-        [Self([a, ab, abc, middle]), Self([middle, bcd, cd, d])]
+        [[a, ab, abc, middle], [middle, bcd, cd, d]].map(|cubic| Self { cubic, ..*self })
     }
 }
 
@@ -57,8 +79,11 @@ pub(super) fn profiles(
 ) -> Vec<Option<Profile>> {
     let profile = |(edge, between): (&ContactEdge, &Option<Between>)| {
         let [i, j] = edge.pairs.map(|k| pairs[k as usize]).map(|pair| pair.gap / norm(pair.normal));
-        let [p, q] = (*between)?.gaps;
-        Profile::through([i, p, q, j], edge.length)
+        let Between { gaps, pieces, .. } = (*between)?;
+        match pieces {
+            Some(pieces) => Profile::of_pieces(pieces, [i, j], gaps, edge.length),
+            None => Profile::through([i, gaps[0], gaps[1], j], edge.length),
+        }
     };
     edges.iter().zip(between).map(profile).collect()
 }
@@ -92,12 +117,16 @@ pub(super) fn of_matching(
     let (mut first_pair, mut first_edge) = (0, 0);
     for stretch in chain {
         let own = &pairs[first_pair..first_pair + stretch.nodes.len()];
+        let along = &edges[first_edge..first_edge + stretch.edges.len()];
         let curves = [0, 1].map(|b| {
-            let points = own.iter().map(|p| bodies[b].mesh().points()[p.nodes[b]]);
-            let closing = stretch.is_closed().then(|| bodies[b].mesh().points()[own[0].nodes[b]]);
-            Curve::new(points.chain(closing).collect())
+            let place = |p: &NodePair| bodies[b].mesh().points()[p.nodes[b]];
+            let closing = stretch.is_closed().then(|| place(&own[0]));
+            let points: Vec<Vector> = own.iter().map(place).chain(closing).collect();
+            let numbers: Vec<EdgeId> = along.iter().map(|edge| edge.edges[b]).collect();
+            let pieces = outline::pieces(bodies[b], &numbers, &points);
+            Curve::new(points).with_pieces(pieces)
         });
-        for (k, edge) in edges[first_edge..first_edge + stretch.edges.len()].iter().enumerate() {
+        for (k, edge) in along.iter().enumerate() {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let at = |t: f64| {
                 let normal = (1.0 - t) * pairs[i].normal + t * pairs[j].normal;
@@ -107,9 +136,14 @@ pub(super) fn of_matching(
             // The distance of the nodes themselves is known; the curves give the distance between them.
             let off = [drawn[i] - at(0.0), drawn[j] - at(1.0)];
             let gaps = [1.0 / 3.0, 2.0 / 3.0].map(|t| at(t) + (1.0 - t) * off[0] + t * off[1]);
-            found.push(Some(Between { gaps, uncertainty: curves.iter().map(|c| c.uncertainty(k)).sum() }));
+            let uncertainty = curves.iter().map(|c| c.uncertainty(k)).sum();
+            found.push(Some(Between {
+                gaps,
+                uncertainty,
+                pieces: Curve::both([&curves[0], &curves[1]], [k; 2]),
+            }));
         }
-        (first_pair, first_edge) = (first_pair + own.len(), first_edge + stretch.edges.len());
+        (first_pair, first_edge) = (first_pair + own.len(), first_edge + along.len());
     }
     found
 }

@@ -2,8 +2,10 @@
 
 use super::held::Line;
 use super::profile::Profile;
-use super::{ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair};
-use crate::body::{Body, BodyError};
+use super::{
+    ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair, outline,
+};
+use crate::body::{Body, BodyError, Piece};
 use crate::geometry::{Vector, norm};
 use crate::mesh::MeshError;
 use crate::mesh::id::{EdgeId, NodeId};
@@ -115,8 +117,8 @@ impl ContactProblem {
     /// that are moved onto declared curves ([`Body::with_curves`]).
     ///
     /// The parts of an edge inherit its conditions. New nodes on contact edges become new pairs. Functions, including
-    /// the gap, are evaluated at the new nodes; a measured gap is evaluated between the declared curves, or if a side is not
-    /// declared, between smooth curves through the nodes of the first meshes. If the normal changes along an edge, the new
+    /// the gap, are evaluated at the new nodes; a measured gap is evaluated between declared curves and straight stretches, or if a
+    /// side is neither, between smooth curves through the nodes of the first meshes. If the normal changes along an edge, the new
     /// normal is the mean of the two at its ends, which is shorter than one: the normal field is the same on all meshes. On a
     /// circle's polygon it stays proportional to the arm from the centre, so rotations about the centre remain free. At a node
     /// that is moved onto a curve its length is one, for the same reason. A new node stays on the chord of its edge if a cell
@@ -137,7 +139,7 @@ impl ContactProblem {
         }
         let mut marked = marked.to_vec();
         self.close(refinement_edges, &mut marked);
-        let Curved { places, gaps } = self.on_curves(&marked);
+        let places = self.on_curves(&marked);
         let refine = |b: usize| -> Result<(Refinement, Body), RefineError> {
             let old = &self.bodies[b];
             let curve = |edge| places[b].get(&edge).copied();
@@ -151,13 +153,12 @@ impl ContactProblem {
             try_each_body(self.bodies.len(), refine)?.into_iter().unzip();
         let (mut contacts, mut pairs) = (Vec::new(), Vec::new());
         let mut obstacles = self.obstacles.clone();
-        for (pair, gaps) in self.contacts.iter().zip(&gaps) {
+        for pair in &self.contacts {
             let [first, second] = pair.bodies;
             let (interface, parents) = match second.checked_sub(bodies.len()) {
                 None => pair.interface.refined(
                     [&bodies[first], &bodies[second]],
                     [&refinements[first], &refinements[second]],
-                    gaps,
                 )?,
                 Some(k) => {
                     let (body, middle) = (&bodies[first], &refinements[first].middle);
@@ -181,9 +182,9 @@ impl ContactProblem {
         Ok(RefinedProblem { problem: Self { bodies, obstacles, contacts }, refinements, pairs })
     }
 
-    /// Finds the places of the new nodes on declared curves. If both sides of a contact edge are curves, the second body's
-    /// node lies on the contact normal of the first one's, and the gap is the distance between the two.
-    fn on_curves(&self, marked: &[Vec<bool>]) -> Curved {
+    /// Finds the places of the new nodes of each body on declared curves, by edge. On a contact edge the second body's node lies on the
+    /// contact normal of the first one's.
+    fn on_curves(&self, marked: &[Vec<bool>]) -> Vec<HashMap<EdgeId, Vector>> {
         let own = |(body, marked): (&Body, &Vec<bool>)| -> HashMap<EdgeId, Vector> {
             if !body.has_curves() {
                 return HashMap::new();
@@ -192,50 +193,33 @@ impl ContactProblem {
             edges.filter_map(|e| Some((e, body.curve_middle(e)?))).collect()
         };
         let mut places: Vec<HashMap<EdgeId, Vector>> = self.bodies.iter().zip(marked).map(own).collect();
-        let mut gaps = Vec::with_capacity(self.contacts.len());
         for pair in &self.contacts {
-            let mut measured = HashMap::new();
             for edge in pair.interface.line().1.iter().filter(|_| self.obstacle_of(pair).is_none()) {
                 // Gaps are measured on one of the bodies.
                 let (m, o) = (pair.interface.measured_on, 1 - pair.interface.measured_on);
-                let (own, other) = (edge.edges[m], edge.edges[o]);
-                let (Some(&point), Some(curve)) =
-                    (places[pair.bodies[m]].get(&own), self.bodies[pair.bodies[o]].curve(other))
-                else {
+                let [own, other] = [m, o].map(|b| (&self.bodies[pair.bodies[b]], edge.edges[b]));
+                let Some(curve) = other.0.curve(other.1).filter(|_| marked[pair.bodies[o]][other.1]) else {
                     continue;
                 };
+                let point = places[pair.bodies[m]].get(&own.1).copied();
+                let point = point.unwrap_or_else(|| own.0.mesh().edge_middle(own.1));
                 let [i, j] = edge.pairs.map(|k| pair.interface.line().0[k as usize].normal);
                 let normal = 1.0 / norm(i + j) * (i + j);
-                let ends = self.bodies[pair.bodies[o]].mesh().edge_ends(other);
-                if let Some(found) = curve.crossing(ends, point, normal) {
-                    places[pair.bodies[o]].insert(other, found);
-                    let apart = (found - point).dot(&normal) * if m == 0 { 1.0 } else { -1.0 };
-                    measured.insert(own, apart.max(0.0));
+                if let Some(found) = curve.crossing(other.0.mesh().edge_ends(other.1), point, normal) {
+                    places[pair.bodies[o]].insert(other.1, found);
                 }
             }
-            gaps.push(measured);
         }
-        Curved { places, gaps }
+        places
     }
-}
-
-/// New nodes on declared curves.
-struct Curved {
-    /// For each body, the place of the node on an edge.
-    places: Vec<HashMap<EdgeId, Vector>>,
-    /// For each pair, the gap measured at the node on an edge of the body that measures, m.
-    gaps: Vec<HashMap<EdgeId, f64>>,
 }
 
 impl ContactInterface {
     /// Creates the interface of the refined bodies, and the parents of its pairs.
-    ///
-    /// * `gaps`: measured between curves at new nodes, see [`Curved::gaps`].
     fn refined(
         &self,
         bodies: [&Body; 2],
         refinements: [&Refinement; 2],
-        gaps: &HashMap<EdgeId, f64>,
     ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
         let (old_pairs, old_edges, old_profiles) = self.line();
         let mut starting = vec![None; old_pairs.len()];
@@ -254,7 +238,7 @@ impl ContactInterface {
             let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
             if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NodeId::NONE; 2]) {
                 middle[k] = pairs.len() as u32;
-                pairs.push(self.middle_pair(old_pairs, (edge, profile), gaps, nodes, bodies)?);
+                pairs.push(self.middle_pair(old_pairs, (edge, profile), nodes, bodies)?);
                 parents.push(edge.pairs);
             }
         }
@@ -271,7 +255,7 @@ impl ContactInterface {
             for (ends, profile) in parts {
                 if let Some(part) = self.part(bodies, &mut pairs, ends) {
                     edges.push(part);
-                    profiles.push(profile);
+                    profiles.push(profile.and_then(|profile| self.measured(bodies, &pairs, &part, profile)));
                 }
             }
         }
@@ -302,7 +286,6 @@ impl ContactInterface {
         &self,
         pairs: &[NodePair],
         (edge, profile): (&ContactEdge, Option<&Profile>),
-        gaps: &HashMap<EdgeId, f64>,
         nodes: [NodeId; 2],
         bodies: [&Body; 2],
     ) -> Result<NodePair, InterfaceError> {
@@ -314,13 +297,17 @@ impl ContactInterface {
         let ends = [i, j].map(|pair| points[pair.nodes[self.measured_on]]);
         // A node on a curve is as far from its centre as its neighbours.
         let scale = if is_off_chord(point, ends) { 1.0 } else { length };
-        let between = gaps.get(&edge.edges[self.measured_on]);
-        let distance = match (&self.gap, between, profile) {
-            (Gap::Touching, ..) => 0.0,
-            (Gap::Given(data), ..) => data.at(point),
-            (Gap::Geometric, Some(gap), _) => *gap,
-            (Gap::Geometric, None, Some(profile)) => profile.at(0.5),
-            (Gap::Geometric, None, None) => 0.5 * (i.gap + j.gap) / length,
+        let measured = |pieces: &[Piece; 2]| {
+            let near = [0, 1].map(|b| bodies[b].mesh().points()[nodes[b]]);
+            outline::gap(pieces, point, normal, near).map(|gap| gap.max(0.0))
+        };
+        let distance = match (&self.gap, profile) {
+            (Gap::Touching, _) => 0.0,
+            (Gap::Given(data), _) => data.at(point),
+            (Gap::Geometric, Some(profile)) => {
+                profile.pieces.as_ref().and_then(measured).unwrap_or_else(|| profile.at(0.5))
+            }
+            (Gap::Geometric, None) => 0.5 * (i.gap + j.gap) / length,
         };
         if !(distance >= 0.0 && distance.is_finite()) {
             return Err(InterfaceError::BadGap { point, value: distance });
@@ -332,6 +319,29 @@ impl ContactInterface {
             tributary_length: 0.0,
             arc_length: i.arc_length + 0.5 * edge.length,
         })
+    }
+
+    /// Measures the profile of an edge again if the pieces over it are known; otherwise it is a part of the old one.
+    fn measured(
+        &self,
+        bodies: [&Body; 2],
+        pairs: &[NodePair],
+        edge: &ContactEdge,
+        part: Profile,
+    ) -> Option<Profile> {
+        let Some(pieces) = part.pieces else { return Some(part) };
+        let ends = edge.pairs.map(|k| &pairs[k as usize]);
+        let at = |t: f64| {
+            let mix = |a: Vector, b: Vector| (1.0 - t) * a + t * b;
+            let near = [0, 1].map(|b| {
+                let [from, to] = ends.map(|pair| bodies[b].mesh().points()[pair.nodes[b]]);
+                mix(from, to)
+            });
+            outline::gap(&pieces, near[self.measured_on], mix(ends[0].normal, ends[1].normal), near)
+        };
+        let gaps = ends.map(|pair| pair.gap / norm(pair.normal));
+        let between = at(1.0 / 3.0).zip(at(2.0 / 3.0)).map(<[f64; 2]>::from);
+        between.map_or(Some(part), |between| Profile::of_pieces(pieces, gaps, between, edge.length))
     }
 
     /// Creates the edge between two pairs and adds its length to their tributary lengths.

@@ -1,5 +1,6 @@
 //! The line on which both surfaces are measured: one side's polygon with its averaged normals, frozen.
 
+use crate::body::Piece;
 use crate::geometry::{Vector, angle_between, cross, norm, perpendicular, right_normal};
 use crate::smooth::{Arch, is_corner, nodal_normals, smooth_normals};
 
@@ -10,6 +11,8 @@ pub(in crate::interface) struct Between {
     pub(in crate::interface) gaps: [f64; 2],
     /// Uncertainty of the curves, m.
     pub(in crate::interface) uncertainty: f64,
+    /// The pieces of the first and of the second body there, if both are known exactly.
+    pub(in crate::interface) pieces: Option<[Piece; 2]>,
 }
 
 /// Maximum number of steps to the point of a smooth curve on a normal.
@@ -24,6 +27,8 @@ pub(in crate::interface) struct Curve {
     /// Unit normals of the smooth curve through the points: of the circle through each and its neighbours.
     smooth_normals: Vec<Vector>,
     arc: Vec<f64>,
+    /// Over each edge the declared curve, or the line of a straight stretch: it takes the place of the smooth curve.
+    pieces: Vec<Option<Piece>>,
 }
 
 impl Curve {
@@ -55,7 +60,7 @@ impl Curve {
         for k in 1..n {
             arc.push(arc[k - 1] + norm(points[k] - points[k - 1]));
         }
-        Self { points, normals, smooth_normals, arc }
+        Self { points, normals, smooth_normals, arc, pieces: vec![None; n - 1] }
     }
 
     /// Starts a closed curve at a point of its last edge, with the normal at that point.
@@ -74,7 +79,31 @@ impl Curve {
             normals: around(&self.normals, normal),
             smooth_normals: around(&self.smooth_normals, normal),
             arc,
+            pieces: [&self.pieces[n - 2..], &self.pieces].concat(),
         }
+    }
+
+    /// Puts pieces over the edges, which are known exactly. A smooth curve beside a piece begins with its normal.
+    pub(in crate::interface) fn with_pieces(mut self, pieces: Vec<Option<Piece>>) -> Self {
+        let (last, closed) = (pieces.len(), self.is_closed());
+        for k in 0..=last {
+            let before = if k > 0 { Some(k - 1) } else { closed.then(|| last - 1) };
+            let after = if k < last { Some(k) } else { closed.then_some(0) };
+            let known = [before, after].map(|edge| edge.and_then(|edge| pieces[edge]));
+            if let [Some(piece), None] | [None, Some(piece)] = known {
+                let normal = piece.normal(self.points[k], self.smooth_normals[k]);
+                if normal.dot(&self.smooth_normals[k]) >= SMOOTH {
+                    self.smooth_normals[k] = normal;
+                }
+            }
+        }
+        self.pieces = pieces;
+        self
+    }
+
+    /// Returns the pieces over an edge of each of two curves, if both are known exactly.
+    pub(in crate::interface) fn both(curves: [&Self; 2], edge: [usize; 2]) -> Option<[Piece; 2]> {
+        Some([curves[0].pieces[edge[0]]?, curves[1].pieces[edge[1]]?])
     }
 
     /// Uses one direction as the normal everywhere if it is at most 60 degrees from the normal of every edge.
@@ -139,8 +168,15 @@ impl Curve {
     /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: for
     /// points of a circle this is the circle, otherwise nearly a cubic that is normal to the circles' normals at the
     /// nodes, see [`Arch`].
+    ///
+    /// On a piece it is the point of the piece on the normal of the chord.
     pub(in crate::interface) fn smooth(&self, k: usize, t: f64) -> Vector {
-        self.arch(k).at(t)
+        let [from, to] = [self.points[k], self.points[k + 1]];
+        let on_chord = (1.0 - t) * from + t * to;
+        match self.pieces[k] {
+            Some(piece) => piece.meet(on_chord, right_normal(from, to)).unwrap_or(on_chord),
+            None => self.arch(k).at(t),
+        }
     }
 
     /// Computes the point of the smooth curve over edge `k` that lies on the normal of `line` at its arc length `s`.
@@ -161,17 +197,24 @@ impl Curve {
 
     /// Estimates the distance of edge `k` from the curve that it represents, m: an eighth of its length times its turn.
     pub(in crate::interface) fn sagitta(&self, k: usize) -> f64 {
-        let [a, b] = self.slopes(k);
-        norm(self.points[k + 1] - self.points[k]) / 8.0 * (a.abs() + b.abs())
+        let length = norm(self.points[k + 1] - self.points[k]);
+        let piece = self.pieces[k].unwrap_or_else(|| Piece::Smooth(self.arch(k)));
+        piece.sagitta(length)
     }
 
     /// Estimates the uncertainty of the smooth curve over edge `k`, m: the difference between the heights from the
     /// slopes at its two ends, the largest of this edge and its neighbours. Zero on circles and straight lines, of
-    /// third order if the curvature changes, of the order of the sagitta beside corners.
+    /// third order if the curvature changes, of the order of the sagitta beside corners. Pieces have none.
     pub(in crate::interface) fn uncertainty(&self, k: usize) -> f64 {
         let edges = self.points.len() - 1;
+        if self.pieces[k].is_some() {
+            return 0.0;
+        }
         let own = |k: usize| {
-            let [a, b] = self.slopes(k);
+            if self.pieces[k].is_some() {
+                return 0.0;
+            }
+            let [a, b] = self.arch(k).slopes();
             norm(self.points[k + 1] - self.points[k]) / 8.0 * (a - b).abs()
         };
         let wraps = self.is_closed();
@@ -183,11 +226,6 @@ impl Curve {
     /// Returns the piece of the smooth curve over edge `k`.
     fn arch(&self, k: usize) -> Arch {
         Arch::new([k, k + 1].map(|k| self.points[k]), [k, k + 1].map(|k| self.smooth_normals[k]))
-    }
-
-    /// Returns the slopes of that piece.
-    fn slopes(&self, k: usize) -> [f64; 2] {
-        self.arch(k).slopes()
     }
 
     /// Returns the arc length of each node, m.

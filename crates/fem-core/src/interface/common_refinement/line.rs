@@ -2,10 +2,11 @@
 
 use super::chain::Chain;
 use super::curve::Curve;
-use crate::body::{Body, NodeConstraint};
-use crate::geometry::{Vector, bounding_box, norm, perpendicular};
-use crate::interface::ContactNormal;
+use crate::body::{Body, NodeConstraint, Piece};
+use crate::geometry::{Vector, bounding_box, norm, perpendicular, right_normal};
+use crate::interface::{ContactNormal, outline};
 use crate::mesh::id::{EdgeId, NodeId};
+use crate::smooth::STRAIGHT;
 
 /// A surface as it was before it was cut: its polygon, and the place of each node on the common line.
 #[derive(Clone, Debug)]
@@ -36,14 +37,17 @@ impl<'a> Line<'a> {
     pub(super) fn new(body: &Body, own: &'a Chain, reference: usize, normal: ContactNormal) -> Self {
         let points = points_of(body, &own.nodes);
         let inner = points.len() - 1;
+        let pieces = pieces_of(body, &own.nodes, &points);
+        let known =
+            outline::normals(&pieces, &points, |k| right_normal(points[k], points[k + 1]), own.is_closed());
         // A node inserted to open the line changes neither its normals nor its shape.
         let uncut = match own.inserted {
-            true => Curve::new([&points[1..inner], &points[1..2]].concat()),
-            false => Curve::continued(points.clone(), beyond(body, &own.nodes)),
+            true => Curve::new([&points[1..inner], &points[1..2]].concat()).with_pieces(pieces[1..].to_vec()),
+            false => Curve::continued(points.clone(), beyond(body, &own.nodes)).with_pieces(pieces),
         };
         let curve = if own.inserted { uncut.begun_at(points[0]) } else { uncut.clone() };
-        // On a declared arc the normals are the arc's own.
-        let mut curve = curve.with_normals(|k| body.arc_normal(own.nodes[k], &edges_at(body, own, k)));
+        // On declared curves the normals are the curves' own.
+        let mut curve = curve.with_normals(|k| known[k]);
         let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
         let uncut = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
         if let ContactNormal::Fixed(direction) = normal {
@@ -65,13 +69,15 @@ impl<'a> Line<'a> {
 pub(super) struct Opposite {
     pub(super) nodes: Vec<NodeId>,
     pub(super) points: Vec<Vector>,
+    pub(super) pieces: Vec<Option<Piece>>,
     pub(super) closed: bool,
 }
 
 impl Opposite {
     pub(super) fn new(body: &Body, chain: &Chain) -> Self {
         let nodes: Vec<NodeId> = chain.nodes.iter().rev().copied().collect();
-        Self { points: points_of(body, &nodes), nodes, closed: chain.is_closed() }
+        let points = points_of(body, &nodes);
+        Self { pieces: pieces_of(body, &nodes, &points), points, nodes, closed: chain.is_closed() }
     }
 }
 
@@ -85,13 +91,20 @@ fn beyond(body: &Body, nodes: &[NodeId]) -> [Option<Vector>; 2] {
     })
 }
 
-/// Lists the edges of a stretch that meet at its node `k`.
-fn edges_at(body: &Body, chain: &Chain, k: usize) -> Vec<EdgeId> {
-    let (nodes, last) = (&chain.nodes, chain.nodes.len() - 1);
-    let before = if k > 0 { Some(k - 1) } else { chain.is_closed().then(|| last - 1) };
-    let after = if k < last { Some(k) } else { chain.is_closed().then_some(0) };
-    let edge = |k: usize| body.mesh().topology().find_edge(nodes[k], nodes[k + 1]);
-    [before, after].into_iter().flatten().filter_map(edge).collect()
+/// Finds the pieces over the edges of a stretch. A single edge whose outline continues smoothly may be part of an undeclared curve.
+fn pieces_of(body: &Body, nodes: &[NodeId], points: &[Vector]) -> Vec<Option<Piece>> {
+    let mesh = body.mesh();
+    let find = |w: &[NodeId]| mesh.topology().find_edge(w[0], w[1]);
+    let edges: Vec<EdgeId> = nodes.windows(2).filter_map(find).collect();
+    let pieces = outline::pieces(body, &edges, points);
+    let bent = || {
+        Curve::continued(points.to_vec(), beyond(body, nodes)).sagitta(0)
+            > STRAIGHT * norm(points[1] - points[0])
+    };
+    match pieces.as_slice() {
+        [Some(Piece::Line { .. })] if bent() => vec![None],
+        _ => pieces,
+    }
 }
 
 fn points_of(body: &Body, nodes: &[NodeId]) -> Vec<Vector> {

@@ -120,7 +120,8 @@ impl Overlap {
             let edge = [0, 1].map(|b| self.uncut[b].edge(at(0.5)));
             let gaps = [1.0 / 3.0, 2.0 / 3.0].map(|t| self.gap_at(at(t), edge).0);
             let uncertainty = (0..2).map(|b| self.uncut[b].curve.uncertainty(edge[b])).sum();
-            ([w[0].node, w[1].node], Between { gaps, uncertainty })
+            let pieces = Curve::both([0, 1].map(|b| &self.uncut[b].curve), edge);
+            ([w[0].node, w[1].node], Between { gaps, uncertainty, pieces })
         })
     }
 
@@ -239,7 +240,8 @@ pub(super) fn between(
     let theirs = (first..=last).map(|k| place(1 - reference, other.nodes[k], s[k])).collect();
     let sites: [Vec<Site>; 2] = if reference == 0 { [mine, theirs] } else { [theirs, mine] };
     let range = [s[first].max(0.0), s[last].min(curve.length())];
-    let uncut_other = Uncut { curve: Curve::new(q[first..=last].to_vec()), s: s[first..=last].to_vec() };
+    let uncut_curve = Curve::new(q[first..=last].to_vec()).with_pieces(other.pieces[first..last].to_vec());
+    let uncut_other = Uncut { curve: uncut_curve, s: s[first..=last].to_vec() };
     let uncut_own = line.uncut.clone();
     let uncut = if reference == 0 { [uncut_own, uncut_other] } else { [uncut_other, uncut_own] };
     let mut overlap = Overlap { curve: curve.clone(), sites, reference, range, distance, uncut };

@@ -1,0 +1,138 @@
+//! Contact sides of declared curves and straight stretches: they are known exactly, whatever the first mesh.
+
+use crate::body::{Body, Piece};
+use crate::geometry::{Vector, angle_between, cross, norm};
+use crate::mesh::id::EdgeId;
+
+/// Nodes of a straight stretch may be this fraction of its length off the line.
+const COLLINEAR: f64 = 1e-9;
+/// Pieces that meet at a smaller angle have one tangent, radians.
+const TANGENT: f64 = 1e-9;
+
+/// Finds the piece over each edge of a contact side: the declared curve, or the line of a straight stretch. An undeclared side that is
+/// bent has none.
+///
+/// A side without declared curves is straight as a whole. Beside declared curves a stretch of two edges is, or one between two of them.
+///
+/// * `edges`: of a connected part, in order; `points`: its nodes, one more, a closed one ends with its first.
+pub(super) fn pieces(body: &Body, edges: &[EdgeId], points: &[Vector]) -> Vec<Option<Piece>> {
+    let mut pieces: Vec<Option<Piece>> = edges.iter().map(|edge| body.curve(*edge).copied()).collect();
+    let declared: Vec<bool> = pieces.iter().map(Option::is_some).collect();
+    let is_curved = |k: usize| declared.get(k).is_none_or(|is| *is);
+    let any = declared.contains(&true);
+    let mut from = 0;
+    while from < edges.len() {
+        let mut to = from + 1;
+        if !declared[from] {
+            while to < edges.len() && !declared[to] && continues(&points[from..=to + 1]) {
+                to += 1;
+            }
+            let alone = (from == 0 || declared[from - 1]) && is_curved(to);
+            if alone || (any && to > from + 1) {
+                let way = points[to] - points[from];
+                let line = Piece::Line { point: points[from], direction: 1.0 / norm(way) * way };
+                pieces[from..to].fill(Some(line));
+            }
+        }
+        from = to;
+    }
+    pieces
+}
+
+/// Tells whether the last of several points continues the line through the others.
+fn continues(points: &[Vector]) -> bool {
+    let (start, last) = (points[0], points.len() - 1);
+    let (known, way) = (points[last - 1] - start, points[last] - start);
+    let reach = norm(known).max(norm(way));
+    known.dot(&way) > 0.0 && cross(known, way).abs() <= COLLINEAR * norm(known).min(norm(way)) * reach
+}
+
+/// Computes the unit normals at the nodes of a side with declared curves: of the pieces, and where two meet, the mean weighted by the lengths
+/// of the edges. `None` at nodes between edges without pieces, and if no curve is declared.
+///
+/// * `outward`: the normal of each edge; `closed`: whether the last node is the first.
+pub(super) fn normals(
+    pieces: &[Option<Piece>],
+    points: &[Vector],
+    outward: impl Fn(usize) -> Vector,
+    closed: bool,
+) -> Vec<Option<Vector>> {
+    let is_curve = |piece: &Option<Piece>| matches!(piece, Some(Piece::Arc { .. } | Piece::Smooth(_)));
+    if !pieces.iter().any(is_curve) {
+        return vec![None; points.len()];
+    }
+    let last = pieces.len();
+    let one_sided = |k: usize, edge: usize| {
+        let piece = pieces[edge]?;
+        Some((piece.normal(points[k], outward(edge)), norm(points[edge + 1] - points[edge]), piece))
+    };
+    let at = |k: usize| {
+        let before = if k > 0 { Some(k - 1) } else { closed.then(|| last - 1) };
+        let after = if k < last { Some(k) } else { closed.then_some(0) };
+        match [before, after].map(|edge| edge.and_then(|edge| one_sided(k, edge))) {
+            [Some((a, la, p)), Some((b, lb, q))] => {
+                let tangent = angle_between(a, b) <= TANGENT;
+                match (p, q) {
+                    _ if p == q => Some(a),
+                    // The edges of a straight stretch have one normal.
+                    (Piece::Line { .. }, _) if tangent => Some(a),
+                    (_, Piece::Line { .. }) if tangent => Some(b),
+                    _ => Some(1.0 / norm(la * a + lb * b) * (la * a + lb * b)),
+                }
+            }
+            [Some((normal, ..)), None] | [None, Some((normal, ..))] => Some(normal),
+            [None, None] => None,
+        }
+    };
+    (0..points.len()).map(at).collect()
+}
+
+/// Measures the gap between two pieces on a line through a point, m, negative if they overlap; `None` if the line misses one.
+///
+/// * `normal`: out of the first body; `near`: points of the bodies near the place.
+pub(super) fn gap(pieces: &[Piece; 2], point: Vector, normal: Vector, near: [Vector; 2]) -> Option<f64> {
+    let unit = 1.0 / norm(normal) * normal;
+    let meet = |b: usize| pieces[b].meet(point + (near[b] - point).dot(&unit) * unit, unit);
+    Some((meet(1)? - meet(0)?).dot(&unit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arc(centre: [f64; 2], radius: f64) -> Piece {
+        Piece::Arc { centre: centre.into(), radius }
+    }
+
+    #[test]
+    fn the_gap_past_a_tangent_point_is_that_of_the_arc() {
+        let line = Piece::Line { point: Vector::new(1.0, 0.0), direction: Vector::x() };
+        let pieces = [arc([5.0, 10.0], 10.0), line];
+        for x in [0.0, 1e-4, 0.024, 0.3, 2.0] {
+            let exact = 10.0 - (100.0f64 - x * x).sqrt();
+            let point = Vector::new(5.0 + x, exact);
+            let found = gap(&pieces, point, -Vector::y(), [point, Vector::new(3.0, 0.0)]).unwrap();
+            assert!((found - exact).abs() < 1e-14, "{x}: {found:e} {exact:e}");
+        }
+    }
+
+    #[test]
+    fn the_normal_between_two_pieces_is_their_mean_weighted_by_length() {
+        let turn = 0.5f64.to_radians();
+        let points = [[-2.0, 0.0], [0.0, 0.0], [turn.cos(), -turn.sin()]].map(Vector::from);
+        let straight = |k: usize| {
+            let way = points[k + 1] - points[k];
+            Piece::Line { point: points[k], direction: 1.0 / norm(way) * way }
+        };
+        let up = |_| Vector::y();
+        let declared = [Some(straight(0)), Some(arc([0.0, -10.0], 10.0))];
+        let found = normals(&declared, &points, up, false);
+        assert_eq!(found[1], Some(Vector::y()));
+        let tilted = [Some(straight(0)), Some(arc([-10.0 * turn.sin(), -10.0 * turn.cos()], 10.0))];
+        let mean = normals(&tilted, &points, up, false)[1].unwrap();
+        let expected = Vector::new(turn.sin(), 2.0 + turn.cos());
+        assert!(angle_between(mean, expected) < 1e-14, "{mean:?}");
+        // Straight lines alone keep the normals of their edges.
+        assert_eq!(normals(&[Some(straight(0)), Some(straight(1))], &points, up, false), [None; 3]);
+    }
+}
