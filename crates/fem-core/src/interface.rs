@@ -25,6 +25,7 @@ use crate::mesh::id::{EdgeId, NodeId};
 use crate::smooth::STRAIGHT;
 use common_refinement::{CommonRefinement, Measured};
 use held::Whole;
+use outline::Radial;
 use profile::Profile;
 
 pub use error::InterfaceError;
@@ -45,7 +46,8 @@ pub struct NodePair {
     /// Node of the first and of the second body; against an obstacle the number of the pair instead of the second.
     pub nodes: [NodeId; 2],
     /// Normal `n` out of the first body, into the second. Its length is one at the nodes of the first meshes. Between these the
-    /// normal is linear, so it is shorter if the line is bent.
+    /// normal is linear, so it is shorter if the line is bent. If one side is a declared arc, it is the arm from the centre over the
+    /// radius.
     pub normal: Vector,
     /// Initial gap `g ≥ 0`, m: the distance along the normal times `|n|`.
     pub gap: f64,
@@ -188,6 +190,8 @@ pub struct ContactInterface {
     /// The measured gap along each edge, if it is not linear there.
     profiles: Vec<Option<Profile>>,
     gap_change: Option<GapChange>,
+    /// The source of the normals, if it is an arc.
+    radial: Option<Radial>,
     /// The line with the pairs and edges that were removed at its ends, if any.
     whole: Option<Box<Whole>>,
 }
@@ -260,6 +264,11 @@ impl ContactInterface {
     /// Returns the pairs by increasing arc length.
     pub fn pairs(&self) -> &[NodePair] {
         &self.pairs
+    }
+
+    /// Returns the centre of the declared arc from which all normals come; `None` if they do not come from one.
+    pub fn centre(&self) -> Option<Vector> {
+        self.radial.map(|radial| radial.centre())
     }
 
     /// Returns the edges between pairs.

@@ -11,7 +11,7 @@ use case_io::case::{BodyCase, MaterialLaw, Method};
 use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
-use fem_core::geometry::{Vector, bounding_box, diagonal, norm};
+use fem_core::geometry::{Vector, bounding_box, diagonal, norm, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::material::Hypothesis;
 use nndd::NnddStatus;
@@ -135,6 +135,42 @@ fn of_fields(case: &Case, fields: &Fields<'_>, estimate: &Estimate) -> Vec<Strin
         }
     }
     notes.extend(corners::of_fields(case, fields));
+    notes.extend(short_sides(case, fields));
+    notes
+}
+
+/// Cosine of the largest turn of a smooth outline, 30 degrees.
+const SMOOTH: f64 = 0.866;
+
+/// Names the contact lines with the largest pressure at an end at which the bodies continue smoothly: nothing ends contact there but the side.
+fn short_sides(case: &Case, fields: &Fields<'_>) -> Vec<String> {
+    let problem = fields.problem;
+    let mut rest = fields.last.contact.normal_reaction.as_slice();
+    let mut notes = Vec::new();
+    for (pair, named) in problem.contacts.iter().zip(&case.contacts) {
+        let nodes = pair.interface.pairs();
+        let (forces, others) = rest.split_at(nodes.len().min(rest.len()));
+        rest = others;
+        let pressure = nodes.iter().zip(forces).map(|(node, force)| force / node.tributary_length);
+        let Some((k, largest)) = pressure.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+        let mut edges = pair.interface.edges().iter().filter(|edge| edge.pairs.contains(&(k as u32)));
+        let (Some(edge), None) = (edges.next(), edges.next()) else { continue };
+        let smooth = |(side, b): (usize, usize)| {
+            let mesh = problem.bodies[b].mesh();
+            let beyond = mesh.topology().boundary_beyond(edge.edges[side], nodes[k].nodes[side]);
+            beyond.is_some_and(|e| mesh.edge_normal(e).dot(&mesh.edge_normal(edge.edges[side])) >= SMOOTH)
+        };
+        if largest > 0.0 && edge.clamped.is_none() && problem.bodies_of(pair).all(smooth) {
+            let at = problem.bodies[pair.bodies[0]].mesh().points()[nodes[k].nodes[0]];
+            notes.push(format!(
+                "contact \"{}\": the pressure is largest at an end of the contact line, at ({}, {}), where the bodies continue smoothly: is \
+                 a contact side too short? Add the sides beyond it to `surfaces`, with gap = \"geometric\"",
+                named.name,
+                shown(at[0]),
+                shown(at[1])
+            ));
+        }
+    }
     notes
 }
 

@@ -190,9 +190,6 @@ pub(super) fn of_refinement(error: &CommonRefinementError) -> Cure {
             "two surfaces that face each other, at least in part",
             "check `contact.surfaces`: the side of the first body, then that of the second",
         ),
-        CommonRefinementError::Offset { .. } => {
-            ("nodes that coincide or are well apart", "mesh the two sides with the same end and divisions")
-        }
         CommonRefinementError::Folded { .. } => {
             ("surfaces that face each other one to one", "end the contact surface at the corner")
         }

@@ -9,7 +9,7 @@
 //! 2. **Snap.** Nodes closer than 0.2 of the smaller edge next to them become one: the one with the longer edges slides
 //!    along its own surface, onto the other's normal. Ends, corners, supported nodes and nodes at which a group of edges or a
 //!    material begins move by 0.01 of that edge at most; no triangle loses more than 70 % of its area. Nodes that
-//!    then remain closer than 0.05 are an error, so all paired nodes face each other to round-off.
+//!    then remain close stay apart, so all paired nodes face each other to round-off.
 //! 3. **Bisect.** If the remaining nodes would cut a contact cell into a fan with an angle below 8 degrees, the cells
 //!    are bisected inwards first ([`crate::mesh::refine`]).
 //! 4. **Insert.** The remaining nodes are inserted and their cells cut from there to the opposite corner.
@@ -115,7 +115,7 @@ pub struct CommonRefinement {
 /// * `normal`: the direction of projection.
 ///
 /// # Errors
-/// Surfaces that do not face each other anywhere, nodes that are too close and cannot move, see
+/// Surfaces that do not face each other anywhere, or fold, see
 /// [`CommonRefinementError`].
 pub fn common_refinement(
     mut bodies: [Body; 2],

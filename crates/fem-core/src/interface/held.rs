@@ -114,8 +114,16 @@ impl Line {
             self.pairs.iter_mut().for_each(|p| p.tributary_length = 0.0);
             Some(Box::new(Whole { line: self, number: number.clone() }))
         };
-        let interface =
-            ContactInterface { pairs, edges, gap, measured_on, profiles, whole, gap_change: None };
+        let interface = ContactInterface {
+            pairs,
+            edges,
+            gap,
+            measured_on,
+            profiles,
+            whole,
+            gap_change: None,
+            radial: None,
+        };
         Ok((interface, number))
     }
 
@@ -156,7 +164,7 @@ impl ContactInterface {
         // Against an obstacle the second node is the number of the pair among the remaining ones.
         let pairs =
             found.pairs.iter().zip(&self.pairs).map(|(pair, old)| NodePair { nodes: old.nodes, ..*pair });
-        Ok(Self { pairs: pairs.collect(), gap_change: self.gap_change, ..found })
+        Ok(Self { pairs: pairs.collect(), gap_change: self.gap_change, radial: self.radial, ..found })
     }
 
     /// Returns the whole line, with the removed pairs and edges.

@@ -1,8 +1,9 @@
 //! Contact sides of declared curves and straight stretches: they are known exactly, whatever the first mesh.
 
+use super::{ContactEdge, NodePair};
 use crate::body::{Body, Piece};
 use crate::geometry::{Vector, angle_between, cross, norm};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 
 /// Nodes of a straight stretch may be this fraction of its length off the line.
 const COLLINEAR: f64 = 1e-9;
@@ -85,6 +86,53 @@ pub(super) fn normals(
         }
     };
     (0..points.len()).map(at).collect()
+}
+
+/// The arc that makes up one side of a contact line, as a source of normals `n = (x − c)/R`, with one `R`. They are not normalised, so that a
+/// rotation of the side's body about the centre is free for any places of its nodes: `n_i·(ω × x_j) + n_j·(ω × x_i) = 0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Radial {
+    /// 0 for the first body, 1 for the second.
+    side: usize,
+    centre: Vector,
+    /// The radius; negative if the normal points to the centre.
+    radius: f64,
+}
+
+/// Directions that differ by less than this angle are the same, radians.
+const SAME_DIRECTION: f64 = 1e-9;
+
+impl Radial {
+    /// Finds the arc from whose centre all normals point, or to which they point; `None` if there is none. Of two the one of a body that
+    /// its supports do not hold.
+    pub(super) fn find(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) -> Option<Self> {
+        let floats = bodies.map(|body| body.has_curves() && body.free_motion().is_some());
+        let order = if floats[1] && !floats[0] { [1, 0] } else { [0, 1] };
+        order.into_iter().find_map(|side| {
+            let of = |edge: &ContactEdge| bodies[side].curve(edge.edges[side]);
+            let &Piece::Arc { centre, radius } = of(edges.first()?)? else { return None };
+            if edges.iter().any(|edge| of(edge) != Some(&Piece::Arc { centre, radius })) {
+                return None;
+            }
+            let points = bodies[side].mesh().points();
+            let out = (points[pairs.first()?.nodes[side]] - centre).dot(&pairs[0].normal).signum();
+            let found = Self { side, centre, radius: out * radius };
+            let agrees = |pair: &NodePair| {
+                angle_between(found.normal(bodies, pair.nodes), pair.normal) <= SAME_DIRECTION
+            };
+            pairs.iter().all(agrees).then_some(found)
+        })
+    }
+
+    /// Returns the centre of the arc.
+    pub(super) fn centre(&self) -> Vector {
+        self.centre
+    }
+
+    /// Computes the normal at two facing nodes.
+    pub(super) fn normal(&self, bodies: [&Body; 2], nodes: [NodeId; 2]) -> Vector {
+        1.0 / self.radius * (bodies[self.side].mesh().points()[nodes[self.side]] - self.centre)
+    }
 }
 
 /// Measures the gap between two pieces on a line through a point, m, negative if they overlap; `None` if the line misses one.

@@ -4,6 +4,7 @@ use super::common_refinement::{Facing, Measured};
 use super::drawn::{self, Drawn, Surfaces};
 use super::held::Line;
 use super::matching::{self, Stretch};
+use super::outline::Radial;
 use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
@@ -35,6 +36,13 @@ pub(super) fn pair(
         pairs.iter().enumerate().map(|(k, p)| (p.nodes[0], k as u32)).collect();
     let edges = make_edges(bodies, edges, &chain, &partner, &number)?;
     normals::choose(bodies, &chain, &mut pairs, &edges, normal, facing.as_ref())?;
+    let radial = match normal {
+        ContactNormal::Averaged => Radial::find(bodies, &pairs, &edges),
+        ContactNormal::Fixed(_) => None,
+    };
+    if let Some(radial) = radial {
+        pairs.iter_mut().for_each(|pair| pair.normal = radial.normal(bodies, pair.nodes));
+    }
     let drawn = Drawn::measure(bodies, &pairs, &edges, facing.as_ref())?;
     let between = match (gap, common) {
         (Gap::Given(_), _) => vec![None; edges.len()],
@@ -59,7 +67,7 @@ pub(super) fn pair(
     };
     let gap_change = drawn.change(points, &pairs);
     let (interface, _) = Line { pairs, edges, profiles }.into_interface(bodies, gap.clone(), 0)?;
-    Ok(ContactInterface { gap_change, ..interface })
+    Ok(ContactInterface { gap_change, radial, ..interface })
 }
 
 fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [EdgeId], InterfaceError> {

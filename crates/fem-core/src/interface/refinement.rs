@@ -266,7 +266,7 @@ impl ContactInterface {
         let (interface, numbers) = line.into_interface(bodies, self.gap.clone(), self.measured_on)?;
         let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE).map(|(p, _)| p);
         let parents = kept.map(|parents| self.numbers(parents)).collect();
-        Ok((interface, parents))
+        Ok((Self { radial: self.radial, ..interface }, parents))
     }
 
     /// Maps two neighbouring pairs of the whole line to pairs of the contact problem: a clamped one to the other, two
@@ -291,12 +291,17 @@ impl ContactInterface {
     ) -> Result<NodePair, InterfaceError> {
         let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
         let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on]];
-        let normal = 0.5 * (i.normal + j.normal);
-        let length = if edge.bent { norm(normal) } else { 1.0 };
+        let mean = 0.5 * (i.normal + j.normal);
+        let length = if edge.bent { norm(mean) } else { 1.0 };
         let points = bodies[self.measured_on].mesh().points();
         let ends = [i, j].map(|pair| points[pair.nodes[self.measured_on]]);
-        // A node on a curve is as far from its centre as its neighbours.
-        let scale = if is_off_chord(point, ends) { 1.0 } else { length };
+        let normal = match &self.radial {
+            Some(radial) => radial.normal(bodies, nodes),
+            // A node on a curve is as far from its centre as its neighbours.
+            None if is_off_chord(point, ends) => 1.0 / length * mean,
+            None => mean,
+        };
+        let scale = if edge.bent { norm(normal) } else { 1.0 };
         let measured = |pieces: &[Piece; 2]| {
             let near = [0, 1].map(|b| bodies[b].mesh().points()[nodes[b]]);
             outline::gap(pieces, point, normal, near).map(|gap| gap.max(0.0))
@@ -314,7 +319,7 @@ impl ContactInterface {
         }
         Ok(NodePair {
             nodes,
-            normal: scale / length * normal,
+            normal,
             gap: scale * distance,
             tributary_length: 0.0,
             arc_length: i.arc_length + 0.5 * edge.length,

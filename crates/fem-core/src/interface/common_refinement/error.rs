@@ -27,21 +27,6 @@ pub enum CommonRefinementError {
         /// The mean of each surface's nodes.
         points: [Vector; 2],
     },
-    /// Two nodes are too close, and neither may move.
-    #[error(
-        "two nodes of the contact surfaces are {offset:.3e} apart at ({}, {}), with edges of length {spacing:.3e}: too close \
-         to stay separate, and neither can be moved onto the other (an end, a corner, a support, or a thin cell); make \
-         them coincide, or separate them by at least 5 % of the edge",
-        shown(point[0]), shown(point[1])
-    )]
-    Offset {
-        /// The first body's node.
-        point: Vector,
-        /// Distance along the surface.
-        offset: f64,
-        /// The smaller edge.
-        spacing: f64,
-    },
     /// The projection of one surface onto the other is not one to one.
     #[error(
         "near ({}, {}) the contact surfaces fold: along the contact normal a point of the one faces several of the other; \

@@ -18,8 +18,6 @@ pub(super) const SAME: f64 = 0.01;
 pub(super) const ROUND_OFF: f64 = 1e-9;
 /// Fraction of the smaller adjacent edge below which nodes are snapped.
 pub(super) const SNAP: f64 = 0.2;
-/// Fraction of the smaller adjacent edge below which remaining distances are an error.
-const REFUSE: f64 = 0.05;
 /// Edges face each other up to this cosine of the angle between their outward normals, 120 degrees.
 const FACING: f64 = -0.5;
 
@@ -291,11 +289,11 @@ fn join_ends(overlap: &mut Overlap) {
 /// * `moved`: the new positions of each body's moved nodes; new ones are added.
 ///
 /// The node with the longer edges moves, along its own surface. Ends, corners, supported nodes and nodes at which a group or
-/// a material begins move only if they are closer than 0.01 of the edge and no other node can; if no node can
-/// slide, a distance of at least 0.05 of the edge is kept.
+/// a material begins move only if they are closer than 0.01 of the edge and no other node can. Two nodes that cannot move stay apart: cells
+/// become finer towards them.
 ///
 /// # Errors
-/// Two nodes closer than 0.05 of the edge, neither of which may move.
+/// Surfaces that fold.
 pub(super) fn snap(
     overlap: &mut Overlap,
     bodies: &[Body; 2],
@@ -328,11 +326,7 @@ pub(super) fn snap(
             order.reverse();
         }
         let least = if offset <= SAME * smaller { Motion::Shifts } else { Motion::Slides };
-        if !move_one(overlap, bodies, at, order, least, moved)? && offset < REFUSE * smaller {
-            let node = overlap.sites[0][i].node.index();
-            let point = bodies[0].mesh().points()[node];
-            return Err(CommonRefinementError::Offset { point, offset, spacing: smaller });
-        }
+        move_one(overlap, bodies, at, order, least, moved)?;
     }
     // Ends that moved may have moved the ends of the common range.
     let ends = |b: usize| overlap.sites[b].first().zip(overlap.sites[b].last()).map(|(f, l)| [f.s, l.s]);
@@ -342,7 +336,7 @@ pub(super) fn snap(
     Ok(())
 }
 
-/// Moves one of two nodes onto the other: one that slides first, then one that shifts, each in the given order of the bodies.
+/// Moves one of two nodes onto the other, if it may: one that slides first, then one that shifts, each in the given order of the bodies.
 ///
 /// * `least`: how freely a node must be able to move.
 fn move_one(
@@ -352,16 +346,16 @@ fn move_one(
     order: [usize; 2],
     least: Motion,
     moved: &mut [HashMap<NodeId, Vector>; 2],
-) -> Result<bool, CommonRefinementError> {
+) -> Result<(), CommonRefinementError> {
     for motion in [Motion::Slides, Motion::Shifts].into_iter().filter(|m| *m >= least) {
         for b in order {
             let may = overlap.sites[b][at[b]].motion == motion;
             if may && try_motion(overlap, &bodies[b], b, at, &mut moved[b])? {
-                return Ok(true);
+                return Ok(());
             }
         }
     }
-    Ok(false)
+    Ok(())
 }
 
 /// Chooses the body whose node moves: the one with the longer edges; for equal ones the one with the larger (x, y),
