@@ -292,7 +292,7 @@ fn has_a_reason(found: &Outcome) -> bool {
         Outcome::Certified { .. } => true,
         // Rigid rotations that are not small.
         Outcome::NotValid { checks } => checks.iter().all(|(check, _)| *check == "rotation"),
-        Outcome::Refused(said) => said.contains("is not held") || said.contains("too close to stay separate"),
+        Outcome::Refused(said) => said.contains("is not held"),
     }
 }
 

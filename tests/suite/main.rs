@@ -40,6 +40,7 @@ mod reactions;
 mod recovered_pressure;
 mod refusals;
 mod resume;
+mod rounded_punch;
 mod sharpness;
 mod solve;
 mod step_case;

@@ -33,6 +33,7 @@ pub mod random_assemblies;
 pub mod receding;
 pub mod rings;
 pub mod rollers;
+pub mod rounded_punch;
 pub mod run;
 pub mod shapes;
 pub mod sharp;

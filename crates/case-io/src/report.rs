@@ -11,7 +11,7 @@ mod results;
 mod sweep;
 
 pub use bodies::{BodySummary, FreeMotion, RigidSideSummary};
-pub use certificate::{Bounds, Certificate, Checks, Coulomb, Parts, Split};
+pub use certificate::{Bounds, Certificate, Checks, Coulomb, Parts, ProjectedLoad, Split};
 pub use contact::{ContactStretch, ContactSummary, FrictionSummary};
 pub(crate) use finite::{NotFinite, check as check_finite};
 pub use results::{PeakStress, Reaction, Results};

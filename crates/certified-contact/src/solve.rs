@@ -234,6 +234,7 @@ pub(crate) fn prepare(
     factorised: Vec<CondensedBody>,
     observer: &mut dyn Observer,
 ) -> Result<PreparedProblem, SolveError> {
+    let problem = nndd::without_spin(problem)?;
     let mut started = false;
     let found = PreparedProblem::prepare_again(problem, factorised, |stage| {
         // The order belongs to the factorisation.

@@ -7,7 +7,7 @@ mod motion;
 mod rigid;
 
 use crate::boundary::{BoundaryConditions, Support};
-use crate::geometry::{Vector, shown};
+use crate::geometry::{Vector, perpendicular, shown};
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
@@ -320,6 +320,24 @@ impl Body {
         let (mesh, materials) = (self.mesh.clone(), self.materials.clone());
         let body = conditions::evaluate(mesh, materials, &scaled, Some(self.selected.clone()))?;
         Ok(Self { curves: self.curves.clone(), inserted: self.inserted.clone(), ..body })
+    }
+
+    /// Adds a constant traction along the whole boundary, counter-clockwise, Pa. It has no resultant, and a moment of `2 A` times it with the
+    /// area `A`, about any point.
+    pub(crate) fn turn(&mut self, traction: f64) {
+        let edges = self.mesh.topology().boundary_edges();
+        for (condition, edge) in self.edge_conditions.iter_mut().zip(edges) {
+            let along = perpendicular(self.mesh.edge_normal(*edge));
+            condition.traction.iter_mut().for_each(|t| *t += traction * along);
+        }
+    }
+
+    /// Tells whether nothing but contact holds the body: no support, no rigid side, and it is one piece.
+    pub fn has_no_support(&self) -> bool {
+        let free = |constraint: &NodeConstraint| *constraint == NodeConstraint::Free;
+        self.node_constraints.iter().all(free)
+            && self.rigid_sides.is_empty()
+            && self.mesh.topology().pieces().1 == 1
     }
 
     /// Evaluates the parts of sides again, after nodes were put into the mesh: a part may end at a new node. What a condition

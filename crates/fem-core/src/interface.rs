@@ -32,7 +32,7 @@ pub use error::InterfaceError;
 pub use facing::facing_edges;
 pub use friction::{ContactRow, Friction, SlipBefore};
 pub use obstacle::{Obstacle, RigidLine};
-pub use problem::{ContactPair, ContactProblem, ContactState, FactorError, PairState};
+pub use problem::{ContactPair, ContactProblem, ContactState, FactorError, LeftOut, PairState};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem};
 pub use roles::Roles;
 pub use side::{InterfaceSide, Retained};
@@ -269,6 +269,21 @@ impl ContactInterface {
     /// Returns the centre of the declared arc from which all normals come; `None` if they do not come from one.
     pub fn centre(&self) -> Option<Vector> {
         self.radial.map(|radial| radial.centre())
+    }
+
+    /// Computes the normals of the polygon of one side at the pairs: means of its edge normals, weighted by length, out of the first body,
+    /// of length one.
+    ///
+    /// * `body`: the one of this side, 0 or 1.
+    pub fn polygon_normals(&self, body: &Body, side: usize) -> Vec<Vector> {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let mut sums = vec![Vector::zeros(); self.pairs.len()];
+        for edge in &self.edges {
+            let weighted =
+                sign * body.mesh().edge_length(edge.edges[side]) * body.mesh().edge_normal(edge.edges[side]);
+            edge.free_ends().for_each(|end| sums[edge.pairs[end] as usize] += weighted);
+        }
+        sums.into_iter().map(|sum| 1.0 / norm(sum) * sum).collect()
     }
 
     /// Returns the edges between pairs.

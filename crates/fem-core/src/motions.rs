@@ -3,7 +3,7 @@
 use crate::assembly::external_forces;
 use crate::body::RigidMotion;
 use crate::geometry::Vector;
-use crate::interface::ContactProblem;
+use crate::interface::{ContactProblem, LeftOut};
 
 /// The load of a motion below this fraction of its terms is the rounding of their sum.
 const ROUNDING: f64 = 1e-13;
@@ -51,6 +51,20 @@ impl ContactProblem {
             found.extend(obstacle.free_motions().into_iter().map(of));
         }
         found
+    }
+
+    /// Leaves the load along a rotation of a body out: a constant traction along its whole boundary, without resultant, balances it.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn leave_out(&mut self, body: usize, motion: RigidMotion) {
+        let of = &self.bodies[body];
+        let (forces, moved) = (external_forces(of), motion.displacements(of));
+        let load: f64 = forces.iter().zip(&moved).map(|(f, u)| f.dot(u)).sum();
+        let size: f64 = forces.iter().zip(&moved).map(|(f, u)| f.norm() * u.norm()).sum();
+        let area: f64 = (0..of.mesh().triangles().len()).map(|t| of.mesh().area(t)).sum();
+        self.bodies[body].turn(-load / (2.0 * area * motion.spin));
+        self.left_out.push(LeftOut { body, motion, load, share: load.abs() / size });
     }
 
     /// Computes the displacement of each node in a rigid motion of its body, or of each point of its obstacle, m.

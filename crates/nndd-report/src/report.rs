@@ -1,20 +1,21 @@
 //! From a solution to the rows and tables of report.json.
 
+use crate::motion;
 use crate::notes;
 use crate::solved::{Fields, Solved};
 use case_io::Case;
 use case_io::case::Factors;
 use case_io::report::{
     BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, Coulomb, FreeMotion,
-    FrictionSummary, IterationRow, PeakStress, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split,
-    StepSummary, Timings,
+    FrictionSummary, IterationRow, PeakStress, ProjectedLoad, Reaction, Report, Results, RigidSideSummary,
+    SCHEMA, Split, StepSummary, Timings,
 };
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
 use certified_contact::{
     CertifiedSolution, CoulombResult, PairResults, RigidSideResults, Row, recovered_pressure,
 };
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, LeftOut};
 use serde_json::{Map, Value};
 
 /// Makes a row of `iterations` in report.json.
@@ -81,7 +82,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         contact: contact.collect(),
         iterations: solution.rows.iter().map(iteration_row).collect(),
         problem: law(solution.problem).to_owned(),
-        certificate: solved.answer.certified().map(certificate),
+        certificate: solved.answer.certified().map(|solution| certificate(case, solution)),
         coulomb: solved.answer.coulomb().map(coulomb),
         results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
@@ -101,7 +102,7 @@ pub(crate) fn step_summary(case: &Case, solved: &Solved, step: usize, factors: &
         status: solved.status.clone(),
         contact: (0..solution.problem.contacts.len()).map(|k| contact_summary(case, solution, k)).collect(),
         results: results(case, solution, None),
-        certificate: solved.answer.certified().map(certificate),
+        certificate: solved.answer.certified().map(|solution| certificate(case, solution)),
         coulomb: solved.answer.coulomb().map(coulomb),
     }
 }
@@ -139,7 +140,7 @@ fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSumma
     }
 }
 
-fn certificate(solution: &CertifiedSolution) -> Certificate {
+fn certificate(case: &Case, solution: &CertifiedSolution) -> Certificate {
     let Some(estimate) = &solution.estimate else { return Certificate::default() };
     let a = &estimate.admissibility;
     let found = estimate.unchecked();
@@ -161,9 +162,15 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
         parts: case_io::report::Parts { mesh, iteration, contact, lift, gap_data, friction, round_off },
         problem: law(&solution.problem).to_owned(),
         pressure_shift: Some(estimate.pair.pressure_shift),
+        projected_load: solution.problem.left_out.iter().map(|of| projected(case, of)).collect(),
         bounds: bounds(solution),
         checks: checks(a),
     }
+}
+
+fn projected(case: &Case, of: &LeftOut) -> ProjectedLoad {
+    let body = case.bodies[of.body].name.clone();
+    ProjectedLoad { body, motion: motion::moves(&of.motion), load: of.load, share: of.share }
 }
 
 fn checks(a: &Admissibility) -> Checks {

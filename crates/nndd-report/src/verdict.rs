@@ -3,7 +3,7 @@
 use crate::words;
 use case_io::Case;
 use case_io::case::Units;
-use case_io::report::{Certificate, Coulomb, Parts, Report, Status};
+use case_io::report::{Certificate, Coulomb, Parts, ProjectedLoad, Report, Status};
 use std::fmt::Write as _;
 
 /// A part of the bound is shown if its share is at least this.
@@ -47,6 +47,13 @@ pub fn verdict(report: &Report) -> String {
             text.push('\n');
         }
         _ => text += "no certificate: the numbers are too large or too small for one\n",
+    }
+    for ProjectedLoad { body, motion, load, share } in &certificate.projected_load {
+        let _ = writeln!(
+            text,
+            "for the load without {load:.3e} (a share of {share:.1e}) along a motion that contact resists only by the error of the polygon: body \
+             \"{body}\" {motion}"
+        );
     }
     text
 }

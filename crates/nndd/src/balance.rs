@@ -14,7 +14,8 @@ use crate::unheld::UnheldMotion;
 use contact_qp::{IndependentRows, bounded_least_squares};
 use fem_core::assembly::external_forces;
 use fem_core::body::RigidMotion;
-use fem_core::interface::{ContactProblem, ContactRow};
+use fem_core::geometry::{Vector, perpendicular};
+use fem_core::interface::{ContactProblem, ContactRow, NodePair};
 use fem_core::prepared::BodyMotion;
 
 /// A load of a motion below this fraction of all loads is round-off.
@@ -43,6 +44,7 @@ pub struct Support {
 /// # Errors
 /// Numbers that are not finite; [`NnddError::OutsideCones`] if no forces within the cones of Coulomb friction balance the loads.
 pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
+    let problem = &without_spin(problem.clone())?;
     let motions = problem.rigid_motions();
     let balance = Balance::new(problem, &motions);
     let unheld = balance.unheld(problem, Rows::new(problem).limits())?;
@@ -62,6 +64,45 @@ pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     let mut free: Vec<Vec<(usize, RigidMotion)>> = free.collect();
     free.sort_by_key(|bodies| bodies.first().map(|(body, _)| *body));
     Ok(Support { unheld, free_motions: free })
+}
+
+/// Leaves loads out along rotations that a contact line on a declared arc does not resist, if the error of the polygon explains them: the moment
+/// of the loads of a polygon about the centre of the arc is not exactly that of the curve. It explains up to
+/// ```math
+/// |e·a| ≤ (∑_i P_i)  max_i |(n_i − (x_i − c)/R)·R a|
+/// ```
+/// with the means `n_i` of the polygon's normals. A problem with larger loads is returned as it is, and is not held.
+///
+/// # Errors
+/// Numbers that are not finite.
+pub fn without_spin(problem: ContactProblem) -> Result<ContactProblem, NnddError> {
+    if problem.contacts.iter().all(|pair| pair.interface.centre().is_none()) {
+        return Ok(problem);
+    }
+    let motions = problem.rigid_motions();
+    let Some(spins) = Balance::new(&problem, &motions).explained(&problem)? else { return Ok(problem) };
+    let mut without = problem.clone();
+    for of in spins {
+        without.leave_out(of.body, of.motion);
+    }
+    let motions = without.rigid_motions();
+    let rest = Balance::new(&without, &motions);
+    let left = size(&rest.independent.unbalanced(&rest.loads));
+    Ok(if left <= NO_LOAD * load_size(&problem) { without } else { problem })
+}
+
+/// Centres closer than this fraction of the radius of a line are the same.
+const SAME_CENTRE: f64 = 1e-6;
+
+/// Computes the sum of the sizes of all loads, N/m.
+fn load_size(problem: &ContactProblem) -> f64 {
+    let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
+    let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
+    on_bodies + problem.obstacles.iter().map(|obstacle| obstacle.load_size()).sum::<f64>()
+}
+
+fn size(values: &[f64]) -> f64 {
+    values.iter().map(|a| a * a).sum::<f64>().sqrt()
 }
 
 /// `G P = e`: one line per rigid motion of a floating body.
@@ -141,6 +182,27 @@ impl Balance {
         (matrix, bounds, cones)
     }
 
+    /// Finds the rotations that carry a load which no forces balance, if the polygon explains each, see [`without_spin`]; `None` if there are none,
+    /// or others.
+    fn explained(&self, problem: &ContactProblem) -> Result<Option<Vec<BodyMotion>>, NnddError> {
+        let unbalanced = self.independent.unbalanced(&self.loads);
+        if !(size(&unbalanced) > NO_LOAD * load_size(problem)) {
+            return Ok(None);
+        }
+        let rows = Rows::new(problem);
+        let (matrix, [lower, upper], _) = self.forces(problem, rows.limits());
+        let loads: Vec<f64> = self.loads.iter().zip(&unbalanced).map(|(e, part)| e - part).collect();
+        let (forces, _) = bounded_least_squares(&matrix, &loads, [&lower, &upper])?;
+        let bodies = combined(problem, &self.motions, &unbalanced);
+        let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
+        let moved = bodies.iter().filter(|of| largest(problem, of) > NO_TRACE * most);
+        let spin = |of: &BodyMotion| {
+            let unit = BodyMotion::new(of.body, of.motion.scaled(1.0 / largest(problem, of)));
+            is_explained(problem, &unit, &rows, &forces).then_some(unit)
+        };
+        Ok(moved.map(spin).collect())
+    }
+
     /// Finds the motion that the loads cause and nothing resists, and whether cones of friction were taken into account; `None` if the
     /// assembly is held.
     fn unheld(
@@ -159,11 +221,7 @@ impl Balance {
         let (matrix, [lower, upper], cones) = self.forces(problem, limits);
         let (forces, mut free) = bounded_least_squares(&matrix, &loads, [&lower, &upper])?;
         free.iter_mut().zip(&unbalanced).for_each(|(a, part)| *a += part);
-        let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
-        let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
-        let size = on_bodies + problem.obstacles.iter().map(|obstacle| obstacle.load_size()).sum::<f64>();
-        let norm = free.iter().map(|a| a * a).sum::<f64>().sqrt();
-        if !(norm > NO_LOAD * size) {
+        if !(size(&free) > NO_LOAD * load_size(problem)) {
             return Ok(None);
         }
         let bodies = combined(problem, motions, &free);
@@ -178,6 +236,35 @@ impl Balance {
         }
         Ok(Some((UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }, cones)))
     }
+}
+
+/// Tells whether a motion is a rotation about the centre of all contact lines of a body that only they hold, with a load that the error of the
+/// polygon explains.
+fn is_explained(problem: &ContactProblem, of: &BodyMotion, rows: &Rows, forces: &[f64]) -> bool {
+    let motion = of.motion;
+    let Some(body) = problem.bodies.get(of.body).filter(|body| body.has_no_support() && motion.spin != 0.0)
+    else {
+        return false;
+    };
+    let centre = motion.centre + 1.0 / motion.spin * perpendicular(motion.translation);
+    let moved = motion.displacements(body);
+    let mut allowed = 0.0;
+    for (k, side) in problem.sides_of(of.body) {
+        let interface = &problem.contacts[k].interface;
+        let Some(own) = interface.centre() else { return false };
+        // The largest displacement is 1 m, at the radius 1/|spin|.
+        if !((own - centre).norm() * motion.spin.abs() <= SAME_CENTRE) {
+            return false;
+        }
+        let polygon = interface.polygon_normals(body, side);
+        let off = |(pair, polygon): (&NodePair, &Vector)| {
+            (polygon - pair.normal).dot(&moved[pair.nodes[side]]).abs()
+        };
+        let most = interface.pairs().iter().zip(&polygon).map(off).fold(0.0, f64::max);
+        allowed += most * rows.normal(k).map(|row| forces[row]).sum::<f64>();
+    }
+    let load: f64 = external_forces(body).iter().zip(&moved).map(|(f, u)| f.dot(u)).sum();
+    load.abs() <= allowed
 }
 
 /// Says that the loads are outside the cones of friction: the motion of the cone is not the true one.

@@ -32,10 +32,27 @@ pub struct Certificate {
     /// bodies takes.
     #[serde(default)]
     pub pressure_shift: Option<f64>,
+    /// What was left out of the loads: the bound is for the problem without.
+    #[serde(default)]
+    pub projected_load: Vec<ProjectedLoad>,
     /// What makes the bound valid.
     pub checks: Checks,
     /// What the bound says about the exact solution, if it is valid.
     pub bounds: Bounds,
+}
+
+/// A part of a load that turns a body along its contact, which resists only by the error of the polygon.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct ProjectedLoad {
+    /// The body's name.
+    pub body: String,
+    /// The motion in words.
+    pub motion: String,
+    /// The load along the motion, whose largest displacement is 1.
+    pub load: f64,
+    /// Over the sum of the sizes of its terms.
+    pub share: f64,
 }
 
 /// The residual of one solution with Coulomb friction: an indicator, and no bound of the error.

@@ -81,7 +81,8 @@ fn keys_and_their_order_are_the_contract() {
     );
     assert_eq!(
         keys(&value["certificate"]),
-        "valid reason problem e_cre relative relative_guaranteed eta_dis eta_nndd split parts pressure_shift checks bounds"
+        "valid reason problem e_cre relative relative_guaranteed eta_dis eta_nndd split parts pressure_shift \
+         projected_load checks bounds"
     );
     assert_eq!(keys(&value["certificate"]["split"]), "discretisation algebraic");
     let parts = keys(&value["certificate"]["parts"]);

@@ -4,7 +4,7 @@ use super::{
     ContactInterface, Friction, InterfaceError, InterfaceSide, Obstacle, Retained, RigidLine, Roles,
     SlipBefore,
 };
-use crate::body::{Body, BodyError, ConditionPlace, Difference, NodeConstraint};
+use crate::body::{Body, BodyError, ConditionPlace, Difference, NodeConstraint, RigidMotion};
 use crate::geometry::Vector;
 use thiserror::Error;
 
@@ -64,6 +64,20 @@ pub enum FactorError {
     Interface(#[from] InterfaceError),
 }
 
+/// A part of a body's load that was left out: it turns the body along its contact, which resists only by the error of the polygon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LeftOut {
+    /// The body.
+    pub body: usize,
+    /// The motion, the largest displacement of the body is 1 m.
+    pub motion: RigidMotion,
+    /// The load along the motion, N/m.
+    pub load: f64,
+    /// Over the sum of the sizes of its terms.
+    pub share: f64,
+}
+
 /// Bodies, and the pairs in which they touch.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -74,12 +88,14 @@ pub struct ContactProblem {
     pub obstacles: Vec<Obstacle>,
     /// The pairs.
     pub contacts: Vec<ContactPair>,
+    /// What was left out of the loads; finer meshes and other amounts of the loads begin without.
+    pub left_out: Vec<LeftOut>,
 }
 
 impl ContactProblem {
     /// Takes bodies that do not touch yet.
     pub fn new(bodies: Vec<Body>) -> Self {
-        Self { bodies, obstacles: Vec::new(), contacts: Vec::new() }
+        Self { bodies, obstacles: Vec::new(), contacts: Vec::new(), left_out: Vec::new() }
     }
 
     /// Takes two bodies and the interface between them.
@@ -171,7 +187,7 @@ impl ContactProblem {
                 }
             }?;
         }
-        Ok(Self { bodies, obstacles: self.obstacles.clone(), contacts })
+        Ok(Self { bodies, obstacles: self.obstacles.clone(), contacts, left_out: Vec::new() })
     }
 
     /// Tells whether a pair has a law of friction.

@@ -179,7 +179,8 @@ impl ContactProblem {
             contacts.push(finer);
             pairs.push(RefinedPair { parents, old: pair.interface.pairs.len() });
         }
-        Ok(RefinedProblem { problem: Self { bodies, obstacles, contacts }, refinements, pairs })
+        let problem = Self { bodies, obstacles, contacts, left_out: Vec::new() };
+        Ok(RefinedProblem { problem, refinements, pairs })
     }
 
     /// Finds the places of the new nodes of each body on declared curves, by edge. On a contact edge the second body's node lies on the

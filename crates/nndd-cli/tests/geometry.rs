@@ -1,0 +1,89 @@
+//! Geometry of contact sides from case files: arcs that continue straight sides, pins that may spin, sides that end apart.
+
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use case_io::report::Report;
+use std::path::Path;
+use std::process::Command;
+
+/// Solves a case with settings, and returns its report and what was said.
+fn solved(name: &str, settings: &[&str]) -> (Report, String) {
+    let here = tempfile::tempdir().unwrap();
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases").join(name);
+    let mut program = Command::new(env!("CARGO_BIN_EXE_nndd"));
+    program.current_dir(here.path()).arg("solve").arg(case).args(["--out", "out"]);
+    settings.iter().for_each(|setting| {
+        program.args(["--set", setting]);
+    });
+    let output = program.output().unwrap();
+    let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    let report = std::fs::read_to_string(here.path().join("out/report.json"));
+    let report = report.unwrap_or_else(|_| panic!("no report: {said}"));
+    (Report::from_json(&report).unwrap(), said)
+}
+
+/// The largest mean pressure of an edge.
+fn peak(report: &Report) -> f64 {
+    report.results.as_ref().unwrap().max_edge_pressure.unwrap()
+}
+
+#[test]
+fn the_pressure_at_rounded_edges_is_that_of_the_arcs() {
+    let (report, said) = solved("true_numbers/rounded-punch/rp.toml", &[]);
+    assert_eq!(report.status.word, "converged", "{said}");
+    // Ciavarella, Hills and Monno 1998.
+    assert!((peak(&report) / 829.487 - 1.0).abs() < 0.03, "{}", peak(&report));
+    let (report, said) = solved("true_numbers/dovetail/dove2.toml", &[]);
+    assert_eq!(report.status.word, "converged", "{said}");
+    // The kink of the first mesh made 3285 of it.
+    assert!(peak(&report) < 2000.0, "{}", peak(&report));
+    assert!(!said.contains("too short"), "{said}");
+}
+
+#[test]
+fn a_side_that_ends_at_the_tangent_point_is_called_too_short() {
+    let (_, said) = solved("true_numbers/dovetail/dove.toml", &["adapt.target_relative_error=0.1"]);
+    assert!(said.contains("is a contact side too short?"), "{said}");
+    // A stamp that ends at corners is as long as it should be.
+    let (_, said) = solved("punch_corner.toml", &[]);
+    assert!(!said.contains("too short"), "{said}");
+}
+
+#[test]
+fn sides_may_end_at_any_offset() {
+    for offset in ["1e-9", "1e-5", "0.0005", "0.003", "0.0049", "0.02"] {
+        let origin = format!("body.0.generator.origin=[{offset}, 1.0]");
+        let (report, said) = solved("true_numbers/ends-offset.toml", &[&origin]);
+        assert_eq!(report.status.word, "converged", "{offset}: {said}");
+        assert!(report.certificate.unwrap().valid, "{offset}");
+    }
+}
+
+#[test]
+fn a_pin_that_may_spin_is_certified_on_finer_meshes() {
+    let target = "adapt.target_relative_error=0.04";
+    for name in ["true_numbers/pin-free/lug2.toml", "true_numbers/pin-free/pin_arc.toml"] {
+        let (report, said) = solved(name, &[target]);
+        assert_eq!(report.status.word, "converged", "{name}: {said}");
+        let bounds: Vec<f64> = report.adaptive.iter().filter_map(|step| step.relative).collect();
+        assert!(bounds.windows(2).all(|w| w[1] < w[0]), "{name}: {bounds:?}");
+        let left_out = &report.certificate.unwrap().projected_load;
+        assert_eq!(!left_out.is_empty(), said.contains("for the load without"), "{name}: {said}");
+        assert!(left_out.iter().all(|of| of.share < 1e-3), "{name}: {left_out:?}");
+    }
+}
+
+#[test]
+fn a_torque_that_the_polygon_does_not_explain_is_not_left_out() {
+    let torque = "body.1.traction.0.vector=[60.0, 6.0]";
+    let here = tempfile::tempdir().unwrap();
+    let case =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/true_numbers/pin-free/pin_arc.toml");
+    let mut program = Command::new(env!("CARGO_BIN_EXE_nndd"));
+    program.current_dir(here.path()).arg("solve").arg(case).args(["--set", torque]);
+    let output = program.output().unwrap();
+    let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{said}");
+    assert!(said.contains("can rotate about (0, 0)"), "{said}");
+}
