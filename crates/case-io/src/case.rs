@@ -193,9 +193,9 @@ pub struct RelaxUntil {
 }
 
 impl Default for RelaxUntil {
-    /// What is left to gain is 1.5 %, at most 30 steps.
+    /// Less than 2 % is left to gain, at most 100 steps.
     fn default() -> Self {
-        Self { tolerance: 0.015, max_steps: 30 }
+        Self { tolerance: 0.02, max_steps: 100 }
     }
 }
 

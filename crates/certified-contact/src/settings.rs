@@ -67,7 +67,8 @@ pub struct Settings {
     pub lambda: ScalarData,
     /// When to stop.
     pub criterion: Criterion,
-    /// How far the equilibrated stresses are relaxed; default two steps.
+    /// How far the equilibrated stresses are relaxed, [`Relaxation`]: a fixed number of steps, or until little is left to gain. The bound is strict
+    /// after every step. Default: until less than 2 % is left to gain, at most 100 steps.
     pub relaxation: Relaxation,
     /// Estimate after this many iterations each time; 0: only when the criterion needs it, and at the end.
     pub estimate_every: usize,

@@ -3,6 +3,7 @@
 use crate::admissible::{
     Accuracy, AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal,
 };
+use crate::eet::EdgeMoments;
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax, relax_with_stars};
@@ -46,9 +47,9 @@ pub(crate) fn pair_and_frozen<'a>(
     kept: &mut KeptStars<'a>,
 ) -> Result<(AdmissiblePair, FrozenStresses), EstimatorError> {
     let mut pair = recovered_pair(prepared, state, accuracy)?;
-    let frozen = relax_bodies(prepared, &mut pair, relaxation, kept, &|b, fields, stars| {
-        let counts = stars.is_some() && freezes_lambda(prepared.problem(), b);
-        counts.then(|| frozen_stress((prepared, b, fields), (relaxation, accuracy), stars))
+    let frozen = relax_bodies(prepared, &mut pair, relaxation, kept, &|b, fields, found| {
+        let counts = found.is_some() && freezes_lambda(prepared.problem(), b);
+        counts.then(|| frozen_stress((prepared, b, fields), (relaxation, accuracy), found))
     });
     Ok((pair, frozen))
 }
@@ -72,9 +73,12 @@ impl KeptStars<'_> {
 /// Bodies with no more vertices than this are relaxed at the same time, each by one thread: their bands are too few for several.
 const SMALL: usize = 2048;
 
+/// The stars of a body, and what they added to the edge moments of its stress.
+pub(crate) type Found<'s, 'b> = (&'s mut StarRelaxation<'b>, EdgeMoments);
+
 /// What [`relax_bodies`] calls with a body and its stars, if there are any.
 type Then<'t> =
-    dyn Fn(usize, &AdmissibleBody, Option<&mut StarRelaxation<'_>>) -> Option<EquilibratedStress> + Sync + 't;
+    dyn Fn(usize, &AdmissibleBody, Option<Found<'_, '_>>) -> Option<EquilibratedStress> + Sync + 't;
 
 /// Relaxes the stresses of each body, and calls `then` with it. Large bodies follow one after the other, each in parallel.
 fn relax_bodies<'a>(
@@ -89,9 +93,13 @@ fn relax_bodies<'a>(
     kept.of_body.resize_with(problem.bodies.len(), || None);
     // Relaxes one body with its stars, which are made if they are missing.
     let relax = |b: usize, fields: &mut AdmissibleBody, stars: &mut Option<StarRelaxation<'a>>, used| {
+        let before = fields.equilibrated.edge_moments.clone();
         fields.relaxation =
             relax_with_stars(&problem.bodies[b], &mut fields.equilibrated, relaxation, stars, used);
-        then(b, fields, stars.as_mut())
+        let mut added = before;
+        let moments = added.as_flattened_mut().iter_mut();
+        moments.zip(fields.equilibrated.edge_moments.as_flattened()).for_each(|(m, now)| *m = now - *m);
+        then(b, fields, stars.as_mut().map(|stars| (stars, added)))
     };
     let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).enumerate();
     let small =
@@ -117,11 +125,12 @@ pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
 
 /// Recovers the stress of a body for a frozen λ, and relaxes it.
 ///
-/// * `stars`: of the body, prepared for whatever reactions; without them they are made for this stress.
+/// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. What they added to the stress of the
+///   bound is in equilibrium with a frozen λ as well. A relaxation to a tolerance begins with it: little is left to gain then.
 pub(crate) fn frozen_stress(
     (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
     (relaxation, accuracy): (Relaxation, Accuracy),
-    stars: Option<&mut StarRelaxation<'_>>,
+    found: Option<Found<'_, '_>>,
 ) -> EquilibratedStress {
     let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
     let stress = match accuracy {
@@ -134,8 +143,12 @@ pub(crate) fn frozen_stress(
     };
     let conditions = with_imposed_normal(prepared.problem(), b);
     let mut recovered = EquilibratedStress::recover(body, stress, conditions);
-    match stars {
-        Some(stars) => {
+    match found {
+        Some((stars, added)) => {
+            if let Relaxation::Tolerance { .. } = relaxation {
+                let moments = recovered.edge_moments.as_flattened_mut().iter_mut();
+                moments.zip(added.as_flattened()).for_each(|(moment, added)| *moment += added);
+            }
             stars.restate(&recovered.conditions);
             stars.relax(&mut recovered, relaxation);
         }
