@@ -1,92 +1,175 @@
-//! Random problems made to break the bound, each against an admissible field of a finer mesh; exact ones; sharpness.
+//! The matrix of promises: random problems with every feature, and whether what was printed of them is true.
 
-use crate::page::{Counts, head, median, write};
+use crate::page::{head, median, write};
 use crate::{exact, sharpness};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
-use tests::adversarial::Family;
-use tests::trial::Trial;
+use tests::matrix::{FEATURES, Problem, Promise, Trial};
 
-/// Members of each family.
-const MEMBERS: u64 = 180;
-/// Formats the smallest, the middle and the largest effectivity.
-fn spread(found: &[Trial], bound: usize) -> String {
-    let mut all: Vec<f64> = found.iter().filter_map(|s| s.effectivity(bound)).collect();
-    let middle = median(&mut all);
-    let ends = [all.first(), all.last()].map(|x| x.copied().unwrap_or(f64::NAN));
-    format!("{:.3} / {middle:.3} / {:.3}", ends[0], ends[1])
+/// Problems of the whole study, and of a quick one.
+const PROBLEMS: [u64; 2] = [20_000, 1_000];
+/// Problems between two lines about the progress, after which the tables are written.
+const CHUNK: u64 = 500;
+/// The table of an interrupted study, or of one that found violations.
+const PARTIAL: &str = "partial.md";
+/// A finer field measures an error if each body has this many cells.
+const FINE: usize = 200;
+
+/// Counts of one feature or of all problems.
+#[derive(Default)]
+struct Row {
+    problems: usize,
+    without: usize,
+    /// By promise: judged and violated.
+    cells: BTreeMap<Promise, [usize; 2]>,
+    /// Effectivities: at most this.
+    effectivities: Vec<f64>,
 }
 
-/// Largest effectivity that is certain: against the largest error that the finer solution's own bound leaves.
-fn certain(found: &[Trial]) -> f64 {
-    found.iter().filter(|s| s.error.is_some()).map(|s| s.bounds[1] / s.largest).fold(0.0, f64::max)
-}
-
-/// Makes the tables; writes `adversarial.csv` and `exact.csv`; fails if anything is violated.
-pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
-    let members = if quick { MEMBERS / 10 } else { MEMBERS };
-    let mut text = head(&[
-        "family",
-        "problems",
-        "without certificate",
-        "without finer field",
-        "e_CRE, two steps",
-        "e_CRE, default",
-        "eta_nndd",
-        "energy norm",
-        "potential energy",
-        "contact force",
-        "effectivity, two steps",
-        "effectivity, default",
-        "largest that is certain",
-    ]) + "\n";
-    let mut csv = String::from(
-        "family,number,nodes,norm,two_steps,default,error,largest_error,eta_nndd,discrete_error,v_two,v_default,v_eta,v_norm,v_energy,v_force\n",
-    );
-    let (mut count, mut violated) = (0, 0);
-    let (mut counts, earlier) = (Counts::default(), Counts::read(folder, "before.csv"));
-    for family in Family::ALL {
-        let one =
-            |number: u64| Trial::new(family, number).map_err(|e| format!("{} {number}: {e}", family.name()));
-        let found: Result<Vec<Option<Trial>>, String> = (0..members).into_par_iter().map(one).collect();
-        let found: Vec<Trial> = found?.into_iter().flatten().collect();
-        count += found.len();
-        let alone = found.iter().filter(|s| s.error.is_none()).count();
-        let violations: [usize; 6] =
-            std::array::from_fn(|k| found.iter().filter(|s| s.violations[k]).count());
-        violated += violations.iter().sum::<usize>();
-        let mut cells = vec![
-            family.name().to_owned(),
-            found.len().to_string(),
-            (members as usize - found.len()).to_string(),
-            alone.to_string(),
-        ];
-        cells.extend(counts.add(family.name(), &violations, &earlier));
-        cells.extend([spread(&found, 0), spread(&found, 1), format!("{:.3}", certain(&found))]);
-        let _ = writeln!(text, "| {} |", cells.join(" | "));
-        for s in &found {
-            let flags = s.violations.map(|v| u8::from(v).to_string()).join(",");
-            let error = s.error.unwrap_or(f64::NAN);
-            let name = family.name().replace(',', "");
-            let _ = writeln!(
-                csv,
-                "{name},{},{},{:e},{:e},{:e},{error:e},{:e},{:e},{:e},{flags}",
-                s.number, s.nodes, s.norm, s.bounds[0], s.bounds[1], s.largest, s.eta[0], s.eta[1]
-            );
+impl Row {
+    fn add(&mut self, trial: &Trial) {
+        self.problems += 1;
+        self.without += usize::from(trial.bound.is_none() && trial.code != 0);
+        for verdict in &trial.verdicts {
+            let cell = self.cells.entry(verdict.promise).or_default();
+            cell[0] += 1;
+            cell[1] += usize::from(!verdict.holds);
+        }
+        if let Some([bound, apart, _]) = trial.bound.filter(|_| trial.cells[1] >= FINE)
+            && apart > 1e-9 * bound
+        {
+            self.effectivities.push(bound / apart);
         }
     }
-    let (layers, layers_csv, more) = exact::section(quick, &mut counts, &earlier)?;
-    write(folder, "adversarial.csv", &csv)?;
-    write(folder, "exact.csv", &layers_csv)?;
-    write(folder, "violations.csv", &counts.csv())?;
-    println!(
-        "## Random problems: {count}\n\n{text}\n## Exact solutions\n\n{layers}\n{}",
-        sharpness::section(quick)?
-    );
-    match violated + more {
-        0 => Ok(()),
-        all => Err(format!("{all} violations").into()),
+
+    fn line(&mut self, name: &str) -> String {
+        let mut cells = vec![name.to_owned(), self.problems.to_string(), self.without.to_string()];
+        for (promise, _) in Promise::ALL {
+            cells.push(match self.cells.get(&promise) {
+                None => String::new(),
+                Some([judged, 0]) => judged.to_string(),
+                Some([judged, violated]) => format!("**{violated}** of {judged}"),
+            });
+        }
+        let middle = median(&mut self.effectivities);
+        let ends = [self.effectivities.first(), self.effectivities.last()];
+        cells.push(match ends {
+            [Some(low), Some(high)] => format!("{low:.2} / {middle:.2} / {high:.2}"),
+            _ => String::new(),
+        });
+        format!("| {} |\n", cells.join(" | "))
+    }
+}
+
+/// What all trials so far add up to.
+#[derive(Default)]
+struct Found {
+    rows: BTreeMap<&'static str, Row>,
+    all: Row,
+    runs: usize,
+    violations: String,
+    count: usize,
+    csv: String,
+}
+
+impl Found {
+    fn add(&mut self, trial: &Trial) {
+        self.runs += trial.runs;
+        self.all.add(trial);
+        for feature in &trial.features {
+            self.rows.entry(feature).or_default().add(trial);
+        }
+        let [cells, _] = trial.cells;
+        let bits: String =
+            FEATURES.iter().map(|f| if trial.features.contains(f) { '1' } else { '0' }).collect();
+        let digits: Vec<String> = bits
+            .as_bytes()
+            .chunks(4)
+            .map(|four| four.iter().fold(0, |n, b| 2 * n + u32::from(b - b'0')))
+            .map(|n| format!("{n:x}"))
+            .collect();
+        let [bound, apart, _] = trial.bound.unwrap_or([f64::NAN; 3]);
+        let effectivity = if apart > 0.0 { format!("{:.2}", bound / apart) } else { String::new() };
+        let violated = trial.violations().count();
+        let _ = writeln!(
+            self.csv,
+            "{},{cells},{},{},{violated},{effectivity},{}",
+            trial.number,
+            trial.code,
+            trial.verdicts.len(),
+            digits.concat()
+        );
+        for verdict in trial.violations() {
+            self.count += 1;
+            let name = Promise::ALL.iter().find(|(p, _)| *p == verdict.promise).map_or("", |(_, name)| name);
+            let said: String = verdict.said.replace(['"', '\n'], " ").chars().take(300).collect();
+            let features: Vec<&str> = trial.features.iter().copied().collect();
+            let _ =
+                writeln!(self.violations, "{},{name},\"{said}\",\"{}\"", trial.number, features.join("; "));
+        }
+    }
+
+    fn tables(&mut self) -> String {
+        let mut names = vec!["feature", "problems", "not certified"];
+        names.extend(Promise::ALL.map(|(_, name)| name));
+        names.push("e_cre/error");
+        let mut text = format!(
+            "{} problems, {} runs of solver or certificate, {} verdicts, {} violated.\n\n{}\n",
+            self.all.problems,
+            self.runs,
+            self.all.cells.values().map(|cell| cell[0]).sum::<usize>(),
+            self.count,
+            head(&names)
+        );
+        text += &self.all.line("**all**");
+        for feature in FEATURES {
+            text += &self.rows.entry(feature).or_default().line(feature);
+        }
+        text
+    }
+
+    fn write(&self, folder: &Path) -> Result<(), Box<dyn Error>> {
+        let head = "problem,promise,numbers,features\n".to_owned();
+        write(folder, "violations.csv", &(head + &self.violations))?;
+        let head = "problem,cells,status,verdicts,violated,effectivity,features\n".to_owned();
+        write(folder, "runs.csv", &(head + &self.csv))
+    }
+}
+
+/// Runs one problem and prints its case file and its verdicts.
+pub(crate) fn one(number: u64, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let problem = Problem::new(number)?;
+    problem.write(folder)?;
+    let trial = Trial::new(number)?;
+    println!("{}\n{:?}\n{:?} cells", problem.text, trial.features, trial.cells);
+    println!("status {}: {}", trial.code, trial.reason);
+    for verdict in &trial.verdicts {
+        let word = if verdict.holds { "kept" } else { "VIOLATED" };
+        println!("{word}: {:?} {}", verdict.promise, verdict.said);
+    }
+    println!("case.toml and other.toml are in {}", folder.display());
+    if trial.violations().next().is_some() { Err("violated".into()) } else { Ok(()) }
+}
+
+/// Makes the table, after each part of the problems; writes `runs.csv` and `violations.csv`; fails if anything is violated.
+pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
+    let all = PROBLEMS[usize::from(quick)];
+    let mut found = Found::default();
+    for from in (0..all).step_by(CHUNK as usize) {
+        let one = |number: u64| Trial::new(number).map_err(|e| format!("problem {number}: {e}"));
+        let trials: Result<Vec<Trial>, String> =
+            (from..all.min(from + CHUNK)).into_par_iter().map(one).collect();
+        trials?.iter().for_each(|trial| found.add(trial));
+        found.write(folder)?;
+        write(folder, PARTIAL, &found.tables())?;
+    }
+    let (layers, more) = exact::section(quick)?;
+    println!("{}\n## Exact solutions\n\n{layers}\n{}", found.tables(), sharpness::section(quick)?);
+    match found.count + more {
+        0 => Ok(std::fs::remove_file(folder.join(PARTIAL))?),
+        count => Err(format!("{count} violations").into()),
     }
 }

@@ -1,6 +1,6 @@
 //! Layered and slender bodies whose solution the mesh holds, measured in double-double arithmetic.
 
-use crate::page::{Counts, head, median};
+use crate::page::{head, median};
 use rayon::prelude::*;
 use std::error::Error;
 use std::fmt::Write as _;
@@ -32,14 +32,8 @@ fn family(
     Ok(Family { name, found: found? })
 }
 
-/// Makes the section and the rows of its table; the number of violations comes third.
-///
-/// * `counts`: of violations, those of the families are added; `earlier`: those of an earlier run.
-pub(crate) fn section(
-    quick: bool,
-    counts: &mut Counts,
-    earlier: &Counts,
-) -> Result<(String, String, usize), Box<dyn Error>> {
+/// Makes the section; the number of violations comes second.
+pub(crate) fn section(quick: bool) -> Result<(String, usize), Box<dyn Error>> {
     let runs = if quick { RUNS / 10 } else { RUNS };
     let mut families = Vec::new();
     for decade in 0..=13 {
@@ -66,9 +60,6 @@ pub(crate) fn section(
         "median error/norm",
         "median e_CRE/error",
     ]) + "\n";
-    let mut csv = String::from(
-        "family,run,norm,error,e_cre,eta_nndd,bound,eta,norm_interval,energy_interval,force_interval\n",
-    );
     let mut all = 0;
     for family in &families {
         let found: Vec<&Measured> = family.found.iter().flatten().collect();
@@ -82,23 +73,13 @@ pub(crate) fn section(
             family.found.len().to_string(),
             (family.found.len() - found.len()).to_string(),
         ];
-        cells.extend(counts.add(&family.name, &violations, earlier));
+        cells.extend(violations.iter().map(usize::to_string));
         cells.extend([
             format!("{worst:.2e}"),
             format!("{:.1e}", median(&mut relative)),
             format!("{:.1e}", median(&mut effectivity)),
         ]);
         let _ = writeln!(text, "| {} |", cells.join(" | "));
-        for (run, m) in family.found.iter().enumerate() {
-            let Some(m) = m else { continue };
-            let [a, b, c, d, e] = m.violations().map(u8::from);
-            let name = family.name.replace(", ", " ");
-            let _ = writeln!(
-                csv,
-                "{name},{run},{:e},{:e},{:e},{:e},{a},{b},{c},{d},{e}",
-                m.norm, m.error, m.e_cre, m.eta_nndd
-            );
-        }
     }
-    Ok((text, csv, all))
+    Ok((text, all))
 }

@@ -1,6 +1,7 @@
 //! Studies whose pages are in bench-results; run by `cargo xtask reproduce`.
 //!
-//! `reproduce STUDY FOLDER [--quick]` prints the page of a study and writes its tables and figures to a folder.
+//! `reproduce STUDY FOLDER [--quick] [--only N]` prints the page of a study and writes its tables and figures to a folder; `--only N` repeats
+//! one problem of the study adversarial.
 #![allow(clippy::print_stdout)] // It writes pages.
 
 mod adaptivity;
@@ -19,9 +20,10 @@ use std::path::PathBuf;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let quick = arguments.iter().any(|a| a == "--quick");
+    let only = arguments.iter().skip_while(|a| *a != "--only").nth(1).map(|n| n.parse()).transpose()?;
     let [study, folder, ..] = arguments.as_slice() else {
         return Err(
-            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction FOLDER [--quick]"
+            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction FOLDER [--quick] [--only N]"
                 .into(),
         );
     };
@@ -30,7 +32,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "iterations" => iterations::table(quick),
         "effectivity" => effectivity::page(&folder, quick),
         "adaptivity" => adaptivity::page(&folder, quick),
-        "adversarial" => adversarial::page(&folder, quick),
+        "adversarial" => match only {
+            Some(number) => adversarial::one(number, &folder),
+            None => adversarial::page(&folder, quick),
+        },
         "friction" => friction::page(&folder, quick),
         other => Err(format!(
             "no study is named {other:?}: iterations, effectivity, adaptivity, adversarial or friction"

@@ -3,7 +3,6 @@
 //! Each file says where its reference values come from and of which kind they are: exact, from an
 //! independent code, or an earlier value of this code.
 
-pub mod adversarial;
 pub mod assemblies;
 pub mod blocks;
 pub mod cattaneo;
@@ -20,6 +19,7 @@ pub mod hertz;
 pub mod hertz_box;
 pub mod kirsch;
 pub mod layers;
+pub mod matrix;
 pub mod mesh_files;
 pub mod model;
 pub mod overkill;
@@ -41,7 +41,5 @@ pub mod signorini;
 pub mod smooth;
 pub mod stacks;
 pub mod tresca;
-pub mod trial;
-pub mod witness;
 
 pub use run::{certify, condense, displacements, iterates, prepare};

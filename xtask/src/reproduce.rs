@@ -14,6 +14,9 @@ pub(crate) struct Arguments {
     /// Fewer and smaller meshes
     #[arg(long)]
     quick: bool,
+    /// Repeats this problem of the study adversarial and prints its case file and verdicts
+    #[arg(long, value_name = "N")]
+    only: Option<u64>,
 }
 
 /// The studies, each with its title and the text above its tables.
@@ -35,6 +38,18 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     let mut build = workspace.cargo(&["build", "--release", "--workspace", "--bin", "reproduce"]);
     if stream(&mut build)? != Some(0) {
         return Err("the studies do not build".to_owned());
+    }
+    if let Some(number) = arguments.only {
+        let mut command = Command::new(workspace.nndd().with_file_name("reproduce"));
+        command
+            .arg("adversarial")
+            .arg(workspace.target.join("adversarial"))
+            .arg("--only")
+            .arg(number.to_string());
+        return match stream(&mut command)? {
+            Some(0) => Ok(()),
+            _ => Err(format!("problem {number} violates a promise")),
+        };
     }
     let commit = workspace.commit()?;
     for (study, page) in PAGES.iter().filter(wanted) {

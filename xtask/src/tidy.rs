@@ -4,12 +4,14 @@
 //! dependencies are named on the map; every source that a comment cites is in REFERENCES.bib, and every one
 //! there is cited; the tests of every example run; tracked files hold no path of one machine, no word that marks unfinished
 //! work and, if they are Rust or pages, no phrase that is hard to read, and are neither large nor out of place;
+//! every key and value on the page of case files has its place in the matrix of promises;
 //! neighbouring modules of a crate take from each other in one direction; every package in Cargo.lock has a licence that
 //! deny.toml allows and comes from crates.io.
 
 mod citations;
 mod files;
 mod finding;
+mod keys;
 mod licences;
 mod map;
 mod modules;
@@ -74,6 +76,8 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     findings.extend(modules::findings(&rust));
     findings.extend(licences::check(workspace)?);
     findings.extend(files::of_top(&files));
+    let [page, table] = [keys::PAGE, keys::TABLE].map(|file| read(&workspace.root.join(file)));
+    findings.extend(keys::findings(&page?, &table?));
     findings.sort();
     for Finding { file, line, what } in &findings {
         println!("{file}:{line}: {what}");

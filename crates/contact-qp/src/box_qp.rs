@@ -73,6 +73,16 @@ fn clearly_off(qp: &BoxQp<'_>, x: &[f64], places: &[Place], fraction: f64) -> Ve
     (0..x.len()).map(place).collect()
 }
 
+/// Answers a programme without unknowns, which Clarabel does not take: its rows hold if their right sides are zero.
+fn without_unknowns(qp: &BoxQp<'_>, settings: &QpSettings) -> BoxSolution {
+    let empty = Candidate { x: Vec::new(), a: vec![0.0; qp.right_side.len()], places: Vec::new() };
+    let mut answer = empty.into_solution(qp, QpPath::ActiveSet, 0);
+    if answer.kkt.max() > settings.kkt_tolerance {
+        answer.status = QpStatus::Infeasible;
+    }
+    answer
+}
+
 /// Solves `min ½ xᵀP x + qᵀx` subject to `l ≤ x ≤ u`, `G x = e`, exactly on its active set.
 ///
 /// * `start`: the place of each unknown on the first set that is tried, n entries; `None`: all between their bounds, or at them if these
@@ -94,6 +104,9 @@ pub fn solve_box(
     let n = qp.linear.len();
     if let Some(found) = start.map(<[Place]>::len).filter(|found| *found != n) {
         return Err(QpError::Length { what: "start", expected: n, found });
+    }
+    if n == 0 {
+        return Ok(without_unknowns(qp, settings));
     }
     let system = System::new(qp);
     if settings.method != QpMethod::Clarabel {

@@ -349,3 +349,29 @@ fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
     let only = nearest_balanced(&[0.0; 2], &[1.0; 2], [&[0.0; 2], &[0.0, 5.0]], &[1.0, 1.0], &[1.0]);
     assert_eq!(only.unwrap().unwrap().values, [0.0, 1.0]);
 }
+
+#[test]
+fn a_programme_without_unknowns_is_solved_by_every_method() {
+    let rows = |right_side: &'static [f64]| BoxQp {
+        matrix: &[],
+        linear: &[],
+        lower: &[],
+        upper: &[],
+        rows: &[],
+        right_side,
+    };
+    for method in [QpMethod::Auto, QpMethod::Clarabel, QpMethod::ActiveSet] {
+        let settings = QpSettings::default().with_method(method);
+        let found = solve_box(&rows(&[]), None, &settings).unwrap();
+        assert_eq!(
+            (found.status, found.x.len(), found.clarabel_calls),
+            (QpStatus::Solved, 0, 0),
+            "{method:?}"
+        );
+        assert_eq!(
+            solve_box(&rows(&[1.0]), None, &settings).unwrap().status,
+            QpStatus::Infeasible,
+            "{method:?}"
+        );
+    }
+}

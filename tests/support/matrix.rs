@@ -1,0 +1,274 @@
+//! The matrix of promises: random case files that switch every feature on and off, and a judge for every guarantee that the program prints.
+//!
+//! ```text
+//! number ─ draw ─► case file ─ run (two settings) ─► report.json ─ judge ─► one verdict for each promise
+//!                                   └─ cells halved ─► finer field, its intervals
+//! ```
+//! Rows are [`FEATURES`], columns [`PROMISES`]: a problem counts in the cell of each feature it has and each promise that was judged.
+//! There are no reference values: what is true of one problem must agree. All intervals of one quantity of the exact solution have a point in
+//! common, by whatever settings and on whatever nested meshes; two fields are not farther apart than both their bounds together; a finer
+//! admissible field has not less energy than the bound allows. Some problems have linear solutions or forces that equilibrium gives.
+
+mod draw;
+mod judge;
+mod layouts;
+mod runs;
+mod settings;
+
+use crate::model::Made;
+use draw::Draw;
+use layouts::Known;
+use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+pub use judge::{Promise, Verdict};
+
+/// The features, in the order of the table.
+pub const FEATURES: [&str; 71] = [
+    "no contact",
+    "one body",
+    "two bodies",
+    "three or more bodies",
+    "floating body",
+    "obstacle: fixed plane",
+    "obstacle: circle",
+    "obstacle: hollow circle",
+    "obstacle: moved",
+    "obstacle: driven by a force",
+    "rigid side",
+    "no friction",
+    "friction: Tresca",
+    "friction: Coulomb",
+    "clamped end of a contact line",
+    "held node of a contact line",
+    "corner of two pairs",
+    "partial overlap",
+    "meshes that match",
+    "meshes that do not match",
+    "bent contact line",
+    "closed contact line",
+    "declared arc",
+    "declared smooth curve",
+    "given normal",
+    "gap: none",
+    "gap: number",
+    "gap: expression",
+    "gap: geometric",
+    "load steps",
+    "adaptive",
+    "isotropic material",
+    "orthotropic material",
+    "given stiffness",
+    "region of another material",
+    "nearly incompressible",
+    "contrast of moduli",
+    "plane stress",
+    "other units",
+    "far from the origin",
+    "body force",
+    "roller along a normal",
+    "part of a side",
+    "side by its place",
+    "mesh file",
+    "slivers",
+    "exact solution is linear",
+    "method: auto",
+    "method: nndd",
+    "method: newton",
+    "method: exact",
+    "literal path",
+    "programme",
+    "imposed",
+    "imposed of a pair",
+    "theta",
+    "weights: half",
+    "acceleration",
+    "initial λ",
+    "no coarse space",
+    "criterion: estimator",
+    "criterion: precision",
+    "criterion: eta_nndd",
+    "force balance",
+    "early stop",
+    "fixed relaxation",
+    "relaxation by tolerance",
+    "estimate every iteration",
+    "Coulomb steps",
+    "labels of units",
+    "limits",
+];
+
+/// The table of the keys and values of a case file, with the features that switch them on.
+pub const KEYS: &str = include_str!("matrix/keys.toml");
+
+/// A random problem, with two settings to solve it by.
+pub struct Problem {
+    /// Its number.
+    pub number: u64,
+    /// What is switched on.
+    pub features: BTreeSet<&'static str>,
+    /// The case file.
+    pub text: String,
+    /// The same with other settings; without load steps, if the last factors are 1.
+    pub other: String,
+    /// Mesh files with their names.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// Whether the exact problem is the same on halved cells.
+    nested: bool,
+    /// Whether the second text states the same problem.
+    comparable: bool,
+    /// A typical force.
+    load: f64,
+    known: Known,
+}
+
+impl Problem {
+    /// Draws the problem with a number.
+    ///
+    /// # Errors
+    /// None.
+    pub fn new(number: u64) -> Made<Self> {
+        let mut d = Draw::new(1_000_003 * number + 17);
+        // 8 to 2,000 cells in all.
+        d.triangles = 8.0 * 250f64.powf(d.random.unit());
+        let stepped = d.on(0.1, "load steps");
+        let mut last = 1.0;
+        if stepped {
+            last = settings::load_steps(&mut d);
+        }
+        type Layout = fn(&mut Draw) -> Made<Known>;
+        const LAYOUTS: [Layout; 17] = [
+            layouts::blocks,
+            layouts::blocks,
+            layouts::blocks,
+            layouts::blocks,
+            layouts::blocks,
+            layouts::pile,
+            layouts::pile,
+            layouts::column,
+            layouts::column,
+            layouts::corner_of_blocks,
+            layouts::room,
+            layouts::beam,
+            layouts::pin,
+            layouts::arcs,
+            layouts::arcs,
+            layouts::half_disc,
+            layouts::alone,
+        ];
+        let layout = d.random.integer(0, LAYOUTS.len() - 1);
+        let mut known = LAYOUTS[layout](&mut d)?;
+        if last != 1.0 {
+            known = Known::default();
+        }
+        let has = |d: &Draw, feature| d.features.contains(feature);
+        let coulomb = has(&d, "friction: Coulomb");
+        let friction = coulomb || has(&d, "friction: Tresca");
+        if !friction {
+            d.mark("no friction");
+        }
+        if d.matching {
+            d.mark("meshes that match");
+        }
+        d.mark(match d.count() {
+            1 => "one body",
+            2 => "two bodies",
+            _ => "three or more bodies",
+        });
+        let allowed = settings::Allowed {
+            held: d.count() == 2 && !has(&d, "floating body") && !has(&d, "obstacle: fixed plane"),
+            coulomb,
+            adapt: !stepped,
+            contact: !has(&d, "no contact"),
+        };
+        let first = settings::draw(&mut d, allowed);
+        let second = settings::draw(&mut d, settings::Allowed { adapt: false, ..allowed });
+        let text = d.text(&first);
+        if last == 1.0 && !friction {
+            d.steps.clear();
+        }
+        let other = d.text(&second);
+        let other = if d.steps.is_empty() { other.replace("name = \"push\"\n", "") } else { other };
+        Ok(Self {
+            number,
+            text,
+            other,
+            nested: d.nested && !(friction && has(&d, "bent contact line")),
+            comparable: !(stepped && friction) && !coulomb,
+            known,
+            load: d.stress * d.strain * d.length,
+            features: d.features,
+            files: d.files,
+        })
+    }
+
+    /// Writes the case and its mesh files into a folder.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn write(&self, folder: &std::path::Path) -> Made<()> {
+        std::fs::create_dir_all(folder)?;
+        std::fs::write(folder.join("case.toml"), &self.text)?;
+        std::fs::write(folder.join("other.toml"), &self.other)?;
+        for (name, bytes) in &self.files {
+            std::fs::write(folder.join(name), bytes)?;
+        }
+        Ok(())
+    }
+}
+
+/// What became of a problem.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// Its number.
+    pub number: u64,
+    /// What is switched on.
+    pub features: BTreeSet<&'static str>,
+    /// Triangles of all bodies, and of the body that has fewest.
+    pub cells: [usize; 2],
+    /// The exit status of the first run, and why it ended.
+    pub code: u8,
+    /// Its reason.
+    pub reason: String,
+    /// How often a problem was solved or certified.
+    pub runs: usize,
+    /// The bound, the distance to the finer field, and the finer field's bound.
+    pub bound: Option<[f64; 3]>,
+    /// The verdicts.
+    pub verdicts: Vec<Verdict>,
+}
+
+impl Trial {
+    /// Draws, runs and judges the problem with a number, in a folder of its own.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn new(number: u64) -> Made<Self> {
+        let problem = Problem::new(number)?;
+        let folder = tempfile::tempdir()?;
+        problem.write(folder.path())?;
+        let mut trial = Self {
+            number,
+            features: problem.features.clone(),
+            cells: [0; 2],
+            code: 0,
+            reason: String::new(),
+            runs: 0,
+            bound: None,
+            verdicts: Vec::new(),
+        };
+        // A panic is a defect of the program, and one of the verdicts.
+        let judged =
+            catch_unwind(AssertUnwindSafe(|| judge::judge(&problem, folder.path(), &mut trial).is_ok()));
+        if judged.is_err() {
+            let said = "panicked".to_owned();
+            trial.verdicts.push(Verdict { promise: Promise::Status, holds: false, said });
+        }
+        Ok(trial)
+    }
+
+    /// Lists what is violated.
+    pub fn violations(&self) -> impl Iterator<Item = &Verdict> {
+        self.verdicts.iter().filter(|verdict| !verdict.holds)
+    }
+}
