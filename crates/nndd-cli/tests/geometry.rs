@@ -25,7 +25,7 @@ fn solved(name: &str, settings: &[&str]) -> (Report, String) {
 
 /// The largest mean pressure of an edge.
 fn peak(report: &Report) -> f64 {
-    report.results.as_ref().unwrap().max_edge_pressure.unwrap()
+    report.results.max_edge_pressure.unwrap()
 }
 
 #[test]

@@ -183,7 +183,7 @@ pub(super) fn judge(problem: &Problem, folder: &Path, trial: &mut Trial) -> Made
         of_column(column, &claim, trial);
     }
     if let (Some(force), Some(interval)) =
-        (problem.known.force, claim.solution.bounds.and_then(|bounds| bounds.contact_force))
+        (problem.known.force, claim.solution.bounds.and_then(|bounds| bounds.contact_force.ok()))
     {
         let slack = ROUNDING * force.abs();
         trial.say(Promise::Force, interval[0] <= force + slack && force <= interval[1] + slack, || {
@@ -325,7 +325,7 @@ fn of_intervals(a: &Claim<'_>, b: &Claim<'_>, what: &str, trial: &mut Trial) {
     let (Some(x), Some(y)) = (a.solution.bounds, b.solution.bounds) else { return };
     trial.meet(Promise::Norm, what, x.energy_norm, y.energy_norm);
     trial.meet(Promise::Energy, what, x.potential_energy, y.potential_energy);
-    if let (Some(x), Some(y)) = (x.contact_force, y.contact_force) {
+    if let (Ok(x), Ok(y)) = (x.contact_force, y.contact_force) {
         trial.meet(Promise::Force, what, x, y);
     }
 }
@@ -452,7 +452,7 @@ fn of_field(
         solved.contacts.iter().map(of_pair).collect()
     });
     trial.runs += 1;
-    let found = certify::of_fields(&done.case, done.problem.clone(), &field, pressures.as_deref());
+    let found = certify::of_fields(&done.case, &done.problem, &field, pressures.as_deref());
     let bound = match found {
         Ok(found) => found.bound(),
         Err(failure) => {
