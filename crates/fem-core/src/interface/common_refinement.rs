@@ -36,7 +36,7 @@ mod moved;
 mod overlap;
 mod seam;
 
-use super::ContactNormal;
+use super::{ContactNormal, outline};
 use crate::body::Body;
 use crate::geometry::Vector;
 use crate::mesh::id::{EdgeId, NodeId};
@@ -123,7 +123,7 @@ pub fn common_refinement(
     normal: ContactNormal,
 ) -> Result<CommonRefinement, CommonRefinementError> {
     let mut chains = [chains(&bodies[0], 0, surfaces[0])?, chains(&bodies[1], 1, surfaces[1])?];
-    let reference = reference(&bodies, &chains);
+    let reference = reference(&bodies, surfaces, &chains);
     let before = [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b]));
     let nodes = [0, 1].map(|b| bodies[b].mesh().points().len());
     let mut moves = seam::open(&mut bodies, &mut chains, reference, normal)?;
@@ -170,9 +170,16 @@ fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonR
     chain::chains(body.mesh(), edges).ok_or_else(fault)
 }
 
-/// Chooses the surface on which both are measured: the one with fewer edges; for equal numbers the one that comes
-/// first in space, so that the order of the bodies does not matter.
-fn reference(bodies: &[Body; 2], chains: &[Vec<Chain>; 2]) -> usize {
+/// Chooses the surface on which both are measured: one that is a declared arc of a body that may spin, whose own normals leave it free;
+/// otherwise the one with fewer edges; for equal numbers the one that comes first in space, so that the order of the bodies does not matter.
+fn reference(bodies: &[Body; 2], surfaces: [&str; 2], chains: &[Vec<Chain>; 2]) -> usize {
+    let spins = [0, 1].map(|b| {
+        let edges = bodies[b].mesh().group(surfaces[b]).unwrap_or(&[]);
+        outline::is_one_arc(&bodies[b], edges.iter().copied()) && bodies[b].free_motion().is_some()
+    });
+    if spins[0] != spins[1] {
+        return usize::from(spins[1]);
+    }
     let edges = |b: usize| chains[b].iter().map(|c| c.nodes.len() - 1).sum::<usize>();
     let places =
         |b: usize| chain::sorted_points(bodies[b].mesh(), &chains[b]).into_iter().flat_map(<[f64; 2]>::from);

@@ -99,6 +99,18 @@ pub(super) struct Radial {
     radius: f64,
 }
 
+/// Returns centre and radius of the arc on which all edges are declared; `None` if there is none.
+fn one_arc(body: &Body, mut edges: impl Iterator<Item = EdgeId>) -> Option<(Vector, f64)> {
+    let first = body.curve(edges.next()?)?;
+    let &Piece::Arc { centre, radius } = first else { return None };
+    edges.all(|edge| body.curve(edge) == Some(first)).then_some((centre, radius))
+}
+
+/// Tells whether all edges are declared as one arc.
+pub(super) fn is_one_arc(body: &Body, edges: impl Iterator<Item = EdgeId>) -> bool {
+    one_arc(body, edges).is_some()
+}
+
 /// Directions that differ by less than this angle are the same, radians.
 const SAME_DIRECTION: f64 = 1e-9;
 
@@ -109,11 +121,7 @@ impl Radial {
         let floats = bodies.map(|body| body.has_curves() && body.free_motion().is_some());
         let order = if floats[1] && !floats[0] { [1, 0] } else { [0, 1] };
         order.into_iter().find_map(|side| {
-            let of = |edge: &ContactEdge| bodies[side].curve(edge.edges[side]);
-            let &Piece::Arc { centre, radius } = of(edges.first()?)? else { return None };
-            if edges.iter().any(|edge| of(edge) != Some(&Piece::Arc { centre, radius })) {
-                return None;
-            }
+            let (centre, radius) = one_arc(bodies[side], edges.iter().map(|edge| edge.edges[side]))?;
             let points = bodies[side].mesh().points();
             let out = (points[pairs.first()?.nodes[side]] - centre).dot(&pairs[0].normal).signum();
             let found = Self { side, centre, radius: out * radius };
