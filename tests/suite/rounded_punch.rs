@@ -1,4 +1,4 @@
-//! Arcs that continue a straight contact side: gaps are those of the arc on every mesh, and so is the pressure.
+//! Arcs that continue a straight contact side: gaps are the arc's own on every mesh, and so is the pressure.
 
 use certified_contact::{AdaptSettings, AdaptiveEnd, Settings, Silent, solve_adaptively};
 use fem_core::interface::ContactProblem;

@@ -67,7 +67,7 @@ pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
 }
 
 /// Leaves loads out along rotations that a contact line on a declared arc does not resist, if the error of the polygon explains them: the moment
-/// of the loads of a polygon about the centre of the arc is not exactly that of the curve. It explains up to
+/// of the loads of a polygon about the centre of the arc is not exactly the curve's. It explains up to
 /// ```math
 /// |e·a| ≤ (∑_i P_i)  max_i |(n_i − (x_i − c)/R)·R a|
 /// ```

@@ -32,7 +32,7 @@ pub struct Certificate {
     /// bodies takes.
     #[serde(default)]
     pub pressure_shift: Option<f64>,
-    /// What was left out of the loads: the bound is for the problem without.
+    /// Loads that were left out: the bound is for the problem without them.
     #[serde(default)]
     pub projected_load: Vec<ProjectedLoad>,
     /// What makes the bound valid.

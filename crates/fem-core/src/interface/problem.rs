@@ -88,7 +88,7 @@ pub struct ContactProblem {
     pub obstacles: Vec<Obstacle>,
     /// The pairs.
     pub contacts: Vec<ContactPair>,
-    /// What was left out of the loads; finer meshes and other amounts of the loads begin without.
+    /// Loads that were left out; finer meshes and other amounts of the loads begin without.
     pub left_out: Vec<LeftOut>,
 }
 
