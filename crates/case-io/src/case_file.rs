@@ -28,6 +28,12 @@ use toml::de::DeTable;
 /// The largest case file that is read, in bytes.
 pub const LARGEST_CASE_FILE: u64 = 16 << 20;
 
+/// Lines, brackets, commas, points, quotes and equals signs of a case file, at most.
+const MOST_SIGNS: usize = 2_000_000;
+
+/// Faults of syntax are looked for as many bytes behind the first one.
+const NEAR: usize = 1 << 16;
+
 /// At most this many syntax errors are reported: each takes a pass over the whole text.
 const MOST_SYNTAX_FAULTS: usize = 8;
 
@@ -118,11 +124,49 @@ pub(crate) fn parse(
 }
 
 fn document(text: &str, source: &Arc<Source>) -> Result<Table, CaseError> {
-    let (table, errors) = DeTable::parse_recoverable(text);
-    if errors.is_empty() {
-        return Ok(tree::table(table.get_ref(), source, 0));
+    refuse_controls(text, source)?;
+    let first = match DeTable::parse(text) {
+        Ok(table) => return Ok(tree::table(table.get_ref(), source, 0)),
+        Err(error) => error.span().map_or(0, |span| span.start),
+    };
+    // Every byte behind a fault can be one more: those far behind the first one are not looked for.
+    let near = line_at(text, first.saturating_add(NEAR).min(text.len())).end;
+    let near = text.get(..near).unwrap_or(text);
+    Err(CaseError::new(syntax_faults(near, DeTable::parse_recoverable(near).1, source)))
+}
+
+/// Refuses what no case has: a control character, which TOML does not allow anywhere, and more signs than a case of this size needs. Each of
+/// them would be an object of its own, and a fault.
+fn refuse_controls(text: &str, source: &Arc<Source>) -> Result<(), CaseError> {
+    let bytes = text.as_bytes();
+    let is_control = |k: &usize| match bytes[*k] {
+        b'\t' | b'\n' => false,
+        b'\r' => bytes.get(k + 1) != Some(&b'\n'),
+        byte => byte.is_ascii_control(),
+    };
+    let fault = |at: usize, message: String| {
+        Diagnostic::new(code::SYNTAX, Some(Place::new(source, at..at + 1)), message)
+    };
+    if let Some(at) = (0..bytes.len()).find(is_control) {
+        let found = match bytes[at] {
+            b'\r' => "a carriage return without a line feed".to_owned(),
+            byte => format!("the control character 0x{byte:02X}"),
+        };
+        let fix = "save the file with the line ends of Unix or Windows";
+        return Err(fault(at, found)
+            .expected("text, with a line feed at the end of each line")
+            .fix(fix)
+            .into());
     }
-    Err(CaseError::new(syntax_faults(text, errors, source)))
+    let is_sign = |byte: &u8| b"\n[]{}=,.\"'".contains(byte);
+    let signs = bytes.iter().enumerate().filter(|(_, byte)| is_sign(byte));
+    match signs.map(|(at, _)| at).nth(MOST_SIGNS) {
+        None => Ok(()),
+        Some(at) => Err(fault(at, format!("more than {MOST_SIGNS} lines, brackets and commas"))
+            .expected("a case")
+            .fix("keep meshes and tables of values in files of their own")
+            .into()),
+    }
 }
 
 /// Lists the faults of a text that is not TOML, without those that follow from others: a bracket that is never closed

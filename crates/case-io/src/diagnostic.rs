@@ -236,6 +236,12 @@ impl CaseError {
         diagnostics.truncate(MOST_DIAGNOSTICS);
         Self { diagnostics, omitted }
     }
+
+    /// Counts faults that are not in the list.
+    pub(crate) fn and_more(mut self, omitted: usize) -> Self {
+        self.omitted += omitted;
+        self
+    }
 }
 
 impl From<Diagnostic> for CaseError {

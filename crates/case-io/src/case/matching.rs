@@ -11,6 +11,7 @@ use fem_core::interface::common_refinement::{
 use fem_core::interface::{ContactInterface, ContactProblem, GapChange, InterfaceError, facing_edges};
 use fem_core::mesh::id::EdgeId;
 use mesh_io::words::counted;
+use std::collections::{BTreeSet, HashMap};
 
 /// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
 const BENT: f64 = 1e-6;
@@ -100,48 +101,14 @@ impl Case {
         });
     }
 
-    /// Makes the bodies and pairs them. If the surfaces of a pair do not match, they are refined in common, and all pairs
-    /// are made again: pairs of one body may share nodes.
+    /// Makes the bodies and pairs them. If the surfaces of a pair do not match, they are refined in common.
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
         let count = self.contacts.len();
         let notes = (0..count).map(|_| None).collect();
         let mut meshes = Meshes { sides: Vec::new(), measured: vec![None; count], notes, bodies };
         self.separate_sides(&mut meshes);
-        let mut refined = vec![0; count];
-        let interfaces = loop {
-            let mut interfaces = Vec::with_capacity(count);
-            let mut fault = None;
-            for k in 0..count {
-                match self.interface(k, &meshes) {
-                    Ok(interface) => interfaces.push(interface),
-                    Err(error) => {
-                        fault = Some((k, error));
-                        break;
-                    }
-                }
-            }
-            let Some((k, error)) = fault else { break interfaces };
-            let first = refined[k] == 0;
-            let apart = matches!(error, InterfaceError::NotFacing { .. }) && first;
-            if apart && self.take_facing(k, &mut meshes) {
-                continue;
-            }
-            let occupied = matches!(error, InterfaceError::Occupied { .. }) && first;
-            let again = error.is_mismatch() && refined[k] < MOST_REFINEMENTS;
-            if self.contacts[k].obstacle.is_some() || !(occupied || again) {
-                return Err(self.swap_names(k, self.interface_diagnostic(k, &error)).into());
-            }
-            refined[k] += 1;
-            match self.refine(k, &mut meshes) {
-                Ok(()) => {}
-                // Sides that face each other only in part.
-                Err(_) if refined[k] == 1 && self.take_facing(k, &mut meshes) => {}
-                // The load on the side is what the user can change.
-                Err(_) if occupied => return Err(self.interface_diagnostic(k, &error).into()),
-                Err(fault) => return Err(fault),
-            }
-        };
+        let interfaces = self.matching_interfaces(&mut meshes)?;
         self.note_cuts(&meshes.bodies);
         let notes = meshes.notes.into_iter().flatten().collect();
         self.joined(notes).into_iter().for_each(|note| self.add_note(note));
@@ -163,19 +130,65 @@ impl Case {
         Ok(problem)
     }
 
+    /// Pairs the surfaces of all pairs, those that do not match after a common refinement: then all pairs of the two bodies are made again.
+    fn matching_interfaces(&self, meshes: &mut Meshes) -> Result<Vec<ContactInterface>, CaseError> {
+        let count = self.contacts.len();
+        let mut of_body: HashMap<usize, Vec<usize>> = HashMap::new();
+        for (k, contact) in self.contacts.iter().enumerate() {
+            contact.bodies.iter().for_each(|b| of_body.entry(*b).or_default().push(k));
+        }
+        let mut refined = vec![0; count];
+        let mut interfaces: Vec<Option<ContactInterface>> = (0..count).map(|_| None).collect();
+        let mut missing: BTreeSet<usize> = (0..count).collect();
+        while let Some(&k) = missing.first() {
+            let error = match self.interface(k, meshes) {
+                Ok(interface) => {
+                    interfaces[k] = Some(interface);
+                    missing.remove(&k);
+                    continue;
+                }
+                Err(error) => error,
+            };
+            let first = refined[k] == 0;
+            let apart = matches!(error, InterfaceError::NotFacing { .. }) && first;
+            if apart && self.take_facing(k, meshes) {
+                continue;
+            }
+            let occupied = matches!(error, InterfaceError::Occupied { .. }) && first;
+            let again = error.is_mismatch() && refined[k] < MOST_REFINEMENTS;
+            if self.contacts[k].obstacle.is_some() || !(occupied || again) {
+                return Err(self.swap_names(k, self.interface_diagnostic(k, &error)).into());
+            }
+            refined[k] += 1;
+            match self.refine(k, meshes) {
+                // Pairs of one body may share nodes.
+                Ok(()) => {
+                    let bodies = self.contacts[k].bodies.iter();
+                    missing.extend(bodies.filter_map(|b| of_body.get(b)).flatten());
+                }
+                // Sides that face each other only in part.
+                Err(_) if refined[k] == 1 && self.take_facing(k, meshes) => {}
+                // The load on the side is what the user can change.
+                Err(_) if occupied => return Err(self.interface_diagnostic(k, &error).into()),
+                Err(fault) => return Err(fault),
+            }
+        }
+        Ok(interfaces.into_iter().flatten().collect())
+    }
+
     /// Gives pairs that share a side, and pairs with a side on which something acts, sides of their own: each takes what faces
     /// it, and the rest keeps its conditions.
     fn separate_sides(&self, meshes: &mut Meshes) {
-        let uses = |body: usize, side: &str| {
-            let members = self.contacts.iter().flat_map(|c| c.bodies.iter().zip(&c.surfaces));
-            members.filter(|(b, s)| **b == body && s.as_str() == side).count()
-        };
+        let mut uses: HashMap<(usize, &str), usize> = HashMap::new();
+        for (b, side) in self.contacts.iter().flat_map(|c| c.bodies.iter().zip(&c.surfaces)) {
+            *uses.entry((*b, side)).or_default() += 1;
+        }
         meshes.sides = self.contacts.iter().map(|contact| contact.surfaces.clone()).collect();
         for (k, contact) in self.contacts.iter().enumerate() {
             let shared = |(&b, side): (&usize, &String)| {
                 let body = &meshes.bodies[b];
                 let edges = body.mesh().group(side).unwrap_or(&[]);
-                uses(b, side) > 1 || edges.iter().any(|edge| !body.is_free(*edge))
+                uses[&(b, side.as_str())] > 1 || edges.iter().any(|edge| !body.is_free(*edge))
             };
             if contact.bodies.iter().zip(&contact.surfaces).any(shared) {
                 self.take_facing(k, meshes);

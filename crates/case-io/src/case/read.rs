@@ -40,7 +40,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     let output = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();
-    let (diagnostics, places) = findings.into_parts();
+    let (diagnostics, omitted, places) = findings.into_parts();
     match diagnostics.is_empty() {
         true => Ok(Case {
             title,
@@ -59,7 +59,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
             file_name: file_name.to_owned(),
             places,
         }),
-        false => Err(CaseError::new(diagnostics)),
+        false => Err(CaseError::new(diagnostics).and_more(omitted)),
     }
 }
 

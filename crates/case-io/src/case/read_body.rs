@@ -11,14 +11,15 @@ use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
 use fem_core::body::CurveKind;
 use fem_core::mesh::generate::Facing;
+use std::collections::HashMap;
 
 /// Reads the bodies.
 pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
     let Some(mut readers) = root.tables("body") else { return Vec::new() };
     let mut bodies = Vec::with_capacity(readers.len());
+    let mut names = HashMap::new();
     for r in &mut readers {
-        let read = body(r, &bodies);
-        bodies.push(read);
+        bodies.push(body(r, &mut names));
     }
     if bodies.is_empty() {
         root.refuse("body", "there is no body", "one [[body]] table or more", "write a [[body]]");
@@ -29,11 +30,12 @@ pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
     bodies
 }
 
-fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
+fn body(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> BodyCase {
     r.require(&["name", "material"]);
     let name = r.string("name");
     if let Some(name) = &name {
         check_name(r, name, others);
+        others.entry(file_stem(name).to_lowercase()).or_insert_with(|| name.clone());
     }
     let name = name.unwrap_or_default();
     let material = r.string("material").unwrap_or_default();
@@ -54,7 +56,9 @@ fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
 const LONGEST_NAME: usize = 100;
 
 /// Checks that a name can name a file that no other has, on a file system that ignores case too.
-fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
+///
+/// * `others`: the names of the bodies before, by the stems of their files.
+fn check_name(r: &Reader<'_>, name: &str, others: &HashMap<String, String>) {
     let forbidden = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     let stem = |name: &str| file_stem(name).to_lowercase();
     if name.trim().is_empty()
@@ -75,11 +79,11 @@ fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
             "another name",
             "name it after what it is, such as \"upper\"",
         );
-    } else if let Some(other) = others.iter().find(|b| stem(&b.name) == stem(name)) {
-        let message = if other.name.to_lowercase() == name.to_lowercase() {
+    } else if let Some(other) = others.get(&stem(name)) {
+        let message = if other.to_lowercase() == name.to_lowercase() {
             format!("two bodies are called {}", excerpt(name))
         } else {
-            let [a, b] = [other.name.as_str(), name].map(excerpt);
+            let [a, b] = [other.as_str(), name].map(excerpt);
             format!("the bodies {a} and {b} would write the same file, {}.vtu", file_stem(name))
         };
         let diagnostic = Diagnostic::new(code::DUPLICATE, r.place_of("name"), message);

@@ -6,7 +6,8 @@ use super::side::{has_point, joined};
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};
-use std::collections::BTreeSet;
+use mesh_io::words::listed;
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// Bytes of the name of a pair, at most: it also names files.
 const LONGEST_NAME: usize = 100;
@@ -24,38 +25,31 @@ pub(super) fn contacts(root: &mut Reader<'_>, bodies: &mut [BodyCase]) -> Vec<Co
     };
     let only = readers.len() == 1;
     let mut found: Vec<Contact> = Vec::new();
+    let (mut names, mut pairs) = (Names::default(), HashMap::new());
+    let numbers = numbers(bodies);
     for (k, mut r) in readers.into_iter().enumerate() {
         let path = if single { "contact".to_owned() } else { format!("contact.{k}") };
-        let mut contact = contact(&mut r, bodies, only, path);
-        let stem = |name: &str| file_stem(name).to_lowercase();
-        let taken = |name: &str| found.iter().any(|other| stem(&other.name) == stem(name));
+        let mut contact = contact(&mut r, (bodies, &numbers), only, path);
         match r.string("name") {
             Some(name) => {
-                if name.trim().is_empty() || name.len() > LONGEST_NAME || taken(&name) {
+                if name.trim().is_empty() || name.len() > LONGEST_NAME || names.has(&name) {
                     let message = format!("{} cannot name this pair", excerpt(&name));
                     let expected = "a name of at most 100 bytes that no other pair has, not only in case, blanks or signs";
                     r.refuse("name", message, expected, "rename it, or leave `name` out");
                 }
                 contact.name = name;
             }
-            None => {
-                let name = std::mem::take(&mut contact.name);
-                let numbered = (2..).map(|n| format!("{name}-{n}"));
-                let free = std::iter::once(name.clone()).chain(numbered).find(|name| !taken(name));
-                contact.name = free.unwrap_or(name);
-            }
+            None => contact.name = names.free(std::mem::take(&mut contact.name)),
         }
-        let same = |other: &&Contact| {
-            let members = |c: &Contact| -> BTreeSet<(usize, String)> {
-                c.bodies.iter().copied().zip(c.surfaces.iter().cloned()).collect()
-            };
-            contact.obstacle.is_none() && other.obstacle.is_none() && members(other) == members(&contact)
-        };
-        if contact.bodies.len() == 2
-            && let Some(other) = found.iter().find(same)
-        {
-            let message = format!("this is the pair {} again", excerpt(&other.name));
-            r.refuse("surfaces", message, "each pair of sides once", "take one of the two out");
+        names.take(&contact.name);
+        if contact.obstacle.is_none() {
+            let members: BTreeSet<(usize, String)> =
+                contact.bodies.iter().copied().zip(contact.surfaces.iter().cloned()).collect();
+            let first: usize = *pairs.entry(members).or_insert(found.len());
+            if first < found.len() && contact.bodies.len() == 2 {
+                let message = format!("this is the pair {} again", excerpt(&found[first].name));
+                r.refuse("surfaces", message, "each pair of sides once", "take one of the two out");
+            }
         }
         r.finish();
         found.push(contact);
@@ -63,14 +57,63 @@ pub(super) fn contacts(root: &mut Reader<'_>, bodies: &mut [BodyCase]) -> Vec<Co
     found
 }
 
+/// The names of the pairs, as stems of file names.
+#[derive(Default)]
+struct Names {
+    stems: HashSet<String>,
+    /// The number that is tried next for a name without one.
+    next: HashMap<String, usize>,
+}
+
+impl Names {
+    fn stem(name: &str) -> String {
+        file_stem(name).to_lowercase()
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.stems.contains(&Self::stem(name))
+    }
+
+    fn take(&mut self, name: &str) {
+        self.stems.insert(Self::stem(name));
+    }
+
+    /// Adds the first number to a name that makes it free.
+    fn free(&mut self, name: String) -> String {
+        if !self.has(&name) {
+            return name;
+        }
+        let mut number = self.next.get(&name).copied().unwrap_or(2);
+        while self.has(&format!("{name}-{number}")) {
+            number += 1;
+        }
+        let free = format!("{name}-{number}");
+        self.next.insert(name, number + 1);
+        free
+    }
+}
+
+/// The number of each body by its name, the first one if there are two.
+fn numbers(bodies: &[BodyCase]) -> HashMap<String, usize> {
+    let names = bodies.iter().enumerate().rev();
+    names.map(|(number, body)| (body.name.clone(), number)).collect()
+}
+
 /// Reads one pair, with its default name.
-fn contact(r: &mut Reader<'_>, bodies: &mut [BodyCase], only: bool, path: String) -> Contact {
+fn contact(
+    r: &mut Reader<'_>,
+    (bodies, numbers): (&mut [BodyCase], &HashMap<String, usize>),
+    only: bool,
+    path: String,
+) -> Contact {
     let named = r.strings("bodies");
     let obstacle = r.table("obstacle").and_then(obstacle);
     let against = r.has("obstacle");
     r.require(&["surfaces"]);
     let members: Vec<usize> = match &named {
-        Some(names) => names.iter().enumerate().filter_map(|(k, name)| number(r, bodies, k, name)).collect(),
+        Some(names) => {
+            names.iter().enumerate().filter_map(|(k, name)| number(r, (bodies, numbers), k, name)).collect()
+        }
         None if !against && only && bodies.len() == 2 => vec![0, 1],
         None if against && bodies.len() == 1 => vec![0],
         None => {
@@ -212,16 +255,22 @@ fn against_obstacle(
 }
 
 /// Finds a body by its name.
-fn number(r: &Reader<'_>, bodies: &[BodyCase], entry: usize, name: &str) -> Option<usize> {
-    let found = bodies.iter().position(|body| body.name == name);
+fn number(
+    r: &Reader<'_>,
+    (bodies, numbers): (&[BodyCase], &HashMap<String, usize>),
+    entry: usize,
+    name: &str,
+) -> Option<usize> {
+    let found = numbers.get(name).copied();
     if found.is_none() {
-        let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
         let message = format!("`{}.{entry}` is {}, which is no body", r.path_of("bodies"), excerpt(name));
-        let diagnostic = Diagnostic::new(code::REFERENCE, r.place_of("bodies"), message);
-        let all = names.iter().map(|name| excerpt(name)).collect::<Vec<_>>().join(", ");
-        let help = did_you_mean(name, names, '"');
-        let expected = format!("one of the bodies {all}");
-        r.findings().push(diagnostic.expected(expected).help(help).fix("write the name of a [[body]]"));
+        let mut diagnostic = Diagnostic::new(code::REFERENCE, r.place_of("bodies"), message);
+        if !r.findings().are_many() {
+            let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+            let all = format!("one of the bodies {}", listed(&names));
+            diagnostic = diagnostic.expected(all).help(did_you_mean(name, names, '"'));
+        }
+        r.findings().push(diagnostic.fix("write the name of a [[body]]"));
     }
     found
 }

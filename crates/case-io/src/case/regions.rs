@@ -72,12 +72,18 @@ pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies
             body.regions.iter().enumerate().map(move |(j, r)| (format!("body.{k}.region.{j}"), &r.material));
         std::iter::once((format!("body.{k}"), &body.material)).chain(of_regions)
     });
+    let all: HashSet<&str> = names().collect();
     for (path, material) in used {
         // An empty name means that it is missing or not a string, which has been reported.
-        if material.is_empty() || names().any(|name| name == material) {
+        if material.is_empty() || all.contains(material.as_str()) {
             continue;
         }
         let message = format!("there is no material {}", excerpt(material));
+        if root.findings().are_many() {
+            let place = root.findings().place(&format!("{path}.material"));
+            root.findings().push(Diagnostic::new(code::REFERENCE, place, message));
+            continue;
+        }
         let known: Vec<String> = names().map(|n| format!("\"{n}\"")).collect();
         let diagnostic =
             Diagnostic::new(code::REFERENCE, root.findings().place(&format!("{path}.material")), message);

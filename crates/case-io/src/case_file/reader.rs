@@ -6,23 +6,41 @@ mod arrays;
 
 use super::examples::{EXPRESSION, described, example};
 use super::tree::{At, Entry, Node, NodeValue, Table};
-use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt, nearest};
+use crate::diagnostic::{
+    CaseError, Diagnostic, MOST_DIAGNOSTICS, Place, code, did_you_mean, excerpt, nearest,
+};
 use crate::expression::{Expression, Value};
 use fem_core::geometry::shown;
 use mesh_io::numeral;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+
+/// This many faults are kept until only the first ones are.
+const MOST_LISTED: usize = 1000;
 
 /// What was found while reading a document: faults, and the place of every key that was read.
 #[derive(Default)]
 pub(crate) struct Findings {
     diagnostics: RefCell<Vec<Diagnostic>>,
+    /// Faults that are no longer listed, since many stand before them.
+    omitted: Cell<usize>,
     places: RefCell<BTreeMap<String, Place>>,
 }
 
 impl Findings {
     pub(crate) fn push(&self, diagnostic: Diagnostic) {
-        self.diagnostics.borrow_mut().push(diagnostic);
+        let mut listed = self.diagnostics.borrow_mut();
+        listed.push(diagnostic);
+        if listed.len() >= MOST_LISTED {
+            let CaseError { diagnostics, omitted } = CaseError::new(std::mem::take(&mut *listed));
+            *listed = diagnostics;
+            self.omitted.set(self.omitted.get() + omitted);
+        }
+    }
+
+    /// Tells whether more faults than are listed were found: searches for what was meant are no longer worthwhile.
+    pub(crate) fn are_many(&self) -> bool {
+        self.omitted.get() > 0 || self.diagnostics.borrow().len() >= MOST_DIAGNOSTICS
     }
 
     fn note(&self, path: &str, at: &At) {
@@ -34,8 +52,9 @@ impl Findings {
         self.places.borrow().get(path).cloned()
     }
 
-    pub(crate) fn into_parts(self) -> (Vec<Diagnostic>, BTreeMap<String, Place>) {
-        (self.diagnostics.into_inner(), self.places.into_inner())
+    /// Returns the faults, how many more there are, and the places of the keys.
+    pub(crate) fn into_parts(self) -> (Vec<Diagnostic>, usize, BTreeMap<String, Place>) {
+        (self.diagnostics.into_inner(), self.omitted.get(), self.places.into_inner())
     }
 }
 

@@ -25,6 +25,32 @@ fn replaced(from: &str, to: &str, expected: &str) {
 }
 
 #[test]
+fn thousands_of_faulty_tables_are_counted_after_the_first_twenty() {
+    let bodies: String =
+        (0..10_000).map(|k| format!("[[body]]\nname = \"b{k}\"\nmaterial = \"m{k}\"\n")).collect();
+    let pairs = "[[contact]]\nbodies = [\"a\", \"c\"]\nsurfaces = [\"top\", \"bottom\"]\n".repeat(10_000);
+    let text = format!("schema = 1\n[materials.a]\nyoung = 1.0\npoisson = 0.3\n{bodies}{pairs}");
+    let error = Case::parse(&text, "c.toml", &[]).unwrap_err();
+    assert_eq!(error.diagnostics.len(), 20);
+    // No generator, and no material, of each body; two names of no body in each pair.
+    assert_eq!(error.omitted + 20, 4 * 10_000);
+    assert!(error.diagnostics[0].to_string().starts_with("c.toml:5:1"), "{}", error.diagnostics[0]);
+}
+
+#[test]
+fn a_file_of_control_characters_or_brackets_has_one_fault() {
+    for (text, found) in [
+        ("\r".repeat(15_000_000), "c.toml:1:1: a carriage return without a line feed"),
+        ("a = 1\n\u{1}".to_owned(), "c.toml:2:1: the control character 0x01"),
+        ("[".repeat(15_000_000), "c.toml:1:2000001: more than 2000000 lines, brackets and commas"),
+    ] {
+        let found_faults = faults(&text);
+        assert!(found_faults.len() == 1 && found_faults[0].starts_with(found), "{:.200}", found_faults[0]);
+    }
+    assert!(Case::parse(&minimal("").replace('\n', "\r\n"), "c.toml", &[]).is_ok());
+}
+
+#[test]
 fn unknown_keys_get_the_nearest_name() {
     refused(
         "[solver]\ntheata = 1",
