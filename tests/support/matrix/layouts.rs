@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 /// What is known of a problem without solving it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Known {
-    /// The integral of the pressure of the only pair.
+    /// The integral of the pressure of all pairs.
     pub(super) force: Option<f64>,
     /// A column under a uniform pressure: the exact displacements.
     pub(super) column: Option<Column>,
@@ -230,8 +230,8 @@ pub(super) fn pile(d: &mut Draw) -> Made<Known> {
         left += (width - next) * d.random.unit();
         (width, below) = (next, Some(name));
     }
-    let single = count == 2 && !on_plane;
-    Ok(Known { force: single.then_some(force), column: None })
+    let pairs = count - usize::from(!on_plane);
+    Ok(Known { force: Some(force * pairs as f64), column: None })
 }
 
 /// Blocks of one width under a uniform pressure, between rollers: linear displacements, whatever the meshes.
@@ -283,8 +283,8 @@ pub(super) fn column(d: &mut Draw) -> Made<Known> {
         below = Some(name);
     }
     let pairs = count - usize::from(!on_plane);
-    let force = (pairs == 1).then_some(load * d.length * width);
-    Ok(Known { force, column: Some(column) })
+    let force = load * d.length * width * pairs as f64;
+    Ok(Known { force: Some(force), column: Some(column) })
 }
 
 /// Blocks around a point: two clamped ones side by side, one or two on both.
