@@ -267,7 +267,7 @@ mod links {
                 assert!(matches!(refused, Err(OutputError::Link { .. })), "{refused:?}");
             }
             assert!(matches!(OutputDirectory::reopen(&results), Err(OutputError::Link { .. })));
-            // A link that appears while the run goes on.
+            // A link that appears while the run continues.
             fs::remove_file(results.join(below)).unwrap();
             let mut output = OutputDirectory::open(&results, ResultKind::Solve, "h", false).unwrap();
             output.write(&format!("{below}/a.svg"), b"new").unwrap();
