@@ -371,9 +371,8 @@ fn check_sizes(points: &[Vector], triangles: &[[NodeId; 3]]) -> Result<(), MeshE
             return Err(MeshError::TooLarge { what, found, limit });
         }
     }
-    match points.iter().position(|p| !(p[0].is_finite() && p[1].is_finite())) {
-        Some(node) => return Err(MeshError::NotFinite { node, x: points[node][0], y: points[node][1] }),
-        None => {}
+    if let Some(node) = points.iter().position(|p| !(p[0].is_finite() && p[1].is_finite())) {
+        return Err(MeshError::NotFinite { node, x: points[node][0], y: points[node][1] });
     }
     match points.iter().position(|p| p.amax() > LARGEST_COORDINATE) {
         Some(node) => Err(MeshError::Scale { node, x: points[node][0], y: points[node][1], edge: 0.0 }),
