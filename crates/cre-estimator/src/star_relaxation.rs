@@ -56,7 +56,7 @@ const ROUND_OFF: f64 = 1e-28;
 /// All further steps lower `‖τ − σ̂‖²` by at most this many times what the second half of the steps did.
 ///
 /// If `k` steps leave a multiple of `1/k`, the factor is 1; of `1/√k`, 2.4; if each step leaves the same fraction, it is below 1. Measured on
-/// 528 relaxations: 1 is too small in 125 of them, 1.5 in 7, 2 in 3, by a hundredth of the gain.
+/// 528 relaxations with a tolerance of 1.5 %: 1 is too small in 125 of them, 1.5 in 7, 2 in 3, two of which left 1.6 %; the third had no more steps.
 const HALVES: f64 = 2.0;
 
 /// How far to relax.
@@ -254,10 +254,10 @@ impl<'a> StarRelaxation<'a> {
             energy = (energy - alpha * descent).max(0.0);
             report.steps += 1;
             report.energy_history.push(energy);
-            if let Relaxation::Tolerance { tolerance, .. } = relaxation {
-                if left_to_gain(&report.energy_history) <= tolerance {
-                    break;
-                }
+            if let Relaxation::Tolerance { tolerance, .. } = relaxation
+                && left_to_gain(&report.energy_history) <= tolerance
+            {
+                break;
             }
             if report.steps < relaxation.max_steps() {
                 r.update(|i, r| r - alpha * z.get(i));
