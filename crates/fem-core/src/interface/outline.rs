@@ -139,7 +139,17 @@ impl Radial {
 
     /// Computes the normal at two facing nodes.
     pub(super) fn normal(&self, bodies: [&Body; 2], nodes: [NodeId; 2]) -> Vector {
-        1.0 / self.radius * (bodies[self.side].mesh().points()[nodes[self.side]] - self.centre)
+        self.at(bodies[self.side].mesh().points()[nodes[self.side]])
+    }
+
+    /// Computes the normal at a point of the side.
+    pub(super) fn at(&self, point: Vector) -> Vector {
+        1.0 / self.radius * (point - self.centre)
+    }
+
+    /// Returns the side whose nodes give the normals.
+    pub(super) fn side(&self) -> usize {
+        self.side
     }
 }
 

@@ -196,8 +196,10 @@ impl ContactProblem {
         let mut places: Vec<HashMap<EdgeId, Vector>> = self.bodies.iter().zip(marked).map(own).collect();
         for pair in &self.contacts {
             for edge in pair.interface.line().1.iter().filter(|_| self.obstacle_of(pair).is_none()) {
-                // Gaps are measured on one of the bodies.
-                let (m, o) = (pair.interface.measured_on, 1 - pair.interface.measured_on);
+                // Gaps are measured on one of the bodies; on an arc that gives the normals, these come from its nodes.
+                let radial = pair.interface.radial;
+                let m = radial.map_or(pair.interface.measured_on, |radial| radial.side());
+                let o = 1 - m;
                 let [own, other] = [m, o].map(|b| (&self.bodies[pair.bodies[b]], edge.edges[b]));
                 let Some(curve) = other.0.curve(other.1).filter(|_| marked[pair.bodies[o]][other.1]) else {
                     continue;
@@ -205,7 +207,8 @@ impl ContactProblem {
                 let point = places[pair.bodies[m]].get(&own.1).copied();
                 let point = point.unwrap_or_else(|| own.0.mesh().edge_middle(own.1));
                 let [i, j] = edge.pairs.map(|k| pair.interface.line().0[k as usize].normal);
-                let normal = 1.0 / norm(i + j) * (i + j);
+                let normal = radial.map_or(i + j, |radial| radial.at(point));
+                let normal = 1.0 / norm(normal) * normal;
                 if let Some(found) = curve.crossing(other.0.mesh().edge_ends(other.1), point, normal) {
                     places[pair.bodies[o]].insert(other.1, found);
                 }
