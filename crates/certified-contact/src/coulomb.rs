@@ -83,9 +83,7 @@ impl CoulombResult {
 
     /// Returns the residual over the energy norm; `None` without one, or without strain energy.
     pub fn relative_residual(&self) -> Option<f64> {
-        self.residual()
-            .filter(|_| self.energy_norm() > self.estimate.round_off)
-            .map(|e_b| e_b / self.energy_norm())
+        self.estimate.over_norm(self.residual()?)
     }
 
     /// Returns the bound of the distance to the solution of *another* problem: that with the friction of Tresca whose limit is

@@ -57,17 +57,16 @@ impl CertifiedSolution {
         &self.nndd.last
     }
 
-    /// Tells whether the bodies have no strain energy: the energy norm is at most the allowance for round-off.
+    /// Tells whether the bodies have no strain energy: see [`Estimate::holds_no_energy`].
     pub fn holds_no_energy(&self) -> bool {
-        self.estimate.as_ref().is_some_and(|e| e.energy_norm() <= e.round_off)
+        self.estimate.as_ref().is_some_and(Estimate::holds_no_energy)
     }
 
     /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` unless [`Self::is_certified`], or if the
     /// bodies have no strain energy.
     pub fn relative(&self) -> Option<f64> {
         let estimate = self.estimate.as_ref()?;
-        let (norm, e_cre) = (estimate.energy_norm(), estimate.certificate()?.e_cre);
-        (norm > estimate.round_off).then(|| e_cre / norm)
+        estimate.over_norm(estimate.certificate()?.e_cre)
     }
 
     /// Returns a guaranteed bound of the error over the *exact* energy norm, `e_CRE / (√(a₁+a₂) − e_CRE)`;

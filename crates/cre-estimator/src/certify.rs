@@ -64,10 +64,9 @@ impl FieldCertificate {
         self.change += by;
     }
 
-    /// Returns [`Self::bound`] over the energy norm of the changed field; `None` if that is zero.
+    /// Returns [`Self::bound`] over the energy norm of the changed field; `None` if that is zero to rounding.
     pub fn relative(&self) -> Option<f64> {
-        let norm = self.estimate.energy_norm();
-        self.bound().filter(|_| norm > 0.0).map(|bound| bound / norm)
+        self.estimate.over_norm(self.bound()?)
     }
 }
 

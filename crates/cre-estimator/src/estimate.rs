@@ -14,6 +14,8 @@ use crate::size::{larger, largest_of};
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
+use fem_core::element::Triangle;
+use fem_core::geometry::norm;
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, PairState};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::prepared::PreparedProblem;
@@ -48,6 +50,8 @@ pub struct Estimate {
     pub round_off: f64,
     /// `a(u, u)` of the state's displacements in each body, J/m.
     pub energy_norm_squared: Vec<f64>,
+    /// The energy norm of each body up to which its displacements may be rigid motions and rounding, square root of J/m.
+    energy_rounding: Vec<f64>,
     /// The mean of `τ` in every triangle of each body, Pa.
     pub mean_stress: Vec<Vec<SymTensor2>>,
     indicators: Indicators,
@@ -73,6 +77,20 @@ impl Estimate {
     /// Computes the energy norm of the state's displacements, `√Σ a`, square root of J/m.
     pub fn energy_norm(&self) -> f64 {
         self.energy_norm_squared.iter().sum::<f64>().sqrt()
+    }
+
+    /// Tells whether the bodies hold no strain energy: the energy norm of each is at most `64 ε` of what displacements of this size could
+    /// give.
+    pub fn holds_no_energy(&self) -> bool {
+        self.energy_norm_squared
+            .iter()
+            .zip(&self.energy_rounding)
+            .all(|(squared, least)| squared.sqrt() <= *least)
+    }
+
+    /// Divides a bound by the energy norm; `None` if the bodies hold no strain energy.
+    pub fn over_norm(&self, bound: f64) -> Option<f64> {
+        (!self.holds_no_energy()).then(|| bound / self.energy_norm())
     }
 
     /// Tells why there is no certificate: `lift` if the bodies penetrate each other and no lift parts them, `pressure` if no pressure balances
@@ -243,12 +261,14 @@ impl<'a> Estimator<'a> {
         }
         let residual = stress.iter().sum::<f64>() + rounding.sqrt();
         let coulomb = problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some());
+        let energy_rounding = energy_rounding(problem, &pair);
         let estimate = Estimate {
             pair,
             cre,
             admissibility,
             round_off,
             energy_norm_squared,
+            energy_rounding,
             mean_stress,
             indicators,
             coulomb,
@@ -296,6 +316,21 @@ impl ResidualNorms {
 struct Measured {
     estimate: Estimate,
     residual: f64,
+}
+
+/// Computes `64 ε √(Σ A tr(E) (Σ_k |u_k| |∇φ_k|)²)` of the triangles of each body: the energy norm without the cancellation of a rigid
+/// motion.
+fn energy_rounding(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<f64> {
+    let energy = |(body, fields): (&Body, &AdmissibleBody)| {
+        let mesh = body.mesh();
+        sum_over_triangles(fields.stress.len(), |t| {
+            let element = Triangle::new(mesh.corners(t));
+            let corners = mesh.triangles()[t].iter().zip(&element.gradients);
+            let strain: f64 = corners.map(|(n, g)| norm(fields.displacement[*n]) * norm(*g)).sum();
+            element.area * body.material(t).stiffness().trace() * strain * strain
+        })
+    };
+    problem.bodies.iter().zip(&pair.bodies).map(|of| 64.0 * f64::EPSILON * energy(of).sqrt()).collect()
 }
 
 /// Computes `a(u, u)` of each body.

@@ -130,6 +130,28 @@ fn bodies_that_hold_no_strain_energy_get_a_word_and_no_percentage() {
 }
 
 #[test]
+fn a_bound_that_is_all_round_off_says_so() {
+    let (report, said) = solved("true_numbers/absurd-allowance.toml", &[]);
+    let found = report.certificate.as_ref().unwrap();
+    let (bound, round_off) = (found.e_cre.unwrap(), found.parts.round_off.unwrap());
+    let norm = report.results.energy_norm_squared.as_ref().unwrap().iter().sum::<f64>().sqrt();
+    assert!(
+        found.valid && norm > 0.0 && round_off > 0.5 * bound && bound > norm,
+        "{bound} {round_off} {norm}"
+    );
+    assert!(!said.contains("no strain energy") && said.contains("the bound is round-off"), "{said}");
+    assert_eq!(found.relative, Some(bound / norm));
+    let note = report.notes.iter().find(|note| note.starts_with("the bound is round-off"));
+    assert!(note.is_some_and(|note| note.contains("100 % of the bound")), "{:?}", report.notes);
+    // No mesh makes such a bound small: the run says so, and does not call it met.
+    let (report, said) = solved(
+        "true_numbers/absurd-allowance.toml",
+        &["adapt.target_relative_error=0.1", "adapt.max_steps=2"],
+    );
+    assert!(report.status.code != 0 && !said.contains("no strain energy"), "{said}");
+}
+
+#[test]
 fn both_contact_forces_and_the_balance_of_each_body_are_reported() {
     let (report, said) = solved("paper.toml", &[]);
     assert!(said.contains("force_1     force_2"), "{said}");

@@ -6,6 +6,8 @@ use crate::corners;
 use crate::curves;
 use crate::outcome;
 use crate::solved::{Answer, Fields};
+use crate::verdict::is_round_off;
+use crate::words;
 use case_io::Case;
 use case_io::case::{BodyCase, MaterialLaw, Method};
 use certified_contact::CertifiedSolution;
@@ -218,11 +220,17 @@ fn what_dominates(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
         ),
         _ => {}
     }
-    if found.e_cre > 0.0 && found.parts.round_off >= ROUND_OFF_SHARE * found.e_cre {
-        notes.push(format!(
-            "round-off is {:.0} % of the bound, which no finer mesh lowers",
-            100.0 * found.parts.round_off / found.e_cre
-        ));
+    let round_off = found.parts.round_off;
+    if found.e_cre > 0.0 && round_off >= ROUND_OFF_SHARE * found.e_cre {
+        let share = format!("{:.0} %", 100.0 * round_off / found.e_cre);
+        notes.push(if is_round_off(round_off, found.e_cre) {
+            format!(
+                "the bound is round-off: the allowance for it, {}, is {share} of the bound, and no finer mesh lowers it",
+                words::rounded_up(round_off)
+            )
+        } else {
+            format!("round-off is {share} of the bound, which no finer mesh lowers")
+        });
     }
     if found.e_cre > LOCKING_BOUND * estimate.energy_norm() && nearly_incompressible(case) {
         notes.push(

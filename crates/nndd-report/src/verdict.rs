@@ -9,6 +9,11 @@ use std::fmt::Write as _;
 /// A part of the bound is shown if its share is at least this.
 const NOTICEABLE: f64 = 0.1;
 
+/// Tells whether a bound is round-off: more than half of it is the allowance for that.
+pub(crate) fn is_round_off(allowance: f64, bound: f64) -> bool {
+    allowance > 0.5 * bound
+}
+
 /// Writes the status line and the certificate line, behind an empty line.
 pub fn verdict(report: &Report) -> String {
     let Status { word, reason, .. } = &report.status;
@@ -22,11 +27,15 @@ pub fn verdict(report: &Report) -> String {
     match (certificate.e_cre, parts.mesh, parts.iteration) {
         (Some(e_cre), Some(mesh), Some(iteration)) if certificate.valid => {
             let of = if report.steps.is_empty() { "" } else { " of the last increment" };
+            let round_off = parts.round_off.filter(|part| is_round_off(*part, e_cre));
+            let mostly = round_off.map_or_else(String::new, |part| {
+                format!("; the bound is round-off: the allowance for it is {}", words::rounded_up(part))
+            });
             text += &match certificate.relative {
                 Some(relative) if e_cre > 0.0 => {
                     let percent = |x: f64| words::rounded_up(100.0 * relative * x / e_cre);
                     format!(
-                        "certified error{of} <= {} % of the energy norm (discretisation {} %, iteration {} %{})\n",
+                        "certified error{of} <= {} % of the energy norm (discretisation {} %, iteration {} %{}){mostly}\n",
                         words::rounded_up(100.0 * relative),
                         percent(mesh),
                         percent(iteration),
