@@ -50,7 +50,7 @@ pub fn certify(
              order of the case file\n  fix: write `--displacement A.vtu B.vtu …`"
         )));
     }
-    refuse(case, &problem)?;
+    refuse(case, problem)?;
     let meshes = meshes(case)?;
     let mut all = Vec::with_capacity(files.len());
     for (b, file) in files.iter().enumerate() {

@@ -272,7 +272,7 @@ fn fill_panel(
 /// Returns the last iteration of a run, without the bounds unless its certificate is valid.
 pub fn last_row(solved: &Solved) -> Option<Row> {
     let solution = solved.answer.certified()?;
-    let mut row = solution.rows.last()?.clone();
+    let mut row = *solution.rows.last()?;
     if !solution.is_certified() {
         (row.eta_dis, row.e_cre) = (None, None);
     }

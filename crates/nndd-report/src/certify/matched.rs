@@ -91,7 +91,7 @@ fn offsets(
         let by = norm(value - node.map_or(linear, |node| field[node]));
         let differences = [0, 1, 2].map(|k: usize| norm(corners[k] - corners[(k + 1) % 3]));
         let [difference, size] =
-            [differences, corners.map(|u| norm(u))].map(|all| all.into_iter().fold(0.0, f64::max));
+            [differences, corners.map(norm)].map(|all| all.into_iter().fold(0.0, f64::max));
         if !(by <= LINEAR * difference + SINGLE * size) {
             return None;
         }
