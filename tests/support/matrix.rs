@@ -194,7 +194,7 @@ impl Problem {
             text,
             other,
             nested: d.nested && !(friction && has(&d, "bent contact line")),
-            comparable: !(stepped && friction) && !coulomb,
+            comparable: !(coulomb || stepped && friction),
             known,
             load: d.stress * d.strain * d.length,
             features: d.features,

@@ -32,7 +32,7 @@ fn peak(report: &Report) -> f64 {
 fn the_pressure_at_rounded_edges_is_that_of_the_arcs() {
     let (report, said) = solved("true_numbers/rounded-punch/rp.toml", &[]);
     assert_eq!(report.status.word, "converged", "{said}");
-    // Ciavarella, Hills and Monno 1998.
+    // Ciavarella 1998.
     assert!((peak(&report) / 829.487 - 1.0).abs() < 0.03, "{}", peak(&report));
     let (report, said) = solved("true_numbers/dovetail/dove2.toml", &[]);
     assert_eq!(report.status.word, "converged", "{said}");

@@ -182,8 +182,8 @@ impl Balance {
         (matrix, bounds, cones)
     }
 
-    /// Finds the rotations that carry a load which no forces balance, if the polygon explains each, see [`without_spin`]; `None` if there are none,
-    /// or others.
+    /// Finds the rotations that carry a load which no forces balance, if the polygon explains each, see [`without_spin`]; `None` if there is no such load,
+    /// or if the polygon does not explain it.
     fn explained(&self, problem: &ContactProblem) -> Result<Option<Vec<BodyMotion>>, NnddError> {
         let unbalanced = self.independent.unbalanced(&self.loads);
         if !(size(&unbalanced) > NO_LOAD * load_size(problem)) {

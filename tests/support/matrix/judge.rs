@@ -482,7 +482,7 @@ fn of_field(
 /// Judges a sweep: a bound that it prints is one.
 fn of_sweep(problem: &Problem, source: &CaseText, done: &Done, folder: &Path, trial: &mut Trial) {
     let theta = 0.1 + 0.8 * Random::new(problem.number + 1).unit();
-    if problem.number % 8 != 0
+    if !problem.number.is_multiple_of(8)
         || !done.case.steps.is_empty()
         || done.case.adapt.is_some()
         || done.problem.held_pair().is_none()

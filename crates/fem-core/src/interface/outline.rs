@@ -99,7 +99,7 @@ pub(super) struct Radial {
     radius: f64,
 }
 
-/// Returns centre and radius of the arc on which all edges are declared; `None` if there is none.
+/// Returns centre and radius of the arc on which all edges are declared; `None` if they are not.
 fn one_arc(body: &Body, mut edges: impl Iterator<Item = EdgeId>) -> Option<(Vector, f64)> {
     let first = body.curve(edges.next()?)?;
     let &Piece::Arc { centre, radius } = first else { return None };
@@ -115,7 +115,7 @@ pub(super) fn is_one_arc(body: &Body, edges: impl Iterator<Item = EdgeId>) -> bo
 const SAME_DIRECTION: f64 = 1e-9;
 
 impl Radial {
-    /// Finds the arc from whose centre all normals point, or to which they point; `None` if there is none. Of two the one of a body that
+    /// Finds the arc from whose centre all normals point, or to which they point; `None` if there is no such arc. Of two the one of a body that
     /// its supports do not hold.
     pub(super) fn find(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) -> Option<Self> {
         let floats = bodies.map(|body| body.has_curves() && body.free_motion().is_some());
