@@ -64,6 +64,8 @@ pub enum AdaptiveEnd {
     /// Nearly all of the last mesh's bound is the iteration's error, which a finer mesh does not lower: the iteration
     /// was stopped too early.
     IterationError,
+    /// The relative bound, or the residual, rose on two meshes in a row: finer meshes do not lower it.
+    Rose,
     /// The checks of the bound on the last mesh fail, or there is no bound.
     NotCertified {
         /// The checks that fail, each with its residual; none if there is no bound.
@@ -272,6 +274,9 @@ fn follow<M: Meshwise>(
         if let Some(end) = ended(&step, &solution, method, adapt, observer) {
             break end;
         }
+        if rose_twice(&record.history) {
+            break AdaptiveEnd::Rose;
+        }
         // Mark and refine; carry λ and the active set over.
         observer.phase(Phase::Refinement);
         let (problem, estimate, last) = M::parts(&solution);
@@ -358,6 +363,13 @@ fn best_step<'a>(history: impl IntoIterator<Item = &'a Step>) -> Option<usize> {
     best.map(|(step, _)| step)
 }
 
+/// Tells whether the relative bound or residual rose on each of the last two meshes.
+fn rose_twice(history: &[Step]) -> bool {
+    let Some(last) = history.last_chunk::<3>() else { return false };
+    let measured = last.map(|step| step.measured().filter(|_| step.is_sound()));
+    matches!(measured, [Some(first), Some(second), Some(third)] if first < second && second < third)
+}
+
 /// Tells whether the bound or the residual is zero to round-off: it is at most twice its allowance for round-off.
 fn is_round_off(estimate: Option<&Estimate>) -> bool {
     estimate.is_some_and(|e| e.unchecked().e_cre <= 2.0 * e.round_off)
@@ -422,3 +434,6 @@ fn ended<M: Meshwise>(
     }
     observer.should_stop().then_some(AdaptiveEnd::Interrupted)
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,8 +9,14 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Keys that no short run has: it was resumed, was ended by its time limit, or has Coulomb friction with `[adapt]` or `[[step]]`.
-const RARE: [&str; 7] = [
+/// Keys that no short run has: it was resumed or ended by its time limit, its bound rose with the mesh, a load was left out, or it has Coulomb
+/// friction with `[adapt]` or `[[step]]`.
+const RARE: [&str; 12] = [
+    "certificate.projected_load[].body",
+    "certificate.projected_load[].motion",
+    "certificate.projected_load[].load",
+    "certificate.projected_load[].share",
+    "certificate.smallest_mesh",
     "run.resumed_on_mesh",
     "run.longest_step",
     "run.longest_step.step",

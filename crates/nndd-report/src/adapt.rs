@@ -115,9 +115,10 @@ pub(crate) fn solve(
     let adaptive = course.history.iter().filter_map(adaptive_row).collect();
     let longest_step = follower.longest;
     let notes = curves::refined(case, &undeclared, course.answer.fields().problem).into_iter().collect();
-    let Course { answer, peak_change, .. } = course;
+    let Course { answer, step, end, peak_change, .. } = course;
+    let smallest_mesh = matches!(end, AdaptiveEnd::Rose).then_some(step);
     let solved = Solved::of(answer, status);
-    Ok(Solved { adaptive, peak_change, notes, step_seconds: seconds, longest_step, ..solved })
+    Ok(Solved { adaptive, smallest_mesh, peak_change, notes, step_seconds: seconds, longest_step, ..solved })
 }
 
 /// An adaptive run that has ended, with or without a certificate.
@@ -286,6 +287,18 @@ fn missed(adapt: &Adapt, answer: &Course, reason: &str) -> Status {
     word("target_missed", NOT_CERTIFIED, format!("{} > {target}: {reason}", reached(answer)))
 }
 
+/// Says how the bound, or the residual, rose on the last three meshes.
+fn rose(answer: &Course) -> String {
+    let last = answer.history.get(answer.history.len().saturating_sub(3)..).unwrap_or_default();
+    let relative = last.iter().filter_map(|step| step.relative.or(step.relative_residual));
+    let relative: Vec<String> = relative.map(words::rounded_up).collect();
+    let what = if answer.answer.certified().is_some() { "bound" } else { "residual" };
+    format!(
+        "the {what} rose on two meshes in a row, {}, and finer meshes do not lower it",
+        relative.join(" < ")
+    )
+}
+
 /// Judges a run whose next mesh cannot be solved.
 fn failed(case: &Case, adapt: &Adapt, answer: &Course, error: &SolveError) -> Status {
     let failure = Failure::solve(case, error);
@@ -335,6 +348,7 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &Course) -> Status {
             answer,
             &format!("all adapt.max_steps = {} meshes are used; raise it", adapt.max_steps),
         ),
+        AdaptiveEnd::Rose => missed(adapt, answer, &rose(answer)),
         AdaptiveEnd::MaxNodes => missed(
             adapt,
             answer,

@@ -82,7 +82,10 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         contact: contact.collect(),
         iterations: solution.rows.iter().map(iteration_row).collect(),
         problem: law(solution.problem).to_owned(),
-        certificate: solved.answer.certified().map(|solution| certificate(case, solution)),
+        certificate: solved.answer.certified().map(|solution| Certificate {
+            smallest_mesh: solved.smallest_mesh,
+            ..certificate(case, solution)
+        }),
         coulomb: solved.answer.coulomb().map(coulomb),
         results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
@@ -163,6 +166,7 @@ fn certificate(case: &Case, solution: &CertifiedSolution) -> Certificate {
         problem: law(&solution.problem).to_owned(),
         pressure_shift: Some(estimate.pair.pressure_shift),
         projected_load: solution.problem.left_out.iter().map(|of| projected(case, of)).collect(),
+        smallest_mesh: None,
         bounds: bounds(solution),
         checks: checks(a),
     }

@@ -17,6 +17,8 @@ pub struct Solved {
     pub status: Status,
     /// One row per mesh of an adaptive run.
     pub adaptive: Vec<AdaptiveRow>,
+    /// The mesh of the answer, from 1, if an adaptive run ended because its bound rose.
+    pub smallest_mesh: Option<usize>,
     /// The relative change of the largest recovered stress from the mesh before.
     pub peak_change: Option<f64>,
     /// Notes about the refinement.
@@ -48,6 +50,7 @@ impl Solved {
             answer,
             status,
             adaptive: Vec::new(),
+            smallest_mesh: None,
             peak_change: None,
             notes: Vec::new(),
             step_seconds: Vec::new(),

@@ -35,6 +35,9 @@ pub struct Certificate {
     /// Loads that were left out: the bound is for the problem without them.
     #[serde(default)]
     pub projected_load: Vec<ProjectedLoad>,
+    /// The mesh of this bound, from 1, if an adaptive run ended because its bound rose: it is the smallest. Else left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smallest_mesh: Option<usize>,
     /// What makes the bound valid.
     pub checks: Checks,
     /// What the bound says about the exact solution, if it is valid.
