@@ -329,7 +329,7 @@ fn relaxation_is_by_steps_or_by_tolerance() {
     assert_eq!((steps.relaxation, steps.until), (3, None));
     assert_eq!(until("[estimator]\nmax_steps = 4").until.unwrap().max_steps, 4);
     let by_tolerance = until("[estimator]\ntolerance = 0.02");
-    assert_eq!(by_tolerance.until, Some(RelaxUntil { tolerance: 0.02, max_steps: 30 }));
+    assert_eq!(by_tolerance.until, Some(RelaxUntil { tolerance: 0.02, max_steps: 100 }));
     let few = until("[estimator]\ntolerance = 0.02\nmax_steps = 4");
     assert_eq!(few.until.unwrap().max_steps, 4);
     refused_too("[estimator]\nrelaxation = 2\ntolerance = 0.02", "c.toml:17:13: `estimator.relaxation` and");
