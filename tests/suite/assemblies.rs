@@ -4,7 +4,7 @@ use contact_qp::QpSettings;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::{Vector, cross};
-use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap, Roles};
+use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap, Obstacle, RigidLine, Roles};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{block, disc, ring};
@@ -18,6 +18,7 @@ use tests::assemblies::{
 use tests::finer::halve;
 use tests::prepare;
 use tests::run::paired_in_common;
+use tests::shapes::{turn, turned};
 
 fn energies(problem: &ContactProblem, solution: &ExactSolution) -> Vec<f64> {
     problem.bodies.iter().zip(&solution.displacement).map(|(body, u)| energy_norm_squared(body, u)).collect()
@@ -53,6 +54,37 @@ fn stacks_and_cycles_have_the_figures_of_an_independent_code() {
     has_figures(&small_tower(), &STACK, &[STACK_FORCE; 2], &[19, 16]);
     has_figures(&three(true).unwrap(), &THREE, &THREE_FORCES, &[10, 10, 11]);
     has_figures(&four().unwrap(), &FOUR, &FOUR_FORCES, &[9, 11, 11, 11, 11]);
+}
+
+#[test]
+fn a_turned_block_that_slides_along_a_plane_is_not_held_by_round_off() {
+    // On a roller above and a plane below that are parallel: nothing resists a push along both.
+    for k in 1..29 {
+        let angle = 0.107 * f64::from(k);
+        let along = turn(angle, [1.0, 0.0]);
+        let mesh = turned(&block([0.0, 0.0], [2.0, 1.0], [6, 3]).unwrap(), angle).unwrap();
+        let push = 3.0 * along;
+        let conditions = BoundaryConditions::new()
+            .roller("top", 0.0)
+            .traction("right", [ScalarData::from(push.x), ScalarData::from(push.y)]);
+        let body = Body::new(
+            mesh,
+            LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap(),
+            &conditions,
+        )
+        .unwrap();
+        let plane = RigidLine::Plane { point: Vector::zeros(), normal: turn(angle, [0.0, 1.0]) };
+        let plane = Obstacle::fixed(plane);
+        let interface = ContactInterface::against(&body, "bottom", &plane, None).unwrap();
+        let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
+        let unheld = nndd::support(&problem).unwrap().unheld;
+        let motion = unheld.unwrap_or_else(|| panic!("held at angle {angle}"));
+        let [(0, moved)] = motion.bodies[..] else { panic!("{motion:?}") };
+        assert!((moved.translation - along).norm() < 1e-9 && moved.spin.abs() < 1e-9, "{angle}: {motion:?}");
+        near(motion.load, 3.0, 1e-9);
+        let refused = solve_exactly(&prepare(&problem), &QpSettings::default());
+        assert!(matches!(refused, Err(NnddError::NotHeld { .. })), "{angle}");
+    }
 }
 
 #[test]

@@ -10,6 +10,7 @@
 //! | a cold build of the program | [`build`] |
 //! | other programs on the same meshes | [`peers`] |
 //! | assemblies and friction | [`assemblies`] |
+//! | their scaling with the number of bodies | [`scaling`] |
 //! | machine, commit, compiler | [`machine`] |
 //! | the page of an ordinary run | [`page`] |
 
@@ -23,6 +24,7 @@ mod numbers;
 mod page;
 pub(crate) mod peers;
 mod process;
+mod scaling;
 
 use crate::workspace::{Outcome, Workspace};
 use clap::Args;

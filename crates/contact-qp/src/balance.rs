@@ -1,25 +1,49 @@
-//! Numbers within bounds and in balance that are nearest to given ones.
+//! Numbers within bounds and in balance that are nearest to given ones, and the part of a load that no numbers within bounds balance.
+//!
+//! Both are found by a semi-smooth Newton method on the multipliers of the rows, whose matrix `G_F W⁻¹ G_Fᵀ + ρ I` is sparse: rows of motions
+//! meet only the forces on their own bodies.
 
-use crate::box_qp::{BoxQp, solve_box};
-use crate::dense::{SemiDefinite, dot, norm};
+use crate::box_qp::{solve_box, solve_on_sets};
+use crate::dense::{dot, norm};
 use crate::error::QpError;
-use crate::interior_point::{self, Boxed};
-use crate::least_squares::bounded_least_squares;
+use crate::place::Place;
 use crate::problem::{MatrixView, check_length, check_values};
+use crate::programme::BoxQp;
 use crate::settings::QpSettings;
-use crate::solution::QpStatus;
+use crate::sparse::{Normal, SparseRows};
 
-/// Eigenvalues below this fraction of the largest one are zero.
-const DEPENDENT: f64 = 1e-12;
-
-/// The rows are in balance if they hold to this fraction of their terms.
+/// The rows are in balance if they hold to this fraction of the largest terms.
 const BALANCED: f64 = 1e-13;
 
 /// A load of which more than this fraction is left is out of balance.
 const FAR: f64 = 1e-9;
 
-/// Maximum number of Newton steps of [`nearest_balanced`].
+/// Maximum number of Newton steps with one centre.
 const MOST_STEPS: usize = 200;
+
+/// Maximum number of centres.
+const MOST_CENTRES: usize = 60;
+
+/// A centre after which less than this fraction of the defect is gone is the last one.
+const GAIN: f64 = 0.9;
+
+/// The multipliers of [`nearest_balanced`] are drawn to their centre by this fraction of the mean diagonal of the matrix: rows that depend on each other
+/// need it.
+const DRAWN: f64 = 1e-13;
+
+/// The unknowns of [`unbalanced_load`] are drawn to their centre by these fractions of the mean diagonal of the matrix, from first to last.
+const SOFT: [f64; 2] = [1e-6, 1e-14];
+
+/// A step is long enough if its slope has changed from the first one by at least this fraction, and not too long if it rises by at most the other one.
+const FLAT: [f64; 2] = [0.1, 1e-3];
+
+/// A gradient below the first of these fractions of the load is zero; one below the second is rounding if it does not fall in this many steps.
+const EXACT: f64 = 1e-16;
+const NEARLY: f64 = 1e-8;
+const IDLE: usize = 4;
+
+/// The length of a step is found to this fraction of a whole one.
+const SHORTEST: f64 = 1e-12;
 
 /// The numbers in balance and within bounds that are nearest to given ones.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,11 +60,11 @@ pub struct Balanced {
 /// Finds `min Σ w_i (p_i − t_i)²` subject to `l ≤ p ≤ u`, `C p = e`; `None` if no `p` within the bounds is in balance.
 ///
 /// The solution is `p = min(u, max(l, x))` with `x = t + W⁻¹ Cᵀ a`; `a` minimises the convex `½ Σ w p (2x − p) − a·e`, by a semi-smooth
-/// Newton method with a line search, or from Clarabel's multipliers.
+/// Newton method with a line search. Rows may depend on each other.
 ///
 /// * `target`: t, n entries; `weights`: w > 0, n entries.
 /// * `bounds`: l and u, n entries each; they may be infinite.
-/// * `rows`: C, row after row, m·n entries; `right_side`: e, m entries, few.
+/// * `rows`: C, m rows with n columns; `right_side`: e, m entries.
 ///
 /// # Errors
 /// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], and data that Clarabel rejects.
@@ -48,173 +72,270 @@ pub fn nearest_balanced(
     target: &[f64],
     weights: &[f64],
     bounds: [&[f64]; 2],
-    rows: &[f64],
+    rows: &SparseRows,
     right_side: &[f64],
 ) -> Result<Option<Balanced>, QpError> {
-    let (n, m) = (target.len(), right_side.len());
-    check_values("target", n, target)?;
-    check_values("weights", n, weights)?;
-    check_values("rows", n * m, rows)?;
-    check_values("right_side", m, right_side)?;
-    let [lower, upper] = bounds;
-    check_length("lower", n, lower.len())?;
-    check_length("upper", n, upper.len())?;
-    if let Some(place) = (0..n).find(|i| !(lower[*i] <= upper[*i])) {
-        return Err(QpError::Bounds { place, lower: lower[place], upper: upper[place] });
-    }
-    let problem = Projection { target, weights, lower, upper, rows, right_side };
-    if let Some(found) = problem.newton(vec![0.0; m]) {
+    check_values("target", target.len(), target)?;
+    check_values("weights", target.len(), weights)?;
+    check(target.len(), bounds, rows, right_side)?;
+    let mut problem = Projection::new(bounds, rows, right_side);
+    if let Some(found) = problem.nearest(target, weights)? {
         return Ok(Some(found));
     }
-    let multipliers = problem.clarabel()?;
-    match multipliers.and_then(|a| problem.newton(a)) {
-        Some(found) => Ok(Some(found)),
-        None if problem.is_out_of_balance()? => Ok(None),
-        None => problem.on_its_active_set(),
+    if problem.is_out_of_balance()? {
+        Ok(None)
+    } else {
+        on_its_active_set(target, weights, bounds, rows, right_side)
     }
 }
 
+/// Solves `min |G x − e|` subject to `l ≤ x ≤ u`, and returns `x` and `e − G x`.
+///
+/// The residual is zero if and only if some `x` within the bounds has `G x = e`; otherwise no such `x` reduces the load `e` along it:
+/// `(e − G x)·(e − G z) ≥ |e − G x|²` for every admissible `z` (Farkas). Each of a few programmes draws `x` to the answer of the one before, and
+/// the set of the last one is solved exactly.
+///
+/// * `rows`: G, m rows with n columns; `right_side`: e, m entries; `bounds`: l and u, n entries each; they may be infinite.
+///
+/// # Errors
+/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], [`QpError::Library`].
+pub fn unbalanced_load(
+    rows: &SparseRows,
+    right_side: &[f64],
+    bounds: [&[f64]; 2],
+) -> Result<(Vec<f64>, Vec<f64>), QpError> {
+    check(rows.columns(), bounds, rows, right_side)?;
+    Projection::new(bounds, rows, right_side).least_squares()
+}
+
+fn check(
+    n: usize,
+    [lower, upper]: [&[f64]; 2],
+    rows: &SparseRows,
+    right_side: &[f64],
+) -> Result<(), QpError> {
+    check_length("rows", n, rows.columns())?;
+    check_length("right_side", rows.len(), right_side.len())?;
+    check_values("rows", rows.values().len(), rows.values())?;
+    check_values("right_side", rows.len(), right_side)?;
+    check_length("lower", n, lower.len())?;
+    check_length("upper", n, upper.len())?;
+    match (0..n).find(|i| !(lower[*i] <= upper[*i])) {
+        Some(place) => Err(QpError::Bounds { place, lower: lower[place], upper: upper[place] }),
+        None => Ok(()),
+    }
+}
+
+/// Solves it as a programme with bounds: if the solution is nearly a vertex, the multipliers grow, and the steps of Newton's method
+/// are lost in rounding.
+fn on_its_active_set(
+    target: &[f64],
+    weights: &[f64],
+    [lower, upper]: [&[f64]; 2],
+    rows: &SparseRows,
+    right_side: &[f64],
+) -> Result<Option<Balanced>, QpError> {
+    let n = target.len();
+    let (starts, places): (Vec<usize>, Vec<usize>) = ((0..=n).collect(), (0..n).collect());
+    let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: weights };
+    let linear: Vec<f64> = target.iter().zip(weights).map(|(t, w)| -w * t).collect();
+    let qp = BoxQp { matrix, linear: &linear, lower, upper, rows, right_side };
+    let found = solve_box(&qp, None, &QpSettings::default())?;
+    let balanced =
+        Balanced { values: found.x, row_multipliers: found.row_multipliers, steps: found.iterations };
+    Ok(found.status.is_solved().then_some(balanced))
+}
+
+/// `x` and `e − G x`.
+type LeastSquares = (Vec<f64>, Vec<f64>);
+
+/// The rows and bounds of both problems.
 struct Projection<'a> {
-    target: &'a [f64],
-    weights: &'a [f64],
-    rows: &'a [f64],
+    rows: &'a SparseRows,
     right_side: &'a [f64],
     lower: &'a [f64],
     upper: &'a [f64],
+    normal: Normal,
 }
 
-impl Projection<'_> {
-    fn row(&self, k: usize) -> &[f64] {
-        &self.rows[k * self.target.len()..(k + 1) * self.target.len()]
+/// `min Σ ½ w (p − t)² + |G p − e|²/2ρ`, but for a shift of `e` by `ρ a₀`: the multipliers minimise
+/// `½ Σ w p (2x − p) − a·e + ½ρ |a − a₀|²`.
+struct Centre<'a> {
+    target: &'a [f64],
+    weights: &'a [f64],
+    softness: f64,
+    multipliers: &'a [f64],
+}
+
+impl<'a> Projection<'a> {
+    fn new([lower, upper]: [&'a [f64]; 2], rows: &'a SparseRows, right_side: &'a [f64]) -> Self {
+        Self { rows, right_side, lower, upper, normal: Normal::new(&rows.transposed()) }
     }
 
-    /// `x = t + W⁻¹ Cᵀ a`.
-    fn unbounded(&self, a: &[f64]) -> Vec<f64> {
-        let mut shift = vec![0.0; self.target.len()];
-        for (k, a) in a.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-            shift.iter_mut().zip(self.row(k)).for_each(|(s, c)| *s += c * a);
-        }
-        (0..self.target.len()).map(|i| self.target[i] + shift[i] / self.weights[i]).collect()
-    }
-
-    /// `min(u, max(l, x))`.
-    fn values(&self, a: &[f64]) -> Vec<f64> {
-        let within = |(i, x): (usize, f64)| x.max(self.lower[i]).min(self.upper[i]);
-        self.unbounded(a).into_iter().enumerate().map(within).collect()
-    }
-
-    /// `C p − e`, and the sizes of its terms.
-    fn defect(&self, p: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let of_row = |k: usize| {
-            let terms = || self.row(k).iter().zip(p).map(|(c, p)| c * p);
-            let e = self.right_side[k];
-            (terms().sum::<f64>() - e, terms().map(f64::abs).sum::<f64>() + e.abs())
+    /// `min(u, max(l, t + W⁻¹ Gᵀ a))`.
+    fn values(&self, centre: &Centre<'_>, a: &[f64]) -> Vec<f64> {
+        let shift = self.rows.transposed_times(a);
+        let value = |i: usize| {
+            (centre.target[i] + shift[i] / centre.weights[i]).max(self.lower[i]).min(self.upper[i])
         };
-        (0..self.right_side.len()).map(of_row).unzip()
+        (0..shift.len()).map(value).collect()
     }
 
-    /// Tells whether no `p` within the bounds is in balance, by far. If a lower bound is infinite it is not asked.
-    fn is_out_of_balance(&self) -> Result<bool, QpError> {
-        if self.lower.iter().any(|l| l.is_infinite()) {
-            return Ok(false);
-        }
-        let (_, left) = bounded_least_squares(self.rows, self.right_side, [self.lower, self.upper])?;
+    /// `G p − e`.
+    fn defect(&self, p: &[f64]) -> Vec<f64> {
+        self.rows.times(p).iter().zip(self.right_side).map(|(product, e)| product - e).collect()
+    }
+
+    /// The derivative by the multipliers, `G p − e + ρ (a − a₀)`.
+    fn gradient(&self, centre: &Centre<'_>, p: &[f64], a: &[f64]) -> Vec<f64> {
+        let drawn = a.iter().zip(centre.multipliers).map(|(a, from)| centre.softness * (a - from));
+        self.defect(p).iter().zip(drawn).map(|(defect, drawn)| defect + drawn).collect()
+    }
+
+    /// Computes the sizes of the terms of each row.
+    fn sizes(&self, p: &[f64]) -> Vec<f64> {
+        let terms = self.rows.rows().map(|row| row.map(|(j, g)| (g * p[j]).abs()).sum::<f64>());
+        terms.zip(self.right_side).map(|(size, e)| size + e.abs()).collect()
+    }
+
+    /// Tells whether no `p` within the bounds is in balance, by far.
+    fn is_out_of_balance(&mut self) -> Result<bool, QpError> {
+        let (_, left) = self.least_squares()?;
         Ok(norm(&left) > FAR * norm(self.right_side))
     }
 
-    /// `½ Σ w p (2x − p) − a·e`.
-    fn dual(&self, p: &[f64], a: &[f64]) -> f64 {
-        let terms = self.weights.iter().zip(p).zip(self.unbounded(a));
-        0.5 * terms.map(|((w, p), x)| w * p * (2.0 * x - p)).sum::<f64>() - dot(a, self.right_side)
-    }
-
-    fn newton(&self, mut a: Vec<f64>) -> Option<Balanced> {
-        let mut p = self.values(&a);
-        for steps in 0..MOST_STEPS {
-            let (defect, sizes) = self.defect(&p);
-            let within = |(d, size): (&f64, &f64)| d.abs() <= BALANCED * size;
-            let balanced = defect.iter().zip(&sizes).all(within);
-            let step = self.step(&p, &defect)?;
-            if balanced {
-                // One more step leaves the rounding of the sums alone.
-                let better: Vec<f64> = a.iter().zip(&step).map(|(a, s)| a - s).collect();
-                let values = self.values(&better);
-                let (a, p) =
-                    if norm(&self.defect(&values).0) < norm(&defect) { (better, values) } else { (a, p) };
-                return Some(Balanced { values: p, row_multipliers: a, steps });
+    /// The nearest values in balance, with the centre of the multipliers at the answer before; `None` if that does not converge.
+    fn nearest(&mut self, target: &[f64], weights: &[f64]) -> Result<Option<Balanced>, QpError> {
+        let inverse: Vec<f64> = weights.iter().map(|w| 1.0 / w).collect();
+        let softness = DRAWN * self.normal.mean_diagonal(&inverse).max(f64::MIN_POSITIVE);
+        let mut a = vec![0.0; self.rows.len()];
+        let (mut steps, mut best) = (0, None::<(f64, Vec<f64>, Vec<f64>)>);
+        for _ in 0..MOST_CENTRES {
+            let from = a.clone();
+            let centre = Centre { target, weights, softness, multipliers: &from };
+            let Some((p, more)) = self.newton(&centre, &mut a)? else { break };
+            steps += more;
+            let size = norm(&self.defect(&p));
+            if best.as_ref().is_some_and(|(least, ..)| size >= GAIN * least) {
+                break;
             }
-            let slope = -dot(&defect, &step);
-            let before = self.dual(&p, &a);
-            let mut length = 1.0;
-            let (next, values) = loop {
-                let trial: Vec<f64> = a.iter().zip(&step).map(|(a, s)| a - length * s).collect();
-                let values = self.values(&trial);
-                let change = self.dual(&values, &trial) - before;
-                // Near the solution the change is round-off.
-                if change <= 1e-4 * length * slope || change.abs() <= 1e-14 * before.abs() {
-                    break (trial, values);
-                }
-                length *= 0.5;
-                if length < 1e-12 {
-                    return None;
-                }
-            };
-            if values == p && next == a {
-                return None;
-            }
-            (a, p) = (next, values);
+            best = Some((size, p, a.clone()));
         }
-        None
+        let Some((_, values, row_multipliers)) = best else { return Ok(None) };
+        // Rows with small terms have the rounding of the others.
+        let least = self.sizes(&values).into_iter().fold(0.0, f64::max);
+        let balanced = self.defect(&values).iter().all(|d| d.abs() <= BALANCED * least);
+        Ok(balanced.then_some(Balanced { values, row_multipliers, steps }))
     }
 
-    /// The Newton step of the multipliers, on the values between their bounds.
-    fn step(&self, p: &[f64], defect: &[f64]) -> Option<Vec<f64>> {
-        let between = |i: &usize| p[*i] > self.lower[*i] && p[*i] < self.upper[*i];
-        let free: Vec<usize> = (0..p.len()).filter(between).collect();
-        let m = defect.len();
-        // C_F W_F^{-1/2}, column by column, and its product with its transpose.
-        let column = |&k: &usize| {
-            let root = self.weights[k].sqrt();
-            (0..m).map(move |i| self.row(i)[k] / root)
+    /// The least squares, and what is left: nearly, and then on the set found.
+    fn least_squares(&mut self) -> Result<LeastSquares, QpError> {
+        let (n, m) = (self.lower.len(), self.rows.len());
+        let mut x = self.values_at_rest();
+        let mut left: Vec<f64> = self.defect(&x).iter().map(|d| -d).collect();
+        let mean = self.normal.mean_diagonal(&vec![1.0; n]).max(f64::MIN_POSITIVE);
+        let size = norm(self.right_side);
+        let (mut softness, origin) = (SOFT[0], vec![0.0; m]);
+        while softness >= SOFT[1] {
+            let (target, weights) = (x.clone(), vec![softness * mean; n]);
+            let centre = Centre { target: &target, weights: &weights, softness: 1.0, multipliers: &origin };
+            let mut a = left.clone();
+            let Some((values, _)) = self.newton(&centre, &mut a)? else { break };
+            (left, x) = (self.defect(&values).iter().map(|d| -d).collect(), values);
+            if norm(&left) <= BALANCED * size {
+                return Ok((x, left));
+            }
+            softness *= 0.1;
+        }
+        // A set that nearly leaves directions without a row is not solved better.
+        let better = |(_, exact): &LeastSquares| norm(exact) <= (1.0 + FAR) * norm(&left);
+        Ok(self.on_set(&x)?.filter(better).unwrap_or((x, left)))
+    }
+
+    /// The least squares as a programme in `x` and what is left, from the set of given values; `None` if its sets come back.
+    fn on_set(&self, x: &[f64]) -> Result<Option<LeastSquares>, QpError> {
+        let (n, m) = (x.len(), self.rows.len());
+        let mut rows = SparseRows::new(n + m);
+        self.rows.rows().enumerate().for_each(|(k, row)| rows.push(row.chain([(n + k, 1.0)])));
+        let bounds = |bounds: &[f64], free: f64| [bounds, &vec![free; m]].concat();
+        let (lower, upper) = (bounds(self.lower, f64::NEG_INFINITY), bounds(self.upper, f64::INFINITY));
+        let starts: Vec<usize> = (0..=n + m).map(|j| j.saturating_sub(n)).collect();
+        let places: Vec<usize> = (n..n + m).collect();
+        let (values, linear) = (vec![1.0; m], vec![0.0; n + m]);
+        let matrix = MatrixView::SparseUpper {
+            n: n + m,
+            column_starts: &starts,
+            row_indices: &places,
+            values: &values,
         };
-        let columns: Vec<f64> = free.iter().flat_map(column).collect();
-        let mut square = vec![0.0; m * m];
-        dense_cholesky::add_square(1.0, (&columns, m), [m, free.len()], 0.0, (&mut square, m), m);
-        let entry = |i: usize, j: usize| square[j * m + i];
-        Some(SemiDefinite::new(defect.len(), entry, DEPENDENT)?.solve(defect).0)
-    }
-
-    /// Solves it as a programme with bounds: if the solution is nearly a vertex, the multipliers grow, and the steps of Newton's method
-    /// are lost in rounding.
-    fn on_its_active_set(&self) -> Result<Option<Balanced>, QpError> {
-        let n = self.target.len();
-        let mut matrix = vec![0.0; n * n];
-        (0..n).for_each(|i| matrix[i * n + i] = self.weights[i]);
-        let linear: Vec<f64> = self.target.iter().zip(self.weights).map(|(t, w)| -w * t).collect();
-        let &Self { lower, upper, rows, right_side, .. } = self;
-        let qp = BoxQp { matrix: &matrix, linear: &linear, lower, upper, rows, right_side };
-        let found = solve_box(&qp, None, &QpSettings::default())?;
-        let balanced =
-            Balanced { values: found.x, row_multipliers: found.row_multipliers, steps: found.iterations };
-        Ok(found.status.is_solved().then_some(balanced))
-    }
-
-    /// The multipliers of the rows by Clarabel; `None` if it finds that nothing is in balance.
-    fn clarabel(&self) -> Result<Option<Vec<f64>>, QpError> {
-        let n = self.target.len();
-        let (starts, places): (Vec<usize>, Vec<usize>) = ((0..=n).collect(), (0..n).collect());
-        let matrix =
-            MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: self.weights };
-        let linear: Vec<f64> = self.target.iter().zip(self.weights).map(|(t, w)| -w * t).collect();
-        let boxed = Boxed {
-            matrix,
-            linear: &linear,
-            lower: self.lower,
-            upper: self.upper,
-            rows: self.rows,
-            right_side: self.right_side,
+        let right_side = self.right_side;
+        let qp = BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side };
+        let place = |i: usize| match x.get(i) {
+            Some(x) if *x <= lower[i] => Place::Lower,
+            Some(x) if *x >= upper[i] => Place::Upper,
+            _ => Place::Free,
         };
-        let found = interior_point::solve_boxed(&boxed, &QpSettings::default().with_tolerance(1e-9))?;
-        Ok((found.status != QpStatus::Infeasible).then_some(found.row_multipliers))
+        let start: Vec<Place> = (0..n + m).map(place).collect();
+        Ok(solve_on_sets(&qp, start)?.map(|mut x| {
+            let left = x.split_off(n);
+            (x, left)
+        }))
+    }
+
+    /// The admissible numbers nearest to zero.
+    fn values_at_rest(&self) -> Vec<f64> {
+        self.lower.iter().zip(self.upper).map(|(l, u)| 0f64.max(*l).min(*u)).collect()
+    }
+
+    /// Minimises over the multipliers, from given ones; returns the values and the number of steps, `None` without convergence.
+    fn newton(
+        &mut self,
+        centre: &Centre<'_>,
+        a: &mut Vec<f64>,
+    ) -> Result<Option<(Vec<f64>, usize)>, QpError> {
+        let mut p = self.values(centre, a);
+        let mut gradient = self.gradient(centre, &p, a);
+        let scale = norm(self.right_side).max(norm(&gradient));
+        let (mut best, mut idle) = (f64::INFINITY, 0);
+        for steps in 0..MOST_STEPS {
+            let between = |i: usize| p[i] > self.lower[i] && p[i] < self.upper[i];
+            let weight = |i: usize| if between(i) { 1.0 / centre.weights[i] } else { 0.0 };
+            let weights: Vec<f64> = (0..p.len()).map(weight).collect();
+            let size = norm(&gradient);
+            // Values at their bounds but for rounding may change places for ever.
+            idle = if size < 0.5 * best { 0 } else { idle + 1 };
+            best = best.min(size);
+            if size <= EXACT * scale || idle >= IDLE && size <= NEARLY * scale {
+                return Ok(Some((p, steps)));
+            }
+            let factor = self.normal.factorise(&weights, centre.softness, 0.0)?;
+            let mut step = gradient.clone();
+            factor.solve(&mut step);
+            let slope = |gradient: &[f64]| -dot(gradient, &step);
+            let first = slope(&gradient);
+            let trial =
+                |length: f64| -> Vec<f64> { a.iter().zip(&step).map(|(a, s)| a - length * s).collect() };
+            let (mut range, mut length) = ([0.0, 1.0], 1.0);
+            let (next, values, at) = loop {
+                let next = trial(length);
+                let values = self.values(centre, &next);
+                let at = self.gradient(centre, &values, &next);
+                let there = slope(&at);
+                let [least, most] = [(1.0 - FLAT[0]) * first, -FLAT[1] * first];
+                if there <= most && (length == 1.0 || there >= least) || range[1] - range[0] < SHORTEST {
+                    break (next, values, at);
+                }
+                range[usize::from(there > 0.0)] = length;
+                length = 0.5 * (range[0] + range[1]);
+            };
+            if !at.iter().all(|g| g.is_finite()) {
+                return Ok(None);
+            }
+            if values == p && next == *a {
+                return Ok(Some((p, steps)));
+            }
+            (*a, p, gradient) = (next, values, at);
+        }
+        Ok(None)
     }
 }

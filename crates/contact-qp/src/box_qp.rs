@@ -11,25 +11,25 @@
 //! G_F x_F                           = e − G_B x_B
 //! ```
 //! by a Cholesky factor of `P_FF + c G_Fᵀ G_F` and the eigenvalues of the Schur complement, whose zeros are the dependent rows.
-//! Large sets that differ in few unknowns from the last factorised one use its factor. If most entries of a large `P` are zero, as in a
-//! chain of bodies, `c = 0` keeps them so, and the factor stays within their profile, until a set is singular without `c`.
+//! Large sets that differ in few unknowns from the last factorised one use its factor. A sparse `P`, as in a wall of bodies, stays sparse: the
+//! matrix of `x_F` and `a` is factorised with `η` on the diagonal of `x` and `−δ` on that of `a`, and solutions are corrected until these have no part in them.
 //! The multipliers are then the ones of least norm. If the bounds leave `x` no room, such as in a single feasible point, these may
 //! have wrong signs although others are right: then those are found by a least distance programme.
 
 mod active_set;
+mod augmented;
+mod full;
 mod kept;
-mod programme;
 mod residuals;
 
 use crate::error::QpError;
-use crate::interior_point::{self, Boxed};
+use crate::interior_point;
 use crate::place::Place;
-use crate::problem::MatrixView;
+use crate::programme::BoxQp;
 use crate::settings::{QpMethod, QpSettings};
 use crate::solution::{QpPath, QpStatus};
 use active_set::{Candidate, System};
 
-pub use programme::BoxQp;
 pub use residuals::{BoxResiduals, box_residuals};
 
 /// The solution of a [`BoxQp`].
@@ -58,6 +58,9 @@ pub struct BoxSolution {
 
 /// Steps of a descent, at most, besides four per unknown.
 const MOST_DESCENTS: usize = 50;
+
+/// Sparse programmes with more unknowns than this are solved by active sets and Clarabel only.
+const MOST_DESCENDED: usize = 2000;
 
 /// Fractions of the largest unknown by which an unknown is clearly off its bounds; they are tried one after the other.
 const CLEARLY: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
@@ -121,15 +124,7 @@ pub fn solve_box(
             }
         }
     }
-    let boxed = Boxed {
-        matrix: MatrixView::Dense { n, values: qp.matrix },
-        linear: qp.linear,
-        lower: qp.lower,
-        upper: qp.upper,
-        rows: qp.rows,
-        right_side: qp.right_side,
-    };
-    let guess = interior_point::solve_boxed(&boxed, settings)?;
+    let guess = interior_point::solve_boxed(qp, settings)?;
     let clarabel = |mut answer: BoxSolution| {
         (answer.path, answer.iterations, answer.clarabel_calls) = (QpPath::Clarabel, guess.iterations, 1);
         answer
@@ -148,11 +143,19 @@ pub fn solve_box(
             let places = clearly_off(qp, &guess.x, &guess.places, fraction);
             let found =
                 system.active_set(places.clone(), &guess.x, settings.max_iterations).0.and_then(polished);
-            found.or_else(|| system.with_fitting_multipliers(&places, &guess.x).and_then(polished))
+            let small = n <= MOST_DESCENDED;
+            let fitting = || system.with_fitting_multipliers(&places, &guess.x).and_then(polished);
+            if small { found.or_else(fitting) } else { found }
         })
     };
     let from_vertex = || system.descend_from_vertex(MOST_DESCENTS + 4 * n).and_then(polished);
-    if let Some(answer) = found.or_else(descended).or_else(fitting).or_else(clear).or_else(from_vertex) {
+    // Large sparse programmes are not descended step by step: each step takes a factor.
+    let answer = if system.is_sparse() && n > MOST_DESCENDED {
+        found.or_else(clear)
+    } else {
+        found.or_else(descended).or_else(fitting).or_else(clear).or_else(from_vertex)
+    };
+    if let Some(answer) = answer {
         return Ok(answer);
     }
     let candidate = Candidate { x: guess.x, a: guess.row_multipliers, places: guess.places };
@@ -162,6 +165,19 @@ pub fn solve_box(
         other => other,
     };
     Ok(answer)
+}
+
+/// Solves a programme by active sets alone; `None` if they come back.
+///
+/// * `start`: the first set.
+///
+/// # Errors
+/// Those of [`BoxQp::check`].
+pub(crate) fn solve_on_sets(qp: &BoxQp<'_>, start: Vec<Place>) -> Result<Option<Vec<f64>>, QpError> {
+    qp.check()?;
+    let (found, _) =
+        System::new(qp).active_set(start, &vec![0.0; qp.linear.len()], QpSettings::default().max_iterations);
+    Ok(found.map(|candidate| candidate.into_solution(qp, QpPath::ActiveSet, 0).x))
 }
 
 impl Candidate {
@@ -210,6 +226,8 @@ impl Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::problem::MatrixView;
+    use crate::sparse::SparseRows;
 
     #[test]
     fn unknowns_that_depend_on_each_other_do_not_stall_the_active_set() {
@@ -230,11 +248,11 @@ mod tests {
             let linear: Vec<f64> = columns.iter().map(|c| product(c, &load)).collect();
             let limit = random().abs();
             let qp = BoxQp {
-                matrix: &matrix,
+                matrix: MatrixView::Dense { n, values: &matrix },
                 linear: &linear,
                 lower: &[0.0, 0.0, -limit, -limit, 0.0, -limit],
                 upper: &[f64::INFINITY, f64::INFINITY, limit, limit, f64::INFINITY, limit],
-                rows: &[],
+                rows: &SparseRows::new(n),
                 right_side: &[],
             };
             let found = solve_box(&qp, None, &QpSettings::default()).unwrap();

@@ -4,7 +4,7 @@ use crate::error::QpError;
 use crate::problem::MatrixView;
 use clarabel::algebra::CscMatrix;
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
-use dense_cholesky::{NotPositiveDefinite, Profile};
+use dense_cholesky::NotPositiveDefinite;
 use nalgebra::DMatrixView;
 
 /// A pivot below this fraction of its diagonal entry may be round-off.
@@ -14,8 +14,6 @@ pub(crate) const PIVOT_FLOOR: f64 = 1e-9;
 pub(crate) enum Factor {
     /// Lower triangle of a full matrix, column by column, and its rows.
     Dense { lower: Vec<f64>, n: usize },
-    /// The same, as far as its profile reaches.
-    Profile { lower: Vec<f64>, profile: Profile },
     /// `P_II = L D Lᵀ` in an approximate minimum degree order.
     Sparse(Box<QDLDLFactorisation>),
 }
@@ -34,42 +32,10 @@ impl Factor {
         }
     }
 
-    /// Factorises the rows and columns `free` of a full matrix, in this order.
-    ///
-    /// * `profile`: of the block.
-    ///
-    /// # Errors
-    /// As [`Self::of_block`]; also if only round-off makes a pivot positive.
-    pub(crate) fn of_profile(
-        n: usize,
-        values: &[f64],
-        free: &[usize],
-        profile: Profile,
-    ) -> Result<Self, QpError> {
-        let size = free.len();
-        let mut lower = vec![0.0; size * size];
-        for ((j, &column), end) in free.iter().enumerate().zip(profile.ends()) {
-            let source = &values[column * n..(column + 1) * n];
-            let target = &mut lower[j * size + j..j * size + end];
-            target.iter_mut().zip(&free[j..]).for_each(|(to, row)| *to = source[*row]);
-        }
-        let singular = |column: usize| QpError::NotPositiveDefinite { index: free[column] };
-        profile.factorise(&mut lower).map_err(|NotPositiveDefinite { column }| singular(column))?;
-        let round_off = |j: &usize| {
-            let (pivot, entry) = (lower[j * (size + 1)], values[free[*j] * (n + 1)]);
-            pivot * pivot <= PIVOT_FLOOR * entry
-        };
-        match (0..size).find(round_off) {
-            Some(column) => Err(singular(column)),
-            None => Ok(Self::Profile { lower, profile }),
-        }
-    }
-
     /// Lists the diagonal of `L`; nothing of a sparse factor.
     pub(crate) fn pivots(&self) -> impl Iterator<Item = f64> {
         let (lower, n): (&[f64], usize) = match self {
             Self::Dense { lower, n } => (lower, *n),
-            Self::Profile { lower, profile } => (lower, profile.ends().len()),
             Self::Sparse(_) => (&[], 0),
         };
         (0..n).map(move |j| lower[j * (n + 1)])
@@ -81,10 +47,6 @@ impl Factor {
             Self::Dense { lower, n } => {
                 dense_cholesky::forward(lower, *n, rhs);
                 dense_cholesky::backward(lower, *n, rhs);
-            }
-            Self::Profile { lower, profile } => {
-                profile.forward(lower, rhs);
-                profile.backward(lower, rhs);
             }
             Self::Sparse(factor) => {
                 rhs.chunks_exact_mut(factor.D.len().max(1)).for_each(|rhs| solve_sparse(factor, rhs));
@@ -127,7 +89,7 @@ fn factorise_dense(n: usize, values: &[f64], free: &[usize]) -> Result<Factor, Q
 }
 
 /// Solves with `L D Lᵀ` and its order. Clarabel's own function needs the factor for itself.
-fn solve_sparse(factor: &QDLDLFactorisation, rhs: &mut [f64]) {
+pub(crate) fn solve_sparse(factor: &QDLDLFactorisation, rhs: &mut [f64]) {
     let (l, order) = (&factor.L, &factor.perm);
     let mut x: Vec<f64> = order.iter().map(|&unknown| rhs[unknown]).collect();
     let column = |j: usize| {

@@ -18,8 +18,6 @@ pub struct IndependentRows {
     combinations: Vec<Vec<f64>>,
     /// An orthonormal basis of all `t` with `tᵀ G = 0`.
     kernel: Vec<Vec<f64>>,
-    /// Combinations that give nearly zero, of length one.
-    weak: Vec<Vec<f64>>,
 }
 
 /// Entries below this fraction of the largest one are the rounding of others: they are zero.
@@ -36,12 +34,6 @@ impl IndependentRows {
     ///
     /// * `rows`: G, row after row, m·n entries; `right_side`: e, m entries, few.
     pub fn new(rows: &[f64], right_side: &[f64]) -> Self {
-        Self::without_weak(rows, right_side, DEPENDENT)
-    }
-
-    /// [`Self::new`] without rows of which less than a fraction of the longest one is left, if the same holds for their right-hand
-    /// sides: in contact, motions that only the error of the normals resists and no load of its own drives.
-    pub fn without_weak(rows: &[f64], right_side: &[f64], weak: f64) -> Self {
         let m = right_side.len();
         let n = rows.len().checked_div(m).unwrap_or(0);
         let unit = |k: usize| (0..m).map(|i| if i == k { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
@@ -56,13 +48,6 @@ impl IndependentRows {
             }
             let length = lengths.swap_remove(place);
             let (mut row, mut combination) = left.swap_remove(place);
-            let load = dot(&combination, right_side).abs();
-            let size = norm(&combination);
-            if length <= weak * longest && load <= weak * norm(right_side) * size {
-                combination.iter_mut().for_each(|x| *x /= size);
-                found.weak.push(combination);
-                continue;
-            }
             row.iter_mut().chain(&mut combination).for_each(|x| *x /= length);
             clear_rounding(&mut row);
             for ((other, of_other), length) in left.iter_mut().zip(&mut lengths) {
@@ -96,11 +81,6 @@ impl IndependentRows {
         found
     }
 
-    /// Lists the combinations that give nearly zero and were left out, of length one.
-    pub fn weak(&self) -> &[Vec<f64>] {
-        &self.weak
-    }
-
     /// Returns a basis of the combinations that give zero, orthonormal.
     pub fn kernel(&self) -> &[Vec<f64>] {
         &self.kernel
@@ -108,7 +88,7 @@ impl IndependentRows {
 
     /// Returns the multipliers of the given rows for multipliers of [`Self::rows`]: `Tᵀ a`, without a part in the kernel.
     pub fn expanded(&self, multipliers: &[f64]) -> Vec<f64> {
-        let m = self.combinations.len() + self.kernel.len() + self.weak.len();
+        let m = self.combinations.len() + self.kernel.len();
         let mut all = vec![0.0; m];
         for (a, combination) in multipliers.iter().zip(&self.combinations) {
             subtract(&mut all, -a, combination);
@@ -118,15 +98,6 @@ impl IndependentRows {
             subtract(&mut all, part, t);
         }
         all
-    }
-
-    /// Returns the part of a right-hand side in the kernel: what no `x` can balance.
-    pub fn unbalanced(&self, right_side: &[f64]) -> Vec<f64> {
-        let mut part = vec![0.0; right_side.len()];
-        for t in &self.kernel {
-            subtract(&mut part, -dot(t, right_side), t);
-        }
-        part
     }
 }
 
@@ -160,8 +131,6 @@ mod tests {
             let combined = 3.0 * found.rows[j] - found.rows[4 + j];
             assert!((given - combined).abs() < 1e-14);
         }
-        assert!(norm(&found.unbalanced(&e)) < 1e-15);
-        assert!(norm(&found.unbalanced(&[0.0, 0.0, 0.0, 1.0])) > 0.9);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::kkt;
 use crate::place::Place;
 use crate::polish::{Admissible, Prepared, positive_part};
 use crate::problem::{BoundQp, MatrixView};
+use crate::programme::BoxQp;
 use crate::settings::QpSettings;
 use crate::solution::QpStatus;
 use clarabel::algebra::CscMatrix;
@@ -134,18 +135,7 @@ fn load(qp: &BoundQp<'_>, roots: &[f64]) -> f64 {
     if length > 0.0 { length } else { 1.0 }
 }
 
-/// A programme with bounds on both sides and equality rows, see [`crate::BoxQp`].
-pub(crate) struct Boxed<'a> {
-    pub(crate) matrix: MatrixView<'a>,
-    pub(crate) linear: &'a [f64],
-    pub(crate) lower: &'a [f64],
-    pub(crate) upper: &'a [f64],
-    /// Row after row.
-    pub(crate) rows: &'a [f64],
-    pub(crate) right_side: &'a [f64],
-}
-
-/// The result of Clarabel for a [`Boxed`] programme.
+/// The result of Clarabel for a [`BoxQp`].
 pub(crate) struct BoxedPoint {
     pub(crate) status: QpStatus,
     pub(crate) iterations: usize,
@@ -158,16 +148,17 @@ pub(crate) struct BoxedPoint {
 ///
 /// # Errors
 /// [`QpError::Library`] when Clarabel rejects the data.
-pub(crate) fn solve_boxed(qp: &Boxed<'_>, settings: &QpSettings) -> Result<BoxedPoint, QpError> {
+pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<BoxedPoint, QpError> {
     let (n, m) = (qp.linear.len(), qp.right_side.len());
     let stiffest = (0..n).map(|i| qp.matrix.diagonal(i)).fold(0.0, f64::max);
     // An unknown without stiffness of its own gets the largest one.
     let root = |i: usize| Some(qp.matrix.diagonal(i)).filter(|d| *d > 0.0).unwrap_or(stiffest).sqrt();
     let roots: Vec<f64> = (0..n).map(root).map(|r| if r > 0.0 { r } else { 1.0 }).collect();
     let finite = |v: f64| if v.is_finite() { v.abs() } else { 0.0 };
-    let row = |k: usize| &qp.rows[k * n..(k + 1) * n];
-    let norms: Vec<f64> = (0..m)
-        .map(|k| row(k).iter().zip(&roots).map(|(g, r)| (g / r).powi(2)).sum::<f64>().sqrt())
+    let norms: Vec<f64> = qp
+        .rows
+        .rows()
+        .map(|row| row.map(|(i, g)| (g / roots[i]).powi(2)).sum::<f64>().sqrt())
         .map(|norm| if norm > 0.0 { norm } else { 1.0 })
         .collect();
     let of_linear = (0..n).map(|i| (qp.linear[i] / roots[i]).abs());
@@ -179,10 +170,11 @@ pub(crate) fn solve_boxed(qp: &Boxed<'_>, settings: &QpSettings) -> Result<Boxed
     let (below, above) = (bounded(qp.lower), bounded(qp.upper));
     // Column by column: the equality rows, then −x ≤ −l, then x ≤ u.
     let (mut starts, mut places, mut entries) = (vec![0], Vec::new(), Vec::new());
+    let columns = qp.rows.transposed();
     for i in 0..n {
-        for k in (0..m).filter(|k| row(*k)[i] != 0.0) {
+        for (k, g) in columns.row(i) {
             places.push(k);
-            entries.push(row(k)[i] / roots[i] / norms[k]);
+            entries.push(g / roots[i] / norms[k]);
         }
         for (list, first, entry) in [(&below, m, -1.0), (&above, m + below.len(), 1.0)] {
             if let Ok(place) = list.binary_search(&i) {

@@ -78,28 +78,33 @@ mod interior_point;
 mod kkt;
 mod least_squares;
 mod matrix;
-mod narrow;
 mod place;
 mod polish;
 mod primal_dual;
 mod problem;
+mod programme;
 mod reduce;
+mod selection;
 mod settings;
 mod solution;
 mod solve;
+mod sparse;
 
 pub use active_set::ActiveSet;
-pub use balance::{Balanced, nearest_balanced};
-pub use box_qp::{BoxQp, BoxResiduals, BoxSolution, box_residuals, solve_box};
+pub use balance::{Balanced, nearest_balanced, unbalanced_load};
+pub use box_qp::{BoxResiduals, BoxSolution, box_residuals, solve_box};
 pub use error::QpError;
 pub use independent::IndependentRows;
 pub use kkt::{CheckedMatrix, KktResiduals, kkt_residuals};
 pub use least_squares::{bounded_least_squares, nonnegative_least_squares};
 pub use place::Place;
 pub use problem::{BoundQp, MatrixView};
+pub use programme::BoxQp;
+pub use selection::{Combination, RowSelection};
 pub use settings::{QpMethod, QpSettings};
 pub use solution::{QpPath, QpSolution, QpStatus};
 pub use solve::{solve, solve_with};
+pub use sparse::SparseRows;
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

@@ -86,7 +86,7 @@ impl MatrixView<'_> {
         }
     }
 
-    fn check_entries(&self) -> Result<(), QpError> {
+    pub(crate) fn check_entries(&self) -> Result<(), QpError> {
         match *self {
             Self::Dense { n, values } => {
                 // A size whose square overflows cannot match any slice.

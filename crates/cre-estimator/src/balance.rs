@@ -10,10 +10,11 @@
 
 use crate::error::EstimatorError;
 use crate::pressure;
-use contact_qp::{BoxQp, IndependentRows, QpSettings, nearest_balanced, solve_box};
+use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
+use std::collections::BTreeMap;
 
 /// Forces on a body below this fraction of those on another one are not resolved beyond it: the balance is checked to 1e-10.
 const LIGHTLY_LOADED: f64 = 1e-6;
@@ -120,12 +121,11 @@ pub(crate) fn pressure(
         }
         work
     };
-    let rows = Rows::new(prepared, work);
-    let independent = IndependentRows::new(&rows.matrix, &rows.loads);
+    let rows = Rows::new(prepared, work)?;
     let found = if contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
-        nearest_in_cones(prepared, (&target, &weights), &independent)?
+        nearest_in_cones(prepared, (&target, &weights), &rows)?
     } else {
-        nearest(prepared, state, (&target, &weights), &independent)?
+        nearest(prepared, state, (&target, &weights), &rows)?
     };
     let Some(found) = found else {
         return Ok(Pressure::new(prepared, &target, [0.0, rows.imbalance(prepared, &target)]));
@@ -162,13 +162,13 @@ fn nearest(
     prepared: &PreparedProblem,
     state: &ContactState<'_>,
     (target, weights): (&[f64], &[f64]),
-    IndependentRows { rows: matrix, right_side, .. }: &IndependentRows,
+    Rows { independent: (matrix, loads), .. }: &Rows,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let limits: Vec<Vec<f64>> = contacts.iter().map(|pair| admissible_limits(prepared, pair, &[])).collect();
     let near = |allowed: Option<&[bool]>| {
         let [lower, upper] = bounds(prepared, &limits, allowed);
-        nearest_balanced(target, weights, [&lower, &upper], matrix, right_side)
+        nearest_balanced(target, weights, [&lower, &upper], matrix, loads)
     };
     let Some(mut found) = near(None)? else { return Ok(None) };
     // A little pressure where the bodies are far apart costs much in 2∫ p o.
@@ -197,7 +197,7 @@ fn nearest(
 fn nearest_in_cones(
     prepared: &PreparedProblem,
     (target, weights): (&[f64], &[f64]),
-    independent: &IndependentRows,
+    Rows { independent: (matrix, loads), .. }: &Rows,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let n = target.len();
@@ -206,8 +206,10 @@ fn nearest_in_cones(
         .map(|pair| admissible_limits(prepared, pair, &vec![0.0; pair.interface.pairs().len()]))
         .collect();
     let [lower, mut upper] = bounds(prepared, &limits, None);
-    let (mut matrix, mut linear, mut rows) = (vec![0.0; n * n], vec![0.0; n], independent.rows.clone());
-    (0..n).for_each(|i| (matrix[i * n + i], linear[i]) = (weights[i], -weights[i] * target[i]));
+    let mut linear: Vec<f64> = weights.iter().zip(target).map(|(w, t)| -w * t).collect();
+    // Of each row: its own weight, and the row of the same node before it with the weight of their product.
+    let mut columns: Vec<(f64, Option<(usize, f64)>)> = weights.iter().map(|w| (*w, None)).collect();
+    let mut lines = matrix.transposed();
     let (mut start, mut cones) = (0, Vec::new());
     for pair in contacts {
         let nodes = pair.interface.pairs().len();
@@ -219,16 +221,21 @@ fn nearest_in_cones(
     for &(i, j, mu) in &cones {
         upper[j] = f64::INFINITY;
         let [p, q] = [weights[i], mu * mu * weights[j]];
-        (matrix[i * n + i], matrix[j * n + j]) = (p + q, p + q);
-        (matrix[i * n + j], matrix[j * n + i]) = (p - q, p - q);
+        (columns[i], columns[j]) = ((p + q, None), (p + q, Some((i, p - q))));
         (linear[i], linear[j]) = (linear[i] + mu * linear[j], linear[i] - mu * linear[j]);
-        for row in rows.chunks_exact_mut(n.max(1)) {
-            (row[i], row[j]) = (row[i] + mu * row[j], row[i] - mu * row[j]);
-        }
     }
-    let right_side = &independent.right_side;
-    let qp =
-        BoxQp { matrix: &matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side };
+    lines = in_cones(&lines, &cones);
+    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
+    for (j, (own, before)) in columns.into_iter().enumerate() {
+        for (i, value) in before.into_iter().chain([(j, own)]) {
+            places.push(i);
+            values.push(value);
+        }
+        starts.push(places.len());
+    }
+    let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: &values };
+    let (rows, right_side) = (&lines.transposed(), loads);
+    let qp = BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows, right_side };
     let mut found = solve_box(&qp, None, &QpSettings::default())?;
     if !found.status.is_solved() {
         return Ok(None);
@@ -237,6 +244,29 @@ fn nearest_in_cones(
         (found.x[i], found.x[j]) = (found.x[i] + found.x[j], mu * (found.x[i] - found.x[j]));
     }
     Ok(Some(found.x))
+}
+
+/// Takes the columns of rows along the edges of cones, `n + μ t` and `n − μ t` in the places of `n` and `t`.
+///
+/// * `columns`: column after column; `cones`: the places of `n` and `t`, and `μ`.
+fn in_cones(columns: &SparseRows, cones: &[(usize, usize, f64)]) -> SparseRows {
+    let sum = |n: usize, t: usize, mu: f64| {
+        let mut entries: BTreeMap<usize, f64> = columns.row(n).collect();
+        columns.row(t).for_each(|(k, g)| *entries.entry(k).or_default() += mu * g);
+        entries
+    };
+    let mut edges: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
+    for &(n, t, mu) in cones {
+        edges.extend([(n, sum(n, t, mu)), (t, sum(n, t, -mu))]);
+    }
+    let mut found = SparseRows::new(columns.columns());
+    for k in 0..columns.len() {
+        match edges.remove(&k) {
+            Some(edge) => found.push(edge),
+            None => found.push(columns.row(k)),
+        }
+    }
+    found
 }
 
 /// Computes the contact forces nearest to those of a state that balance the floating bodies, N/m, by row: on the pairs that carry
@@ -263,12 +293,10 @@ pub(crate) fn forces(
     let along = |k: usize, motion: &[Vector]| -> Vec<f64> {
         contacts[k].rows().map(|row| motion[row.pair].dot(&row.direction)).collect()
     };
-    let rows = Rows::new(prepared, along);
-    let independent = IndependentRows::new(&rows.matrix, &rows.loads);
-    let IndependentRows { rows: matrix, right_side, .. } = &independent;
+    let rows = Rows::new(prepared, along)?;
     let near = |allowed: Option<&[bool]>| {
         let [lower, upper] = bounds(prepared, &limits, allowed);
-        nearest_balanced(&target, &weights, [&lower, &upper], matrix, right_side)
+        nearest_balanced(&target, &weights, [&lower, &upper], &rows.independent.0, &rows.independent.1)
     };
     let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
     let mut found = near(Some(&loaded))?;
@@ -326,34 +354,43 @@ fn traction_work(
 
 /// The rows of the balance: one per rigid motion of a floating body.
 struct Rows {
-    /// Line after line: the work on the motion's body of a unit value in each row, signs reversed.
-    matrix: Vec<f64>,
+    /// The work on the motion's body of a unit value in each row, signs reversed.
+    matrix: SparseRows,
     /// `e`, the work of the loads.
     loads: Vec<f64>,
-    count: usize,
+    /// The rows without those of round-off, which must not become a condition, and their loads.
+    independent: (SparseRows, Vec<f64>),
 }
 
 impl Rows {
     /// * `work`: of unit values in the rows of contact line `k` on a motion of the contact nodes.
-    fn new(prepared: &PreparedProblem, work: impl Fn(usize, &[Vector]) -> Vec<f64>) -> Self {
+    fn new(
+        prepared: &PreparedProblem,
+        work: impl Fn(usize, &[Vector]) -> Vec<f64>,
+    ) -> Result<Self, EstimatorError> {
         let problem = prepared.problem();
-        let (mut matrix, mut loads) = (Vec::new(), Vec::new());
+        let (mut matrix, mut loads) = (SparseRows::new(prepared.rows()), Vec::new());
         for of in prepared.rigid_motions() {
             let moved = prepared.moved_by(of);
+            let (mut line, mut first) = (Vec::new(), 0);
             for (k, contact) in problem.contacts.iter().enumerate() {
-                let pairs = contact.interface.pairs();
-                let Some(side) = contact.side_of(of.body) else {
-                    matrix.extend(std::iter::repeat_n(0.0, contact.row_count()));
-                    continue;
-                };
-                let motion: Vec<Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
-                // The pressure acts against the normal on the first body.
-                let sign = if side == 0 { 1.0 } else { -1.0 };
-                matrix.extend(work(k, &motion).iter().map(|w| sign * w));
+                if let Some(side) = contact.side_of(of.body) {
+                    let pairs = contact.interface.pairs();
+                    let motion: Vec<Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
+                    // The pressure acts against the normal on the first body.
+                    let sign = if side == 0 { 1.0 } else { -1.0 };
+                    let entries = work(k, &motion).into_iter().enumerate();
+                    line.extend(entries.map(|(i, w)| (first + i, sign * w)));
+                }
+                first += contact.row_count();
             }
+            matrix.push(line);
             loads.push(of.load);
         }
-        Self { matrix, loads, count: prepared.rows() }
+        let groups: Vec<usize> = prepared.rigid_motions().iter().map(|of| of.body).collect();
+        let RowSelection { rows, .. } = RowSelection::new(&matrix, &loads, &groups, 0.0)?;
+        let independent = (matrix.select(&rows), rows.iter().map(|k| loads[*k]).collect());
+        Ok(Self { matrix, loads, independent })
     }
 
     /// Computes the largest resultant of a floating body, over the sum of the sizes of all forces on it.
@@ -363,8 +400,8 @@ impl Rows {
         let problem = prepared.problem();
         let lengths = lengths(prepared);
         let mut found = Vec::new();
-        let rows = self.matrix.chunks_exact(self.count.max(1)).zip(&self.loads);
-        for ((row, load), of) in rows.zip(prepared.rigid_motions()) {
+        let products = self.matrix.times(pressure);
+        for ((product, load), of) in products.iter().zip(&self.loads).zip(prepared.rigid_motions()) {
             let moved = prepared.moved_by(of);
             let mut size = prepared.external_forces().get(of.body).map_or(load.abs(), |forces| {
                 forces.iter().zip(&moved).map(|(f, u)| f.norm() * u.norm()).sum()
@@ -379,7 +416,7 @@ impl Rows {
                 }
                 first += contact.row_count();
             }
-            let rest = (row.iter().zip(pressure).map(|(c, p)| c * p).sum::<f64>() - load).abs();
+            let rest = (product - load).abs();
             found.push((rest, size));
         }
         // A body almost without forces is compared with the others: its forces are the rounding of theirs.

@@ -63,7 +63,7 @@ fn iteration(
         return Err(NnddError::Unsupported { bodies: contact.bodies.len(), pairs: contact.contacts.len() });
     }
     let rows = Rows::new(contact);
-    let balance = Balance::new(contact, problem.rigid_motions());
+    let balance = Balance::new(contact, problem.rigid_motions())?;
     balance.check_held(contact, rows.limits())?;
     let bodies = try_each_body(contact.bodies.len(), |b| Subdomain::new(problem, &rows, b))?;
     let correction = Correction::new(&bodies, rows.len(), settings.weights, settings.coarse);

@@ -11,12 +11,13 @@ use crate::error::NnddError;
 use crate::rows::Rows;
 use crate::rows::sign;
 use crate::unheld::UnheldMotion;
-use contact_qp::{IndependentRows, bounded_least_squares};
+use contact_qp::{Combination, RowSelection, SparseRows, unbalanced_load};
 use fem_core::assembly::external_forces;
 use fem_core::body::RigidMotion;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactProblem, ContactRow, NodePair};
 use fem_core::prepared::BodyMotion;
+use std::collections::BTreeMap;
 
 /// A load of a motion below this fraction of all loads is round-off.
 const NO_LOAD: f64 = 1e-10;
@@ -24,6 +25,9 @@ const NO_LOAD: f64 = 1e-10;
 /// A motion without load is free if the pairs resist it by less than this fraction of what they resist best: normals of curved lines
 /// are no better than that. A body that moves by less than this fraction of the one that moves most does not count as part of it.
 const WEAK: f64 = 1e-3;
+
+/// An entry of a motion or of its load below this fraction of its terms is round-off: forces of 1e16 would balance a load with it.
+const ROUND_OFF: f64 = 1e-12;
 
 /// A body whose motion is below this fraction of the largest one does not move.
 const NO_TRACE: f64 = 1e-9;
@@ -46,12 +50,13 @@ pub struct Support {
 pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     let problem = &without_spin(problem.clone())?;
     let motions = problem.rigid_motions();
-    let balance = Balance::new(problem, &motions);
+    let balance = Balance::new(problem, &motions)?;
     let unheld = balance.unheld(problem, Rows::new(problem).limits())?;
     let unheld =
         unheld.map(|(motion, cones)| if cones { Err(outside(&motion)) } else { Ok(motion) }).transpose()?;
-    let free = balance.independent.kernel().iter().chain(balance.independent.weak()).map(|amounts| {
-        let bodies = combined(problem, &motions, amounts);
+    let Balance { independent, .. } = &balance;
+    let free = independent.kernel.iter().chain(&independent.weak).map(|amounts: &Combination| {
+        let bodies = combined(amounts.iter().map(|(k, a)| (&motions[*k], *a)));
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
         let mut moved: Vec<(f64, &BodyMotion)> = bodies
             .iter()
@@ -80,13 +85,13 @@ pub fn without_spin(problem: ContactProblem) -> Result<ContactProblem, NnddError
         return Ok(problem);
     }
     let motions = problem.rigid_motions();
-    let Some(spins) = Balance::new(&problem, &motions).explained(&problem)? else { return Ok(problem) };
+    let Some(spins) = Balance::new(&problem, &motions)?.explained(&problem)? else { return Ok(problem) };
     let mut without = problem.clone();
     for of in spins {
         without.leave_out(of.body, of.motion);
     }
     let motions = without.rigid_motions();
-    let rest = Balance::new(&without, &motions);
+    let rest = Balance::new(&without, &motions)?;
     let left = size(&rest.independent.unbalanced(&rest.loads));
     Ok(if left <= NO_LOAD * load_size(&problem) { without } else { problem })
 }
@@ -109,43 +114,60 @@ fn size(values: &[f64]) -> f64 {
 pub(crate) struct Balance {
     /// The rigid motions, body after body.
     pub(crate) motions: Vec<BodyMotion>,
-    /// `G = (B R)ᵀ`, line after line.
-    rows: Vec<f64>,
+    /// `G = (B R)ᵀ`, one line per motion.
+    rows: SparseRows,
     /// `e = Rᵀ f`.
     loads: Vec<f64>,
-    /// Independent combinations of the lines: one per motion that the pairs resist.
-    pub(crate) independent: IndependentRows,
+    /// The lines that the pairs resist, and the motions that they do not.
+    pub(crate) independent: RowSelection,
 }
 
 impl Balance {
-    pub(crate) fn new(problem: &ContactProblem, motions: &[BodyMotion]) -> Self {
-        let limits = Rows::new(problem);
-        let limits = limits.limits();
-        let mut rows = Vec::with_capacity(motions.len() * limits.len());
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn new(problem: &ContactProblem, motions: &[BodyMotion]) -> Result<Self, NnddError> {
+        let all = Rows::new(problem);
+        let limits = all.limits();
+        let (mut rows, mut loads) = (SparseRows::new(limits.len()), Vec::with_capacity(motions.len()));
+        let sides = sides(problem);
         for of in motions {
-            let (moved, mut limits) = (problem.moved_by(of), limits.iter());
-            for contact in &problem.contacts {
-                let side = contact.side_of(of.body);
-                let entry = |(row, limit): (ContactRow, &f64)| match side {
-                    // A row that has no force resists nothing.
-                    Some(side) if *limit > 0.0 => sign(side) * moved[row.nodes[side]].dot(&row.direction),
-                    _ => 0.0,
-                };
-                rows.extend(contact.rows().zip(limits.by_ref()).map(entry));
-            }
+            let moved = problem.moved_by(of);
+            let most = moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
+            let of_pair = |&(k, side): &(usize, usize)| {
+                let (pair, first) = (&problem.contacts[k], all.at(k, 0));
+                let entry = |row: ContactRow| sign(side) * moved[row.nodes[side]].dot(&row.direction);
+                let entries: Vec<f64> = pair.rows().map(entry).collect();
+                entries.into_iter().enumerate().map(move |(i, entry)| (first + i, entry))
+            };
+            // A row that has no force resists nothing, and round-off must not: directions are of length one.
+            let resists = |(row, entry): &(usize, f64)| limits[*row] > 0.0 && entry.abs() > ROUND_OFF * most;
+            rows.push(sides[of.body].iter().flat_map(of_pair).filter(resists));
+            let load_size = match problem.bodies.get(of.body) {
+                Some(body) => external_forces(body).iter().map(|f| f.norm()).sum::<f64>() * most,
+                None => problem.obstacles[of.body - problem.bodies.len()].load_size() * most,
+            };
+            loads.push(if of.load.abs() > ROUND_OFF * load_size { of.load } else { 0.0 });
         }
-        let loads: Vec<f64> = motions.iter().map(|of| of.load).collect();
-        let independent = IndependentRows::without_weak(&rows, &loads, WEAK);
-        Self { motions: motions.to_vec(), rows, loads, independent }
+        let groups: Vec<usize> = motions.iter().map(|of| of.body).collect();
+        let independent = RowSelection::new(&rows, &loads, &groups, WEAK)?;
+        Ok(Self { motions: motions.to_vec(), rows, loads, independent })
     }
 
-    /// Tells whether no motion changes a row, but for rounding.
-    pub(crate) fn leaves_alone(&self, row: usize) -> bool {
-        let count = self.rows.len().checked_div(self.loads.len()).unwrap_or(0);
-        let alone = |line: &[f64]| {
-            line[row].abs() <= NO_TRACE * line.iter().fold(0.0f64, |most, entry| most.max(entry.abs()))
-        };
-        self.rows.chunks_exact(count.max(1)).all(alone)
+    /// Returns the lines that the pairs resist, and their loads.
+    pub(crate) fn resisted(&self) -> (SparseRows, Vec<f64>) {
+        let Self { rows, loads, independent, .. } = self;
+        (rows.select(&independent.rows), independent.rows.iter().map(|k| loads[*k]).collect())
+    }
+
+    /// Tells for each row whether no motion changes it, but for rounding.
+    pub(crate) fn leaves_alone(&self) -> Vec<bool> {
+        let mut alone = vec![true; self.rows.columns()];
+        for line in 0..self.rows.len() {
+            let most = self.rows.row(line).fold(0.0f64, |most, (_, entry)| most.max(entry.abs()));
+            let moved = self.rows.row(line).filter(|(_, entry)| entry.abs() > NO_TRACE * most);
+            moved.for_each(|(row, _)| alone[row] = false);
+        }
+        alone
     }
 
     /// Checks that the assembly is held.
@@ -164,22 +186,43 @@ impl Balance {
 
     /// Lists the forces that can balance the loads: `G` in them, and their bounds. With the law of Coulomb and an infinite limit they are
     /// along the edges of the cones, `P n ± μ P t`.
-    fn forces(&self, problem: &ContactProblem, limits: &[f64]) -> (Vec<f64>, [Vec<f64>; 2], bool) {
+    fn forces(&self, problem: &ContactProblem, limits: &[f64]) -> (SparseRows, [Vec<f64>; 2], bool) {
         let rows = Rows::new(problem);
-        let (mut matrix, mut bounds, mut cones) = (self.rows.clone(), rows.bounds(limits), false);
-        let count = limits.len();
+        let mut bounds = rows.bounds(limits);
+        // The other row of each cone, the friction coefficient, and the sign of its edge.
+        let mut cones: Vec<Option<(usize, f64, f64)>> = vec![None; limits.len()];
         for (k, pair) in problem.contacts.iter().enumerate() {
             let Some(mu) = pair.friction.coulomb() else { continue };
             for (n, t) in rows.normal(k).zip(rows.tangential(k)).filter(|(_, t)| limits[*t] == f64::INFINITY)
             {
-                cones = true;
                 bounds[0][t] = 0.0;
-                for line in matrix.chunks_exact_mut(count.max(1)) {
-                    (line[n], line[t]) = (line[n] + mu * line[t], line[n] - mu * line[t]);
-                }
+                (cones[n], cones[t]) = (Some((t, mu, 1.0)), Some((n, mu, -1.0)));
             }
         }
-        (matrix, bounds, cones)
+        if cones.iter().all(Option::is_none) {
+            return (self.rows.clone(), bounds, false);
+        }
+        let mut matrix = SparseRows::new(limits.len());
+        for line in self.rows.rows() {
+            let mut entries: BTreeMap<usize, f64> = BTreeMap::new();
+            for (i, g) in line {
+                // `n + μ t` in the place of the normal, `n − μ t` in that of the tangent.
+                let own = match cones[i] {
+                    Some((n, mu, sign)) if sign < 0.0 => {
+                        *entries.entry(n).or_default() += mu * g;
+                        -mu * g
+                    }
+                    Some((t, ..)) => {
+                        *entries.entry(t).or_default() += g;
+                        g
+                    }
+                    None => g,
+                };
+                *entries.entry(i).or_default() += own;
+            }
+            matrix.push(entries);
+        }
+        (matrix, bounds, true)
     }
 
     /// Finds the rotations that carry a load which no forces balance, if the polygon explains each, see [`without_spin`]; `None` if there is no such load,
@@ -192,8 +235,8 @@ impl Balance {
         let rows = Rows::new(problem);
         let (matrix, [lower, upper], _) = self.forces(problem, rows.limits());
         let loads: Vec<f64> = self.loads.iter().zip(&unbalanced).map(|(e, part)| e - part).collect();
-        let (forces, _) = bounded_least_squares(&matrix, &loads, [&lower, &upper])?;
-        let bodies = combined(problem, &self.motions, &unbalanced);
+        let (forces, _) = unbalanced_load(&matrix, &loads, [&lower, &upper])?;
+        let bodies = combined(self.motions.iter().zip(unbalanced.iter().copied()));
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
         let moved = bodies.iter().filter(|of| largest(problem, of) > NO_TRACE * most);
         let spin = |of: &BodyMotion| {
@@ -219,20 +262,20 @@ impl Balance {
         let unbalanced = self.independent.unbalanced(&self.loads);
         let loads: Vec<f64> = self.loads.iter().zip(&unbalanced).map(|(e, part)| e - part).collect();
         let (matrix, [lower, upper], cones) = self.forces(problem, limits);
-        let (forces, mut free) = bounded_least_squares(&matrix, &loads, [&lower, &upper])?;
+        let (forces, mut free) = unbalanced_load(&matrix, &loads, [&lower, &upper])?;
         free.iter_mut().zip(&unbalanced).for_each(|(a, part)| *a += part);
         if !(size(&free) > NO_LOAD * load_size(problem)) {
             return Ok(None);
         }
-        let bodies = combined(problem, motions, &free);
+        let bodies = combined(motions.iter().zip(free.iter().copied()));
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
         let moved = bodies.iter().filter(|of| largest(problem, of) > NO_LOAD * most);
         let unit = |of: &BodyMotion| (of.body, of.motion.scaled(1.0 / most));
         let mut work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
         // Friction at its limit resists a part of the load.
-        for (i, force) in forces.iter().enumerate().filter(|(i, force)| lower[*i] < 0.0 && **force != 0.0) {
-            let lines = matrix.chunks_exact(limits.len().max(1)).zip(&free);
-            work -= force * lines.map(|(line, a)| line[i] * a).sum::<f64>();
+        for (i, opened) in matrix.transposed_times(&free).iter().enumerate().filter(|(i, _)| lower[*i] < 0.0)
+        {
+            work -= forces[i] * opened;
         }
         Ok(Some((UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }, cones)))
     }
@@ -272,12 +315,13 @@ fn outside(motion: &UnheldMotion) -> NnddError {
     NnddError::OutsideCones { load: motion.load }
 }
 
-/// Adds up the motions of each piece of each body.
-fn combined(problem: &ContactProblem, motions: &[BodyMotion], amounts: &[f64]) -> Vec<BodyMotion> {
-    let mut bodies: Vec<BodyMotion> = Vec::with_capacity(problem.bodies.len());
-    for (of, a) in motions.iter().zip(amounts) {
-        let scaled = BodyMotion::new(of.body, of.motion.scaled(*a));
-        match bodies.iter_mut().find(|known| known.body == of.body && known.motion.piece == of.motion.piece) {
+/// Adds up the motions of each piece of each body, which follow each other.
+fn combined<'a>(motions: impl Iterator<Item = (&'a BodyMotion, f64)>) -> Vec<BodyMotion> {
+    let mut bodies: Vec<BodyMotion> = Vec::new();
+    for (of, a) in motions {
+        let scaled = BodyMotion::new(of.body, of.motion.scaled(a));
+        let mut of_body = bodies.iter_mut().rev().take_while(|known| known.body == of.body);
+        match of_body.find(|known| known.motion.piece == of.motion.piece) {
             Some(sum) => {
                 sum.motion.translation += scaled.motion.translation;
                 sum.motion.spin += scaled.motion.spin;
@@ -286,6 +330,15 @@ fn combined(problem: &ContactProblem, motions: &[BodyMotion], amounts: &[f64]) -
         }
     }
     bodies
+}
+
+/// Lists the pairs of each body and obstacle, with its side.
+fn sides(problem: &ContactProblem) -> Vec<Vec<(usize, usize)>> {
+    let mut sides = vec![Vec::new(); problem.bodies.len() + problem.obstacles.len()];
+    for (k, pair) in problem.contacts.iter().enumerate() {
+        pair.bodies.iter().enumerate().for_each(|(side, body)| sides[*body].push((k, side)));
+    }
+    sides
 }
 
 /// Computes the largest displacement in a motion, m.

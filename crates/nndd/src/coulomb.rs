@@ -264,7 +264,8 @@ pub fn coulomb_coupling(problem: &PreparedProblem, signs: &[f64]) -> Result<Opti
 impl Programme<'_> {
     /// Computes an orthonormal basis of the forces in some rows that are in balance on their own.
     fn kernel(&self, rows: &[usize]) -> DMatrix<f64> {
-        let (lines, count) = (&self.balance().independent.rows, self.rows.len());
+        let count = self.rows.len();
+        let lines = self.lines().rows.dense();
         let lines = lines.chunks_exact(count.max(1));
         let entries: Vec<f64> = lines.flat_map(|line| rows.iter().map(|i| line[*i])).collect();
         let zero = vec![0.0; entries.len().checked_div(rows.len()).unwrap_or(0)];

@@ -18,12 +18,18 @@ use crate::balance::Balance;
 use crate::error::NnddError;
 use crate::friction::{NodeState, PairFriction};
 use crate::recovery;
-use crate::rows::{Rows, sign};
-use contact_qp::{BoxQp, BoxResiduals, Place, QpPath, QpSettings, QpStatus, solve_box};
+use crate::rows::{BodyRow, Rows, sign};
+use contact_qp::{
+    BoxQp, BoxResiduals, IndependentRows, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows,
+    solve_box,
+};
 use fem_core::body::RigidMotion;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
+
+/// Smaller programmes have a full matrix.
+const LARGE: usize = 512;
 
 /// A row along a tangent whose own flexibility is below this fraction of the largest one is imposed on both sides.
 const IMPOSED: f64 = 1e-20;
@@ -96,11 +102,108 @@ pub(crate) struct Programme<'a> {
     problem: &'a PreparedProblem,
     pub(crate) rows: Rows,
     balance: Balance,
-    /// `F`, column-major, and `q`.
-    flexibility: Vec<f64>,
+    flexibility: Flexibility,
+    /// `q`.
     linear: Vec<f64>,
+    /// The lines of the balance that the pairs resist, and their loads.
+    lines: Lines,
     /// Rows along tangents that are imposed on both sides.
     imposed: Vec<bool>,
+}
+
+/// `F`: the sum of one full block per body.
+enum Flexibility {
+    /// Column-major.
+    Full(Vec<f64>),
+    /// The upper triangle in compressed columns.
+    Sparse { starts: Vec<usize>, rows: Vec<usize>, values: Vec<f64> },
+}
+
+/// `G` and `e` of the programme.
+pub(crate) struct Lines {
+    pub(crate) rows: SparseRows,
+    loads: Vec<f64>,
+    /// Set if the rows are orthonormal combinations of those that the pairs resist.
+    combined: Option<IndependentRows>,
+}
+
+impl Lines {
+    /// * `few`: the rows may meet all forces, as long as they are orthonormal.
+    fn new(balance: &Balance, few: bool) -> Self {
+        let (rows, loads) = balance.resisted();
+        if !few {
+            return Self { rows, loads, combined: None };
+        }
+        let combined = IndependentRows::new(&rows.dense(), &loads);
+        let rows = SparseRows::from_dense(rows.columns(), &combined.rows);
+        Self { rows, loads: combined.right_side.clone(), combined: Some(combined) }
+    }
+
+    /// Returns the multipliers of the lines that the pairs resist.
+    fn expanded(&self, multipliers: &[f64]) -> Vec<f64> {
+        self.combined.as_ref().map_or_else(|| multipliers.to_vec(), |rows| rows.expanded(multipliers))
+    }
+}
+
+impl Flexibility {
+    /// Adds up the blocks of the bodies: a sparse matrix if it is large and at most a quarter of its entries is not zero.
+    fn new(problem: &PreparedProblem, count: usize, of_bodies: &[Vec<BodyRow>]) -> Self {
+        let entries: usize = of_bodies.iter().map(|rows| rows.len() * rows.len()).sum();
+        let mut upper = Vec::with_capacity(entries / 2);
+        for (condensed, rows) in problem.bodies().iter().zip(of_bodies) {
+            let (n, inverse) = (condensed.len(), condensed.flexibility());
+            for of_j in rows {
+                let mut column = vec![0.0; n];
+                for (q, b) in &of_j.terms {
+                    column.iter_mut().zip(&inverse[q * n..(q + 1) * n]).for_each(|(c, v)| *c += b * v);
+                }
+                let below = rows.iter().filter(|of_i| of_i.row >= of_j.row);
+                // Only one of two equal entries, or round-off makes `F` unsymmetric.
+                upper.extend(below.map(|of_i| (of_i.row, of_j.row, of_i.of(&column))));
+            }
+        }
+        if count < LARGE || 4 * entries > count * count {
+            let mut full = vec![0.0; count * count];
+            for (j, i, value) in upper {
+                full[j * count + i] += value;
+                if i != j {
+                    full[i * count + j] = full[j * count + i];
+                }
+            }
+            return Self::Full(full);
+        }
+        // Stable, so that sums run in the order of the bodies.
+        upper.sort_by_key(|(j, i, _)| (*j, *i));
+        let (mut starts, mut rows, mut values) = (vec![0; count + 1], Vec::new(), Vec::new());
+        for entries in upper.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let (j, i, _) = entries[0];
+            rows.push(i);
+            values.push(entries.iter().map(|(.., value)| value).sum());
+            starts[j + 1] = rows.len();
+        }
+        (0..count).for_each(|j| starts[j + 1] = starts[j + 1].max(starts[j]));
+        Self::Sparse { starts, rows, values }
+    }
+
+    /// Returns an entry.
+    fn entry(&self, i: usize, j: usize) -> f64 {
+        match self {
+            Self::Full(values) => values[j * values.len().isqrt() + i],
+            Self::Sparse { starts, rows, values } => {
+                let column = starts[i.max(j)]..starts[i.max(j) + 1];
+                rows[column.clone()].binary_search(&i.min(j)).map_or(0.0, |k| values[column.start + k])
+            }
+        }
+    }
+
+    fn view(&self, n: usize) -> MatrixView<'_> {
+        match self {
+            Self::Full(values) => MatrixView::Dense { n, values },
+            Self::Sparse { starts, rows, values } => {
+                MatrixView::SparseUpper { n, column_starts: starts, row_indices: rows, values }
+            }
+        }
+    }
 }
 
 impl<'a> Programme<'a> {
@@ -110,16 +213,20 @@ impl<'a> Programme<'a> {
     /// Those of [`Balance::check_held`].
     pub(crate) fn new(problem: &'a PreparedProblem) -> Result<Self, NnddError> {
         let rows = Rows::new(problem.problem());
-        let balance = Balance::new(problem.problem(), problem.rigid_motions());
+        let balance = Balance::new(problem.problem(), problem.rigid_motions())?;
         balance.check_held(problem.problem(), rows.limits())?;
-        let (flexibility, linear) = programme(problem, &rows);
         let count = rows.len();
-        let own = |i: usize| flexibility[i * (count + 1)];
+        let of_bodies: Vec<Vec<BodyRow>> =
+            (0..problem.bodies().len()).map(|b| rows.of_body(problem, b)).collect();
+        let linear = linear(problem, &rows, &of_bodies);
+        let flexibility = Flexibility::new(problem, count, &of_bodies);
+        let own = |i: usize| flexibility.entry(i, i);
         let largest = (0..count).map(own).fold(0.0, f64::max);
-        let imposed =
-            |i: usize| rows.is_tangential(i) && own(i) <= IMPOSED * largest && balance.leaves_alone(i);
+        let alone = balance.leaves_alone();
+        let imposed = |i: usize| rows.is_tangential(i) && own(i) <= IMPOSED * largest && alone[i];
         let imposed = (0..count).map(imposed).collect();
-        Ok(Self { problem, rows, balance, flexibility, linear, imposed })
+        let lines = Lines::new(&balance, matches!(flexibility, Flexibility::Full(_)));
+        Ok(Self { problem, rows, balance, flexibility, linear, lines, imposed })
     }
 
     /// Returns the problem.
@@ -129,7 +236,7 @@ impl<'a> Programme<'a> {
 
     /// Returns an entry of `F`.
     pub(crate) fn entry(&self, i: usize, j: usize) -> f64 {
-        self.flexibility[j * self.rows.len() + i]
+        self.flexibility.entry(i, j)
     }
 
     /// Tells whether supports impose a row in both bodies.
@@ -142,7 +249,12 @@ impl<'a> Programme<'a> {
     pub(crate) fn force_size(&self) -> f64 {
         let own = |i: usize| (self.linear[i].abs(), self.entry(i, i));
         let alone = (0..self.rows.len()).map(own).filter(|(_, f)| *f > 0.0).map(|(q, f)| q / f);
-        alone.chain(self.balance.independent.right_side.iter().map(|e| e.abs())).fold(0.0, f64::max)
+        alone.chain(self.lines.loads.iter().map(|e| e.abs())).fold(0.0, f64::max)
+    }
+
+    /// Returns the lines of the balance.
+    pub(crate) fn lines(&self) -> &Lines {
+        &self.lines
     }
 
     /// Returns the balance of the floating bodies.
@@ -164,15 +276,16 @@ impl<'a> Programme<'a> {
             limits.iter().zip(&self.imposed).map(|(s, imposed)| if *imposed { 0.0 } else { *s }).collect();
         let [lower, upper] = rows.bounds(&own);
         let qp = BoxQp {
-            matrix: &self.flexibility,
+            matrix: self.flexibility.view(rows.len()),
             linear: &self.linear,
             lower: &lower,
             upper: &upper,
-            rows: &balance.independent.rows,
-            right_side: &balance.independent.right_side,
+            rows: &self.lines.rows,
+            right_side: &self.lines.loads,
         };
         let found = solve_box(&qp, start, settings)?;
-        let motions = balance.motions.iter().zip(balance.independent.expanded(&found.row_multipliers));
+        let amounts = balance.independent.expanded(&self.lines.expanded(&found.row_multipliers));
+        let motions = balance.motions.iter().zip(amounts);
         let motions: Vec<(usize, RigidMotion, f64)> =
             motions.map(|(of, a)| (of.body, of.motion, a)).collect();
         let force = |k: usize, side: usize| {
@@ -221,37 +334,16 @@ impl<'a> Programme<'a> {
     }
 }
 
-/// Computes `F`, column-major, and `q`.
-fn programme(problem: &PreparedProblem, rows: &Rows) -> (Vec<f64>, Vec<f64>) {
-    let count = rows.len();
-    let mut flexibility = vec![0.0; count * count];
+/// Computes `q`.
+fn linear(problem: &PreparedProblem, rows: &Rows, of_bodies: &[Vec<BodyRow>]) -> Vec<f64> {
     let mut linear = rows.gaps(problem);
-    for (b, condensed) in problem.bodies().iter().enumerate() {
-        let n = condensed.len();
-        let inverse = condensed.flexibility();
-        let mut free = vec![0.0; n];
+    for (condensed, of_body) in problem.bodies().iter().zip(of_bodies) {
+        let mut free = vec![0.0; condensed.len()];
         condensed.trace_from_force(condensed.condensed_load(), &mut free);
-        let rows = rows.of_body(problem, b);
-        for row in &rows {
-            linear[row.row] -= row.of(&free) + row.imposed;
-        }
-        for of_j in &rows {
-            let column = &mut flexibility[of_j.row * count..(of_j.row + 1) * count];
-            for (q, b) in &of_j.terms {
-                for of_i in &rows {
-                    column[of_i.row] += b * of_i.of(&inverse[q * n..(q + 1) * n]);
-                }
-            }
-        }
+        of_body.iter().for_each(|row| linear[row.row] -= row.of(&free) + row.imposed);
     }
     for (linear, trace) in linear.iter_mut().zip(rows.obstacles(problem)) {
         *linear -= trace.unwrap_or(0.0);
     }
-    // Round-off must not make F unsymmetric.
-    for j in 0..count {
-        for i in 0..j {
-            flexibility[j * count + i] = flexibility[i * count + j];
-        }
-    }
-    (flexibility, linear)
+    linear
 }

@@ -114,6 +114,7 @@ pub(super) fn run(workspace: &Workspace, command: &str, runs: usize) -> Outcome<
         }
         text.push_str(&line(workspace, &pardiso, stack, runs)?);
     }
+    text.push_str(&super::scaling::table(workspace, runs)?);
     let machine = Machine::look();
     let table = provenance(workspace, &machine, command, &[("rounds", runs.to_string())])?;
     let title = format!("# Assemblies and friction, {} on {}", super::today(), machine.slug());

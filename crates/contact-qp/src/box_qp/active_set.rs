@@ -1,49 +1,34 @@
 //! Active sets: the solution on one of them, and the one that its signs ask for.
 
-use super::kept::{DEPENDENT_COLUMN, Kept};
-use super::programme::BoxQp;
-use crate::cholesky::{Factor, eliminate};
-use crate::dense::{SemiDefinite, dot, norm};
+use super::augmented::Augmented;
+use super::full::{CONTRADICTION, Full};
+use crate::dense::norm;
 use crate::kkt::largest;
 use crate::least_squares::{bounded_least_squares, nonnegative_least_squares};
-use crate::narrow::Narrow;
 use crate::place::Place;
-use std::borrow::Cow;
-use std::cell::{OnceCell, RefCell};
+use crate::problem::MatrixView;
+use crate::programme::BoxQp;
 use std::collections::HashSet;
 
 /// A sign or a bound is wrong beyond this fraction of the scale of the data.
 const WRONG: f64 = 1e-12;
 
-/// Eigenvalues of the rows' Schur complement below this fraction of the largest one are zero.
-const DEPENDENT: f64 = 1e-10;
-
-/// Dependent rows contradict each other beyond this fraction of the right-hand side.
-const CONTRADICTION: f64 = 1e-9;
-
-/// Corrections of a solution on one set.
-const REFINEMENTS: usize = 2;
-
-/// Overwrites right-hand sides with the solutions on some rows.
-type Solver<'a> = Box<dyn Fn(&[usize], &mut [f64]) + 'a>;
-
 /// A programme with what all active sets share.
 pub(super) struct System<'a> {
     qp: &'a BoxQp<'a>,
-    /// `P + c GᵀG` with rows of length one; `P` alone, and `c = 0`, if it is narrow.
-    matrix: Cow<'a, [f64]>,
-    /// Set if most entries of a large `P` are zero: `GᵀG` would fill it.
-    narrow: Option<Narrow>,
-    /// The system with `c GᵀG`, used from the first block of a narrow `P` on that is singular.
-    full: OnceCell<Box<Self>>,
-    /// The block that was factorised last, unless the matrix is narrow.
-    kept: RefCell<Option<Kept>>,
-    /// `G` with rows of length one, and the lengths.
-    rows: Vec<f64>,
+    algebra: Algebra<'a>,
+    /// The lengths of the rows.
     lengths: Vec<f64>,
-    weight: f64,
     /// The sizes of `x` and `y` that the data have.
     size: [f64; 2],
+}
+
+/// How the equations of a set are solved.
+enum Algebra<'a> {
+    /// With a factor of a block of a full matrix.
+    Full(Box<Full<'a>>),
+    /// With a sparse factor of all equations.
+    Sparse(Augmented<'a>),
 }
 
 /// The minimiser on one set, whatever the signs.
@@ -55,64 +40,34 @@ pub(super) struct Candidate {
 
 impl<'a> System<'a> {
     pub(super) fn new(qp: &'a BoxQp<'a>) -> Self {
-        Self::with(qp, Narrow::new(qp.linear.len(), qp.matrix))
-    }
-
-    fn with(qp: &'a BoxQp<'a>, narrow: Option<Narrow>) -> Self {
         let n = qp.linear.len();
         // A row of zeros stays one.
-        let lengths: Vec<f64> = qp
-            .rows
-            .chunks_exact(n.max(1))
-            .map(|row| Some(norm(row)).filter(|l| *l > 0.0).unwrap_or(1.0))
-            .collect();
-        let mut rows = qp.rows.to_vec();
-        for (row, length) in rows.chunks_exact_mut(n.max(1)).zip(&lengths) {
-            row.iter_mut().for_each(|g| *g /= length);
-        }
-        let trace: f64 = (0..n).map(|i| qp.matrix[i * n + i]).sum();
-        let added = narrow.is_none() && !lengths.is_empty();
-        let weight = match added {
-            true if trace > 0.0 => trace / lengths.len() as f64,
-            true => 1.0,
-            false => 0.0,
-        };
-        let mut matrix = Cow::Borrowed(qp.matrix);
-        if added {
-            let matrix = matrix.to_mut();
-            for row in rows.chunks_exact(n.max(1)) {
-                for (j, g) in row.iter().enumerate().filter(|(_, g)| **g != 0.0) {
-                    let column = &mut matrix[j * n..(j + 1) * n];
-                    column.iter_mut().zip(row).for_each(|(p, other)| *p += weight * g * other);
-                }
+        let length = |length: f64| if length > 0.0 { length } else { 1.0 };
+        let lengths: Vec<f64> =
+            qp.rows.rows().map(|row| length(row.map(|(_, g)| g * g).sum::<f64>().sqrt())).collect();
+        let trace: f64 = (0..n).map(|i| qp.matrix.diagonal(i)).sum();
+        let algebra = match qp.matrix {
+            MatrixView::Dense { values, .. } => {
+                Algebra::Full(Box::new(Full::new(qp, values, trace, &lengths)))
             }
-        }
+            MatrixView::SparseUpper { .. } => Algebra::Sparse(Augmented::new(qp, trace / n.max(1) as f64)),
+        };
         let finite = |v: &f64| if v.is_finite() { *v } else { 0.0 };
-        let alone = |i: usize| qp.linear[i] / matrix[i * n + i].max(f64::MIN_POSITIVE);
+        let diagonal = |i: usize| match &algebra {
+            Algebra::Full(full) => full.matrix[i * n + i],
+            Algebra::Sparse(_) => qp.matrix.diagonal(i),
+        };
+        let alone = |i: usize| qp.linear[i] / diagonal(i).max(f64::MIN_POSITIVE);
         let x = largest((0..n).map(alone))
             .max(largest(qp.right_side.iter().zip(&lengths).map(|(e, length)| e / length)))
             .max(largest(qp.lower.iter().chain(qp.upper).map(finite)));
         let y = largest(qp.linear.iter().copied());
-        Self {
-            qp,
-            matrix,
-            narrow,
-            full: OnceCell::new(),
-            kept: RefCell::new(None),
-            rows,
-            lengths,
-            weight,
-            size: [x, y],
-        }
+        Self { qp, algebra, lengths, size: [x, y] }
     }
 
     /// Computes `P x + q − Gᵀ a`.
     fn gradient(&self, x: &[f64], a: &[f64]) -> Vec<f64> {
-        let Some(narrow) = &self.narrow else { return self.qp.gradient(x, a) };
-        let mut gradient = self.qp.linear.to_vec();
-        narrow.add_product(self.qp.matrix, x, &mut gradient);
-        self.qp.subtract_rows(a, &mut gradient);
-        gradient
+        self.qp.gradient(x, a)
     }
 
     /// Tries at most `limit` sets. Returns the solution, if it was found, and the number of sets tried.
@@ -205,9 +160,9 @@ impl<'a> System<'a> {
     /// [`Self::descend`] from a vertex: a point within the bounds at which the rows hold, with at most as many unknowns between their
     /// bounds as rows. `None` if the rows do not hold within the bounds, or if an unknown has no lower bound.
     pub(super) fn descend_from_vertex(&self, limit: usize) -> Option<Candidate> {
-        let Self { qp, rows, lengths, .. } = self;
+        let Self { qp, lengths, .. } = self;
         let right_side: Vec<f64> = qp.right_side.iter().zip(lengths).map(|(e, length)| e / length).collect();
-        let (x, _) = bounded_least_squares(rows, &right_side, [qp.lower, qp.upper]).ok()?;
+        let (x, _) = bounded_least_squares(&self.unit_rows(), &right_side, [qp.lower, qp.upper]).ok()?;
         let place = |i: usize| match x[i] {
             x if x <= qp.lower[i] => Place::Lower,
             x if x >= qp.upper[i] => Place::Upper,
@@ -217,110 +172,48 @@ impl<'a> System<'a> {
         self.descend(&x, &places, limit)
     }
 
+    /// Returns `G` with rows of length one, row after row.
+    fn unit_rows(&self) -> Vec<f64> {
+        let n = self.qp.linear.len();
+        let mut rows = self.qp.rows.dense();
+        for (row, length) in rows.chunks_exact_mut(n.max(1)).zip(&self.lengths) {
+            row.iter_mut().for_each(|g| *g /= length);
+        }
+        rows
+    }
+
+    /// Tells whether the equations are sparse.
+    pub(super) fn is_sparse(&self) -> bool {
+        matches!(self.algebra, Algebra::Sparse(_))
+    }
+
     /// Solves on one set; `None` if the rows cannot hold on it. If unknowns between their bounds depend on each other, the solution is
     /// one of many, and some of them keep their values.
     ///
     /// * `from`: a point whose values they keep, within the bounds.
     fn candidate(&self, places: &[Place], from: &[f64]) -> Option<Candidate> {
-        if let Some(full) = self.full.get() {
-            return full.candidate(places, from);
-        }
-        let (qp, n, m) = (self.qp, places.len(), self.lengths.len());
-        let mut x: Vec<f64> = (0..n).map(|i| qp.bound(i, places[i])).collect();
+        let mut x: Vec<f64> = (0..places.len()).map(|i| self.qp.bound(i, places[i])).collect();
         if x.iter().any(|x| x.is_infinite()) {
             return None;
         }
-        let mut a = vec![0.0; m];
-        let is_free = |i: usize| places[i] == Place::Free;
-        let mut kept = self.kept.borrow_mut();
-        let (free, solve): (Vec<usize>, Solver<'_>) = if let Some(narrow) = &self.narrow {
-            let (free, profile) = narrow.block(is_free);
-            let Ok(factor) = Factor::of_profile(n, &self.matrix, &free, profile) else {
-                return self.full.get_or_init(|| Box::new(Self::with(qp, None))).candidate(places, from);
-            };
-            (free, Box::new(move |_, rhs| factor.solve(rhs)))
-        } else {
-            let mut free: Vec<usize> = (0..n).filter(|i| is_free(*i)).collect();
-            let changes = kept.as_mut().and_then(|kept| kept.changes(&self.matrix, &free));
-            if changes.is_none() {
-                *kept = Kept::new(n, &self.matrix, &free);
+        let mut a = vec![0.0; self.lengths.len()];
+        let free: Vec<usize> = (0..places.len()).filter(|i| places[*i] == Place::Free).collect();
+        match &self.algebra {
+            Algebra::Full(full) => {
+                full.solve((&self.lengths, self.size[0]), (free, from), (&mut x, &mut a))?
             }
-            if kept.is_none() {
-                for i in self.dependent(&free) {
-                    x[i] = from[i].max(qp.lower[i]).min(qp.upper[i]);
-                    free.retain(|j| *j != i);
-                }
-                *kept = Kept::new(n, &self.matrix, &free);
-            }
-            let (kept, changes) = (kept.as_ref()?, changes.unwrap_or_default());
-            (free, Box::new(move |free, rhs| kept.solve(free, &changes, rhs)))
-        };
-        let solve = |rhs: &mut [f64]| solve(&free, rhs);
-        let row = |k: usize| -> Vec<f64> { free.iter().map(|i| self.rows[k * n + i]).collect() };
-        let rows: Vec<Vec<f64>> = (0..m).map(row).collect();
-        // H⁻¹ G_Fᵀ and G_F H⁻¹ G_Fᵀ.
-        let (solved, product) = if m > 0 && !free.is_empty() {
-            eliminate(solve, &rows.concat(), m)
-        } else {
-            (Vec::new(), vec![0.0; m * m])
-        };
-        let entry = |i: usize, j: usize| 0.5 * (product[j * m + i] + product[i * m + j]);
-        let complement = SemiDefinite::new(m, entry, DEPENDENT)?;
-        for _ in 0..=REFINEMENTS {
-            let scaled: Vec<f64> = a.iter().zip(&self.lengths).map(|(a, length)| a / length).collect();
-            let gradient = self.gradient(&x, &scaled);
-            let defect: Vec<f64> =
-                qp.defect(&x).iter().zip(&self.lengths).map(|(d, length)| d / length).collect();
-            let mut step: Vec<f64> = free.iter().map(|&i| -gradient[i]).collect();
-            for (row, d) in rows.iter().zip(&defect) {
-                step.iter_mut().zip(row).for_each(|(s, g)| *s += self.weight * g * d);
-            }
-            solve(&mut step);
-            let rest: Vec<f64> = rows.iter().zip(&defect).map(|(row, d)| d - dot(row, &step)).collect();
-            let scale = self.size[0].max(largest(x.iter().copied())).max(largest(step.iter().copied()));
-            let (change, contradiction) = complement.solve(&rest);
-            if contradiction > CONTRADICTION * scale {
-                return None;
-            }
-            for (solved, change) in solved.chunks_exact(free.len().max(1)).zip(&change) {
-                step.iter_mut().zip(solved).for_each(|(s, v)| *s += v * change);
-            }
-            a.iter_mut().zip(&change).for_each(|(a, change)| *a += change);
-            free.iter().zip(&step).for_each(|(&i, s)| x[i] += s);
+            Algebra::Sparse(augmented) => augmented.solve(&self.lengths, &free, (&mut x, &mut a))?,
         }
-        if !x.iter().chain(&a).all(|v| v.is_finite()) {
+        let contradiction = self.scaled_defect(&x).iter().fold(0.0f64, |m, d| m.max(d.abs()));
+        if contradiction > CONTRADICTION * self.size[0].max(largest(x.iter().copied())) {
             return None;
         }
-        a.iter_mut().zip(&self.lengths).for_each(|(a, length)| *a /= length);
-        Some(Candidate { x, a, places: places.to_vec() })
+        x.iter().chain(&a).all(|v| v.is_finite()).then(|| Candidate { x, a, places: places.to_vec() })
     }
 
-    /// Finds unknowns whose columns depend on those of others among some, by an elimination that skips them. In contact: at a corner
-    /// friction on one side acts along the normal of the other. Unknowns with two bounds come last, so that a pressure is determined
-    /// before a friction.
-    fn dependent(&self, free: &[usize]) -> Vec<usize> {
-        let n = self.qp.linear.len();
-        let (first, last): (Vec<usize>, Vec<usize>) =
-            free.iter().partition(|i| self.qp.upper[**i].is_infinite() || self.qp.lower[**i].is_infinite());
-        let order = [first, last].concat();
-        let (mut kept, mut skipped): (Vec<(usize, Vec<f64>)>, Vec<usize>) = (Vec::new(), Vec::new());
-        for (k, &i) in order.iter().enumerate() {
-            // The column of L below its pivot, in the order.
-            let mut column: Vec<f64> = order[k..].iter().map(|j| self.matrix[i * n + j]).collect();
-            for (start, earlier) in &kept {
-                let part = &earlier[k - start..];
-                let factor = part[0];
-                column.iter_mut().zip(part).for_each(|(c, l)| *c -= factor * l);
-            }
-            if column[0] <= DEPENDENT_COLUMN * self.matrix[i * (n + 1)] {
-                skipped.push(i);
-                continue;
-            }
-            let pivot = column[0].sqrt();
-            column.iter_mut().for_each(|c| *c /= pivot);
-            kept.push((k, column));
-        }
-        skipped
+    /// Computes `e − G x` of rows of length one.
+    fn scaled_defect(&self, x: &[f64]) -> Vec<f64> {
+        self.qp.defect(x).iter().zip(&self.lengths).map(|(d, length)| d / length).collect()
     }
 
     /// Solves on one set, with multipliers of the rows for which all signs are right; `None` if no multipliers fit. These are not
@@ -351,7 +244,9 @@ impl<'a> System<'a> {
             Place::Free => &[-1.0, 1.0],
         };
         let columns: Vec<(usize, f64)> = (0..n).flat_map(|i| signs(i).iter().map(move |s| (i, *s))).collect();
-        let of_rows = (0..m).flat_map(|k| columns.iter().map(move |(i, s)| s * self.rows[k * n + i]));
+        let rows = self.unit_rows();
+        let rows = &rows;
+        let of_rows = (0..m).flat_map(|k| columns.iter().map(move |(i, s)| s * rows[k * n + i]));
         let of_gradient = columns.iter().map(|(i, s)| s * gradient[*i] / scale);
         let matrix: Vec<f64> = of_rows.chain(of_gradient).collect();
         let mut right_side = vec![0.0; m + 1];

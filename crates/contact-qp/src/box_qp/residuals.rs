@@ -1,9 +1,8 @@
 //! How far a point and its multipliers are from the KKT conditions.
 
-use super::programme::BoxQp;
 use crate::dense::norm;
 use crate::kkt::largest;
-use crate::problem::MatrixView;
+use crate::programme::BoxQp;
 
 /// Residuals of the KKT conditions, each over the scale of its terms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -41,9 +40,8 @@ pub fn box_residuals(
     let n = x.len();
     let gradient = qp.gradient(x, row_multipliers);
     let mut product = vec![0.0; n];
-    MatrixView::Dense { n, values: qp.matrix }.add_product(x, &mut product);
-    let rows = || qp.rows.chunks_exact(n.max(1));
-    let terms = rows().zip(row_multipliers).map(|(row, a)| largest(row.iter().copied()) * a.abs());
+    qp.matrix.add_product(x, &mut product);
+    let terms = qp.rows.rows().zip(row_multipliers).map(|(row, a)| largest(row.map(|(_, g)| g)) * a.abs());
     let force = largest(qp.linear.iter().copied()).max(largest(product)).max(terms.fold(0.0, f64::max));
     let length = largest(x.iter().copied());
     let over = |value: f64, scale: f64| if value == 0.0 { 0.0 } else { value / scale };
@@ -61,9 +59,10 @@ pub fn box_residuals(
             found.complementarity = found.complementarity.max(over(y.abs() * distance, force * length));
         }
     }
-    for ((row, e), defect) in rows().zip(qp.right_side).zip(qp.defect(x)) {
+    let whole = norm(x);
+    for ((row, e), defect) in qp.rows.rows().zip(qp.right_side).zip(qp.defect(x)) {
         // Not the terms themselves: a row may meet only unknowns for which its entries are round-off.
-        let size = norm(row) * norm(x) + e.abs();
+        let size = row.map(|(_, g)| g * g).sum::<f64>().sqrt() * whole + e.abs();
         found.rows = found.rows.max(over(defect.abs(), size));
     }
     found

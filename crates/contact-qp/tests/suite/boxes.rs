@@ -2,8 +2,9 @@
 
 use crate::support::Random;
 use contact_qp::{
-    BoxQp, Place, QpMethod, QpSettings, QpStatus, bounded_least_squares, box_residuals, nearest_balanced,
-    nonnegative_least_squares, solve_box,
+    BoxQp, MatrixView, Place, QpMethod, QpSettings, QpStatus, RowSelection, SparseRows,
+    bounded_least_squares, box_residuals, nearest_balanced, nonnegative_least_squares, solve_box,
+    unbalanced_load,
 };
 
 /// A random programme that has a solution: `e = G x` of some `x` within the bounds.
@@ -12,8 +13,13 @@ struct Programme {
     linear: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
-    rows: Vec<f64>,
+    rows: SparseRows,
     right_side: Vec<f64>,
+}
+
+/// A full matrix.
+fn full(n: usize, values: &[f64]) -> MatrixView<'_> {
+    MatrixView::Dense { n, values }
 }
 
 impl Programme {
@@ -36,12 +42,13 @@ impl Programme {
         let upper =
             (0..n).map(|_| if (0.5 * (1.0 + random.number())) < 0.5 { 2.0 } else { f64::INFINITY }).collect();
         let linear = (0..n).map(|_| 3.0 * random.number()).collect();
+        let rows = SparseRows::from_dense(n, &rows);
         Self { matrix, linear, lower: vec![0.0; n], upper, rows, right_side }
     }
 
     fn qp(&self) -> BoxQp<'_> {
         BoxQp {
-            matrix: &self.matrix,
+            matrix: full(self.linear.len(), &self.matrix),
             linear: &self.linear,
             lower: &self.lower,
             upper: &self.upper,
@@ -118,18 +125,20 @@ fn the_solution_is_the_best_of_all_sets() {
 #[test]
 fn rows_that_cannot_hold_are_infeasible_not_an_error() {
     // x ≥ 0 with x₀ + x₁ = −1.
+    let [row, contradiction] =
+        [&[1.0; 2][..], &[1.0, 1.0, 2.0, 2.0]].map(|rows| SparseRows::from_dense(2, rows));
     let qp = BoxQp {
-        matrix: &[1.0, 0.0, 0.0, 1.0],
+        matrix: full(2, &[1.0, 0.0, 0.0, 1.0]),
         linear: &[0.0, 0.0],
         lower: &[0.0, 0.0],
         upper: &[f64::INFINITY; 2],
-        rows: &[1.0, 1.0],
+        rows: &row,
         right_side: &[-1.0],
     };
     let answer = solve_box(&qp, None, &QpSettings::default()).unwrap();
     assert_eq!(answer.status, QpStatus::Infeasible);
     // Two rows that contradict each other.
-    let qp = BoxQp { rows: &[1.0, 1.0, 2.0, 2.0], right_side: &[1.0, 3.0], ..qp };
+    let qp = BoxQp { rows: &contradiction, right_side: &[1.0, 3.0], ..qp };
     assert!(!solve_box(&qp, None, &QpSettings::default()).unwrap().status.is_solved());
 }
 
@@ -140,7 +149,9 @@ fn a_single_feasible_point_is_solved_although_its_multipliers_are_not_unique() {
         let (n, m) = (1 + case % 7, 1 + case % 3);
         let mut programme = Programme::random(&mut random, n, m, n);
         // Positive rows that add up to zero: only x = 0 is feasible.
-        programme.rows[..n].iter_mut().for_each(|g| *g = g.abs() + 0.1);
+        let mut rows = programme.rows.dense();
+        rows[..n].iter_mut().for_each(|g| *g = g.abs() + 0.1);
+        programme.rows = SparseRows::from_dense(n, &rows);
         programme.right_side.fill(0.0);
         let qp = programme.qp();
         let answer = solve_box(&qp, None, &QpSettings::default()).unwrap();
@@ -154,12 +165,13 @@ fn a_single_feasible_point_is_solved_although_its_multipliers_are_not_unique() {
 fn an_unknown_between_equal_bounds_may_have_a_multiplier_of_either_sign() {
     // Its own force pushes it up, the moves of the other one push it down, or the other way round.
     for sign in [1.0, -1.0] {
+        let none = SparseRows::new(2);
         let qp = BoxQp {
-            matrix: &[1.0, 0.9, 0.9, 1.0],
+            matrix: full(2, &[1.0, 0.9, 0.9, 1.0]),
             linear: &[sign, 3.0 * sign],
             lower: &[0.0, f64::NEG_INFINITY],
             upper: &[0.0, f64::INFINITY],
-            rows: &[],
+            rows: &none,
             right_side: &[],
         };
         for start in [Place::Lower, Place::Upper, Place::Free] {
@@ -172,20 +184,164 @@ fn an_unknown_between_equal_bounds_may_have_a_multiplier_of_either_sign() {
 
 #[test]
 fn wrong_data_are_refused() {
-    let good =
-        BoxQp { matrix: &[1.0], linear: &[0.0], lower: &[0.0], upper: &[1.0], rows: &[], right_side: &[] };
+    let (none, row) = (SparseRows::new(1), SparseRows::from_dense(1, &[1.0]));
+    let matrix = full(1, &[1.0]);
+    let good = BoxQp { matrix, linear: &[0.0], lower: &[0.0], upper: &[1.0], rows: &none, right_side: &[] };
     assert!(solve_box(&good, None, &QpSettings::default()).is_ok());
     for bad in [
         BoxQp { lower: &[2.0], ..good },
         BoxQp { lower: &[f64::NAN], ..good },
         BoxQp { lower: &[f64::INFINITY], upper: &[f64::INFINITY], ..good },
-        BoxQp { matrix: &[1.0, 2.0], ..good },
+        BoxQp { matrix: full(1, &[1.0, 2.0]), ..good },
         BoxQp { linear: &[f64::NAN], ..good },
-        BoxQp { rows: &[1.0], ..good },
+        BoxQp { rows: &row, ..good },
     ] {
         assert!(solve_box(&bad, None, &QpSettings::default()).is_err(), "{bad:?}");
     }
     assert!(solve_box(&good, Some(&[]), &QpSettings::default()).is_err());
+}
+
+/// Checks that the method for sparse rows leaves the same.
+fn same_residual(
+    case: usize,
+    (m, n): (usize, usize),
+    rows: &[f64],
+    e: &[f64],
+    bounds: [&[f64]; 2],
+    residual: &[f64],
+) {
+    let sparse = SparseRows::from_dense(n, rows);
+    let (x, left) = unbalanced_load(&sparse, e, bounds).unwrap();
+    assert!((0..n).all(|i| bounds[0][i] <= x[i] && x[i] <= bounds[1][i]), "case {case}: {x:?}");
+    let products = sparse.times(&x);
+    for k in 0..m {
+        assert!((left[k] - residual[k]).abs() <= 1e-11, "case {case}: {left:?} {residual:?}");
+        assert!((e[k] - products[k] - left[k]).abs() <= 1e-12, "case {case}");
+    }
+}
+
+/// A wall of `courses` of `width` blocks, each on two of the course below: the forces on it along two directions and about its middle,
+/// from two joints at each end of each face.
+fn wall(courses: usize, width: usize) -> SparseRows {
+    let mut columns: Vec<Vec<(usize, f64)>> = Vec::new();
+    let block = |course: usize, k: usize| course * width + k;
+    for course in 0..courses {
+        for k in 0..width {
+            for (below, at) in [(k, -0.5), (k, -0.1), (k + 1, 0.1), (k + 1, 0.5)] {
+                let upper = 3 * block(course, k);
+                let mut column = vec![(upper + 1, -1.0), (upper + 2, -at)];
+                if course > 0 && below < width {
+                    let lower = 3 * block(course - 1, below);
+                    column.extend([(lower + 1, 1.0), (lower + 2, at + if below == k { 0.5 } else { -0.5 })]);
+                }
+                columns.push(column);
+            }
+            // The heads of neighbours.
+            if k + 1 < width {
+                columns.push(vec![(3 * block(course, k), 1.0), (3 * block(course, k + 1), -1.0)]);
+            }
+        }
+    }
+    let mut entries = SparseRows::new(3 * courses * width);
+    columns.iter_mut().for_each(|column| {
+        column.sort_by_key(|(row, _)| *row);
+        entries.push(column.iter().copied());
+    });
+    entries.transposed()
+}
+
+#[test]
+fn the_load_of_a_wall_is_balanced_and_what_is_not_is_the_motion() {
+    for (courses, width) in [(3, 4), (12, 8)] {
+        let rows = wall(courses, width);
+        let (m, n) = (rows.len(), rows.columns());
+        let bounds = [&vec![0.0; n][..], &vec![f64::INFINITY; n]];
+        // Weight is carried.
+        let weight: Vec<f64> = (0..m).map(|k| if k % 3 == 1 { -1.0 } else { 0.0 }).collect();
+        let (x, left) = unbalanced_load(&rows, &weight, bounds).unwrap();
+        assert!(x.iter().all(|x| *x >= 0.0) && left.iter().all(|r| r.abs() <= 1e-12), "{left:?}");
+        // A pull on the last block of a course moves that block alone; one on its first block moves the course.
+        for (pulled, moving) in [(width - 1, 1), (0, width)] {
+            let mut load = weight.clone();
+            load[3 * pulled] = 2.0;
+            let (_, left) = unbalanced_load(&rows, &load, bounds).unwrap();
+            let (_, expected) = nonnegative_least_squares(&rows.dense(), &load).unwrap();
+            for (a, b) in left.iter().zip(&expected) {
+                assert!((a - b).abs() <= 1e-11, "{a} {b}");
+            }
+            let moves: Vec<usize> = (0..m).filter(|k| left[*k].abs() > 1e-12).collect();
+            assert_eq!(moves.len(), moving, "{moves:?}");
+        }
+        // Nothing holds the courses along the joints, and no row is kept for that.
+        let found =
+            RowSelection::new(&rows, &weight, &(0..m).map(|k| k / 3).collect::<Vec<_>>(), 1e-3).unwrap();
+        assert_eq!((found.kernel.len(), found.weak.len()), (courses, 0));
+        assert_eq!(found.rows.len(), m - courses);
+        for combination in &found.kernel {
+            let mut t = vec![0.0; m];
+            combination.iter().for_each(|(k, a)| t[*k] = *a);
+            assert!(rows.transposed_times(&t).iter().all(|g| g.abs() < 1e-13));
+        }
+    }
+}
+
+#[test]
+fn without_rows_nothing_is_left_and_nothing_is_selected() {
+    let none = SparseRows::new(3);
+    assert_eq!(unbalanced_load(&none, &[], [&[0.0; 3], &[1.0; 3]]).unwrap(), (vec![0.0; 3], vec![]));
+    assert!(RowSelection::new(&none, &[], &[], 1e-3).unwrap().rows.is_empty());
+    let nearest = nearest_balanced(&[2.0, -1.0, 0.5], &[1.0; 3], [&[0.0; 3], &[1.0; 3]], &none, &[]).unwrap();
+    assert_eq!(nearest.unwrap().values, [1.0, 0.0, 0.5]);
+}
+
+#[test]
+fn a_roller_whose_spin_is_hardly_resisted_keeps_its_translations() {
+    // Forces along x and y, and their moments, which are nearly those of a force along x: in every order of the rows the spin is left out.
+    let lines = [[1.0, 0.3, -0.8, 0.9], [0.2, 1.0, 0.9, -0.4], [0.010_1, 0.003, -0.008, 0.009]];
+    for order in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
+        let rows = SparseRows::from_dense(4, &order.map(|k| lines[k]).concat());
+        let found = RowSelection::new(&rows, &order.map(|k| [0.0, -1.0, 0.0][k]), &[0; 3], 1e-3).unwrap();
+        assert_eq!((found.kernel.len(), found.weak.len()), (0, 1), "{found:?}");
+        assert!(found.rows.iter().all(|k| order[*k] != 2), "{found:?}");
+    }
+}
+
+#[test]
+fn sparse_programmes_have_the_solution_of_full_ones() {
+    let mut random = Random::new(23);
+    let rows = wall(4, 5);
+    let (m, n) = (rows.len(), rows.columns());
+    // Springs between neighbours, and a pair of unknowns that only the rows determine.
+    let mut matrix = vec![0.0; n * n];
+    for i in 0..n {
+        matrix[i * n + i] = 2.5 + random.number();
+        if i > 0 {
+            (matrix[i * n + i - 1], matrix[(i - 1) * n + i]) = (-0.7, -0.7);
+        }
+    }
+    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
+    for j in 0..n {
+        for i in (0..=j).filter(|i| matrix[j * n + i] != 0.0) {
+            places.push(i);
+            values.push(matrix[j * n + i]);
+        }
+        starts.push(places.len());
+    }
+    let sparse = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: &values };
+    let linear: Vec<f64> = (0..n).map(|_| random.number()).collect();
+    let load: Vec<f64> =
+        (0..m).map(|k| if k % 3 == 1 { -1.0 - 0.3 * random.number() } else { 0.0 }).collect();
+    let (lower, upper) = (vec![0.0; n], vec![f64::INFINITY; n]);
+    let solve = |matrix| {
+        let qp =
+            BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &load };
+        let found = solve_box(&qp, None, &QpSettings::default()).unwrap();
+        assert_eq!(found.status, QpStatus::Solved);
+        assert!(found.kkt.max() <= 1e-12, "{:?}", found.kkt);
+        found.x
+    };
+    let [a, b] = [solve(full(n, &matrix)), solve(sparse)];
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= 1e-11), "{a:?} {b:?}");
 }
 
 #[test]
@@ -202,6 +358,7 @@ fn least_squares_residuals_separate_what_is_held_from_what_is_not() {
         let possible = case % 2 == 0;
         let e = if possible { times(&inside) } else { (0..m).map(|_| random.number()).collect() };
         let (x, residual) = nonnegative_least_squares(&rows, &e).unwrap();
+        same_residual(case, (m, n), &rows, &e, [&vec![0.0; n], &vec![f64::INFINITY; n]], &residual);
         let size = e.iter().map(|e| e * e).sum::<f64>().sqrt();
         let left = residual.iter().map(|r| r * r).sum::<f64>().sqrt();
         assert!(x.iter().all(|x| *x >= 0.0));
@@ -287,6 +444,7 @@ fn bounded_least_squares_are_the_projection_on_what_the_bounds_allow() {
         let possible = case % 2 == 0;
         let e = if possible { times(&inside) } else { (0..m).map(|_| 3.0 * random.number()).collect() };
         let (x, residual) = bounded_least_squares(&rows, &e, [&lower, &upper]).unwrap();
+        same_residual(case, (m, n), &rows, &e, [&lower, &upper], &residual);
         assert!((0..n).all(|i| lower[i] <= x[i] && x[i] <= upper[i]), "case {case}: {x:?}");
         for (found, (r, e)) in times(&x).iter().zip(residual.iter().zip(&e)) {
             assert!((e - found - r).abs() <= 1e-12, "case {case}");
@@ -331,11 +489,15 @@ fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
         let upper: Vec<f64> = (0..n).map(|i| if two(i) { 0.3 } else { f64::INFINITY }).collect();
         let inside: Vec<f64> = (0..n).map(|i| random.number().clamp(lower[i], upper[i])).collect();
         let e: Vec<f64> = (0..m).map(|k| (0..n).map(|i| rows[k * n + i] * inside[i]).sum()).collect();
-        let found = nearest_balanced(&target, &weights, [&lower, &upper], &rows, &e).unwrap().unwrap();
+        let found =
+            nearest_balanced(&target, &weights, [&lower, &upper], &SparseRows::from_dense(n, &rows), &e)
+                .unwrap()
+                .unwrap();
         let mut matrix = vec![0.0; n * n];
         (0..n).for_each(|i| matrix[i * n + i] = weights[i]);
         let linear: Vec<f64> = target.iter().zip(&weights).map(|(t, w)| -t * w).collect();
-        let programme = Programme { matrix, linear, lower, upper, rows: rows.clone(), right_side: e.clone() };
+        let programme =
+            Programme { matrix, linear, lower, upper, rows: SparseRows::from_dense(n, &rows), right_side: e };
         let expected = solve_box(&programme.qp(), None, &QpSettings::default()).unwrap();
         assert_eq!(expected.status, QpStatus::Solved, "case {case}: {:?}", expected.kkt);
         for (a, b) in found.values.iter().zip(&expected.x) {
@@ -343,21 +505,25 @@ fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
         }
     }
     // Nothing that is not negative adds up to a negative number.
+    let row = SparseRows::from_dense(2, &[1.0, 1.0]);
     let all = [&[0.0; 2][..], &[f64::INFINITY; 2]];
-    assert_eq!(nearest_balanced(&[1.0, 1.0], &[1.0; 2], all, &[1.0, 1.0], &[-1.0]).unwrap(), None);
+    assert_eq!(nearest_balanced(&[1.0, 1.0], &[1.0; 2], all, &row, &[-1.0]).unwrap(), None);
     // Bounds may exclude a number.
-    let only = nearest_balanced(&[0.0; 2], &[1.0; 2], [&[0.0; 2], &[0.0, 5.0]], &[1.0, 1.0], &[1.0]);
+    let only = nearest_balanced(&[0.0; 2], &[1.0; 2], [&[0.0; 2], &[0.0, 5.0]], &row, &[1.0]);
     assert_eq!(only.unwrap().unwrap().values, [0.0, 1.0]);
 }
 
 #[test]
 fn a_programme_without_unknowns_is_solved_by_every_method() {
+    let none = SparseRows::new(0);
+    let mut empty = none.clone();
+    empty.push([]);
     let rows = |right_side: &'static [f64]| BoxQp {
-        matrix: &[],
+        matrix: full(0, &[]),
         linear: &[],
         lower: &[],
         upper: &[],
-        rows: &[],
+        rows: if right_side.is_empty() { &none } else { &empty },
         right_side,
     };
     for method in [QpMethod::Auto, QpMethod::Clarabel, QpMethod::ActiveSet] {

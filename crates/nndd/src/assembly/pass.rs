@@ -10,7 +10,9 @@ use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential, pr
 use crate::iteration::Pass;
 use crate::rows::Rows;
 use crate::vector::{add, dot};
-use contact_qp::{ActiveSet, BoxResiduals, Place, QpPath, QpSettings, QpStatus, nearest_balanced};
+use contact_qp::{
+    ActiveSet, BoxResiduals, Place, QpPath, QpSettings, QpStatus, SparseRows, nearest_balanced,
+};
 use fem_core::body::RigidMotion;
 use fem_core::norm::from_squared;
 use fem_core::prepared::{BodyMotion, PreparedProblem};
@@ -23,7 +25,8 @@ const NEARLY: f64 = 0.25;
 /// The bodies of an assembly and what the steps share.
 pub(super) struct Assembly<'a> {
     problem: &'a PreparedProblem,
-    balance: &'a Balance,
+    /// The lines of the balance that the pairs resist, and their loads.
+    lines: (SparseRows, Vec<f64>),
     bodies: &'a [Subdomain<'a>],
     correction: &'a Correction<'a>,
     qp: &'a QpSettings,
@@ -54,7 +57,7 @@ impl<'a> Assembly<'a> {
     pub(super) fn new(
         problem: &'a PreparedProblem,
         rows: &'a Rows,
-        balance: &'a Balance,
+        balance: &Balance,
         bodies: &'a [Subdomain<'a>],
         correction: &'a Correction<'a>,
         qp: &'a QpSettings,
@@ -62,7 +65,7 @@ impl<'a> Assembly<'a> {
         let bounds = rows.bounds(rows.limits());
         Self {
             problem,
-            balance,
+            lines: balance.resisted(),
             bodies,
             correction,
             qp,
@@ -159,8 +162,8 @@ impl<'a> Assembly<'a> {
             let open = |i: usize| allowed.is_some_and(|allowed| !allowed[i] && !self.rows.is_tangential(i));
             let upper: Vec<f64> =
                 upper.iter().enumerate().map(|(i, u)| if open(i) { 0.0 } else { *u }).collect();
-            let balance = &self.balance.independent;
-            nearest_balanced(unilateral, &self.weights, [lower, &upper], &balance.rows, &balance.right_side)
+            let (lines, loads) = &self.lines;
+            nearest_balanced(unilateral, &self.weights, [lower, &upper], lines, loads)
         };
         let distance = |forces: &[f64]| -> f64 {
             let change = forces.iter().zip(unilateral).zip(&self.weights);

@@ -12,7 +12,9 @@
 
 use super::subdomain::{Carrier, Subdomain};
 use crate::error::NnddError;
-use contact_qp::{BoxQp, BoxResiduals, Place, QpPath, QpSettings, QpStatus, solve_box};
+use contact_qp::{
+    BoxQp, BoxResiduals, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows, solve_box,
+};
 use nalgebra::DVector;
 
 /// The answer of a body to λ.
@@ -35,6 +37,8 @@ pub(super) struct Response {
 /// The programme of a body, without λ.
 pub(super) struct Unilateral {
     flexibility: Vec<f64>,
+    /// `Qᵀ`.
+    rows: SparseRows,
     lower: Vec<f64>,
     upper: Vec<f64>,
 }
@@ -54,6 +58,7 @@ impl Unilateral {
         };
         Some(Self {
             flexibility: body.flexibility_matrix(),
+            rows: SparseRows::from_dense(body.len(), body.balanced.basis.as_slice()),
             lower: of_rows(lower, f64::NEG_INFINITY),
             upper: of_rows(upper, f64::INFINITY),
         })
@@ -71,11 +76,11 @@ impl Unilateral {
     ) -> Result<Response, NnddError> {
         let linear: Vec<f64> = traces.iter().zip(body.free.iter()).map(|(c, v)| c - v).collect();
         let qp = BoxQp {
-            matrix: &self.flexibility,
+            matrix: MatrixView::Dense { n: linear.len(), values: &self.flexibility },
             linear: &linear,
             lower: &self.lower,
             upper: &self.upper,
-            rows: body.balanced.basis.as_slice(),
+            rows: &self.rows,
             right_side: body.balanced.loads(),
         };
         let found = solve_box(&qp, places, settings)?;

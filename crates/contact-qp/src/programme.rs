@@ -2,21 +2,22 @@
 
 use crate::error::QpError;
 use crate::place::Place;
-use crate::problem::{MatrixView, check_finite, check_length};
+use crate::problem::{MatrixView, check_finite, check_length, check_values};
+use crate::sparse::SparseRows;
 
 /// The borrowed data of `min ½ xᵀP x + qᵀx` subject to `l ≤ x ≤ u`, `G x = e`.
 #[derive(Clone, Copy, Debug)]
 pub struct BoxQp<'a> {
-    /// `P`, symmetric, positive semi-definite, n² entries, both triangles.
-    pub matrix: &'a [f64],
+    /// `P`, symmetric, positive semi-definite.
+    pub matrix: MatrixView<'a>,
     /// `q`, n entries.
     pub linear: &'a [f64],
     /// `l`, n entries; −∞ for none.
     pub lower: &'a [f64],
     /// `u ≥ l`, n entries; ∞ for none.
     pub upper: &'a [f64],
-    /// `G`, row after row, m·n entries.
-    pub rows: &'a [f64],
+    /// `G`, m rows with n columns.
+    pub rows: &'a SparseRows,
     /// `e`, m entries.
     pub right_side: &'a [f64],
 }
@@ -27,22 +28,22 @@ impl BoxQp<'_> {
     /// # Errors
     /// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`].
     pub fn check(&self) -> Result<(), QpError> {
-        let (n, m) = (self.linear.len(), self.right_side.len());
+        let n = self.linear.len();
         let lengths = [
-            ("matrix", n.saturating_mul(n), self.matrix.len()),
+            ("matrix", n, self.matrix.size()),
             ("lower", n, self.lower.len()),
             ("upper", n, self.upper.len()),
-            ("rows", n.saturating_mul(m), self.rows.len()),
+            ("rows", n, self.rows.columns()),
+            ("right_side", self.rows.len(), self.right_side.len()),
         ];
         for (what, expected, found) in lengths {
             check_length(what, expected, found)?;
         }
-        let finite = [
-            ("matrix", self.matrix),
-            ("linear", self.linear),
-            ("rows", self.rows),
-            ("right_side", self.right_side),
-        ];
+        match self.matrix {
+            MatrixView::Dense { values, .. } => check_values("matrix", n.saturating_mul(n), values)?,
+            sparse @ MatrixView::SparseUpper { .. } => sparse.check_entries()?,
+        }
+        let finite = [("linear", self.linear), ("rows", self.rows.values()), ("right_side", self.right_side)];
         for (what, values) in finite {
             check_finite(what, values)?;
         }
@@ -55,27 +56,19 @@ impl BoxQp<'_> {
     }
 
     /// Computes `P x + q − Gᵀ a`.
-    pub(super) fn gradient(&self, x: &[f64], a: &[f64]) -> Vec<f64> {
+    pub(crate) fn gradient(&self, x: &[f64], a: &[f64]) -> Vec<f64> {
         let mut gradient = self.linear.to_vec();
-        MatrixView::Dense { n: x.len(), values: self.matrix }.add_product(x, &mut gradient);
-        self.subtract_rows(a, &mut gradient);
+        self.matrix.add_product(x, &mut gradient);
+        gradient.iter_mut().zip(self.rows.transposed_times(a)).for_each(|(g, of_rows)| *g -= of_rows);
         gradient
     }
 
-    /// Subtracts `Gᵀ a`.
-    pub(super) fn subtract_rows(&self, a: &[f64], from: &mut [f64]) {
-        for (row, a) in self.rows.chunks_exact(from.len().max(1)).zip(a) {
-            from.iter_mut().zip(row).for_each(|(g, entry)| *g -= entry * a);
-        }
-    }
-
     /// Computes `e − G x`.
-    pub(super) fn defect(&self, x: &[f64]) -> Vec<f64> {
-        let rows = self.rows.chunks_exact(x.len().max(1)).zip(self.right_side);
-        rows.map(|(row, e)| e - row.iter().zip(x).map(|(g, x)| g * x).sum::<f64>()).collect()
+    pub(crate) fn defect(&self, x: &[f64]) -> Vec<f64> {
+        self.rows.times(x).iter().zip(self.right_side).map(|(product, e)| e - product).collect()
     }
 
-    pub(super) fn bound(&self, i: usize, place: Place) -> f64 {
+    pub(crate) fn bound(&self, i: usize, place: Place) -> f64 {
         match place {
             Place::Lower => self.lower[i],
             Place::Upper => self.upper[i],
