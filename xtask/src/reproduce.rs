@@ -1,5 +1,6 @@
 //! `cargo xtask reproduce`: runs the studies of the package `tests` and writes their pages to `bench-results/`.
 
+mod mutations;
 mod peers;
 
 use crate::workspace::{Outcome, Workspace, load_average, output, stream};
@@ -9,7 +10,7 @@ use std::process::Command;
 /// What `reproduce` can be asked.
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Only this study: iterations, effectivity, adaptivity, adversarial or friction
+    /// Only this study: iterations, effectivity, adaptivity, adversarial, friction or mutations
     study: Option<String>,
     /// Fewer and smaller meshes
     #[arg(long)]
@@ -30,10 +31,13 @@ const PAGES: [(&str, &str); 5] = [
 
 /// Writes `bench-results/STUDY/` for each study.
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
+    if arguments.study.as_deref() == Some("mutations") {
+        return mutations::run(workspace);
+    }
     let wanted = |(study, _): &&(&str, &str)| arguments.study.as_ref().is_none_or(|s| s == study);
     if PAGES.iter().filter(wanted).count() == 0 {
         let names = PAGES.map(|(study, _)| study).join(", ");
-        return Err(format!("no such study; there are {names}"));
+        return Err(format!("no such study; there are {names}, mutations"));
     }
     let mut build = workspace.cargo(&["build", "--release", "--workspace", "--bin", "reproduce"]);
     if stream(&mut build)? != Some(0) {
@@ -55,7 +59,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     for (study, page) in PAGES.iter().filter(wanted) {
         write(workspace, study, page, &commit, arguments.quick)?;
     }
-    Ok(())
+    if arguments.study.is_none() { mutations::run(workspace) } else { Ok(()) }
 }
 
 fn write(workspace: &Workspace, study: &str, page: &str, commit: &str, quick: bool) -> Outcome<()> {
