@@ -188,16 +188,16 @@ pub(crate) fn rounding(rows: &[Row]) -> f64 {
     rows.first().map_or(0.0, |row| ROUND_OFF * row.iteration.eta_nndd)
 }
 
-/// Returns the η_NNDD that is small enough compared with the mesh error. If round-off is at least a fraction
-/// [`NEAR_ROUND_OFF`] of that, an η_NNDD of the size of round-off is small enough.
+/// Returns the η_NNDD that is small enough compared with the mesh error. If round-off, of the estimate or of the iteration, is at least a
+/// fraction [`NEAR_ROUND_OFF`] of the mesh error, an η_NNDD of the size of round-off is small enough.
 ///
 /// * `rounding`: see [`rounding`].
 pub(crate) fn enough(estimate: &Estimate, ratio: f64, rounding: f64) -> f64 {
     let found = estimate.unchecked();
     // Far from the solution η_dis may exceed the whole bound; then it does not measure the mesh error.
     let mesh = found.eta_dis.min(found.e_cre);
-    let floor = if estimate.round_off >= NEAR_ROUND_OFF * mesh { estimate.round_off } else { 0.0 };
-    floor.max(ratio * mesh).max(rounding)
+    let beside_mesh = |size: f64| if size >= NEAR_ROUND_OFF * mesh { size } else { 0.0 };
+    beside_mesh(estimate.round_off).max(beside_mesh(rounding)).max(ratio * mesh)
 }
 
 /// Puts an iterate together with its displacements.

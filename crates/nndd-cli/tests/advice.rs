@@ -212,7 +212,8 @@ fn a_stress_that_is_said_to_grow_does_and_another_does_not() {
         report.results.peak_stress.unwrap().von_mises
     };
     let place = "support of body \"upper\" at (1, 1)";
-    let found = ["[16, 8]", "[32, 16]", "[64, 32]"]
+    // On 16 x 8 cells another place has the largest stress.
+    let found = ["[32, 16]", "[64, 32]", "[128, 64]"]
         .map(|cells| stress("singular.toml", cells, place, &["adapt.max_steps=1"]));
     // Like 1/√h.
     assert!(found[1] > 1.25 * found[0] && found[2] > 1.25 * found[1], "{found:?}");

@@ -502,7 +502,9 @@ fn a_quiet_run_says_on_stderr_why_it_missed_what_was_asked_for() {
     let case = cases().join("paper.toml");
     let case = case.to_str().unwrap();
     let set = |more: &[&str]| {
-        let out = temp.path().join(more.concat().replace(['[', ']', '=', '.', ' ', '{', '}'], "_"));
+        let out = temp
+            .path()
+            .join(format!("out_{}", more.concat()).replace(['[', ']', '=', '.', ' ', '{', '}'], "_"));
         let mut arguments = vec!["solve", "-q", case, "--out", out.to_str().unwrap()];
         arguments.extend(more.iter().flat_map(|setting| ["--set", setting]));
         let output = nndd(&arguments, temp.path());

@@ -338,7 +338,7 @@ fn relaxation_is_by_steps_or_by_tolerance() {
     refused_too("[estimator]\ntolerance = 1.0", "c.toml:16:13: `estimator.tolerance` is 1");
     // What is used by default is part of what names the case.
     let settings = Case::parse(&minimal(""), "c.toml", &[]).unwrap().settings_json();
-    assert_eq!(settings["estimator"], serde_json::json!({ "tolerance": 0.015, "max_steps": 30, "every": 0 }));
+    assert_eq!(settings["estimator"], serde_json::json!({ "tolerance": 0.02, "max_steps": 100, "every": 0 }));
 }
 
 fn refused_too(rest: &str, expected: &str) {
