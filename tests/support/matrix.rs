@@ -4,7 +4,7 @@
 //! number ─ draw ─► case file ─ run (two settings) ─► report.json ─ judge ─► one verdict for each promise
 //!                                   └─ cells halved ─► finer field, its intervals
 //! ```
-//! Rows are [`FEATURES`], columns [`PROMISES`]: a problem counts in the cell of each feature it has and each promise that was judged.
+//! Rows are [`FEATURES`], columns [`Promise::ALL`]: a problem counts in the cell of each feature it has and each promise that was judged.
 //! There are no reference values: what is true of one problem must agree. All intervals of one quantity of the exact solution have a point in
 //! common, by whatever settings and on whatever nested meshes; two fields are not farther apart than both their bounds together; a finer
 //! admissible field has not less energy than the bound allows. Some problems have linear solutions or forces that equilibrium gives.

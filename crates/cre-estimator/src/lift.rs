@@ -13,7 +13,7 @@
 //! ```math
 //! e_CRE² = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫ p (o + l_n) + ‖l‖² ≥ ‖u − v‖²     (26)
 //! ```
-//! All lines are tested on the final displacements by [`crate::check`].
+//! All lines are tested on the final displacements by [`crate::check()`].
 
 use crate::size::larger;
 use fem_core::body::{Body, NodeConstraint};
