@@ -128,7 +128,7 @@ fn by_code(text: &str, which: fn(char) -> bool) -> Cow<'_, str> {
 pub fn json(value: &Value) -> String {
     let mut text = String::new();
     for c in value.to_string().chars() {
-        // All of them lie below U+10000, where one code is enough.
+        // All of them are below U+10000: one code is enough.
         if commands(c) { text += &format!("\\u{:04x}", u32::from(c)) } else { text.push(c) }
     }
     text

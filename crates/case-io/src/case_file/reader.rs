@@ -22,7 +22,7 @@ const MOST_LISTED: usize = 1000;
 #[derive(Default)]
 pub(crate) struct Findings {
     diagnostics: RefCell<Vec<Diagnostic>>,
-    /// Faults that are no longer listed, since many stand before them.
+    /// Faults that are no longer listed, since many come before them.
     omitted: Cell<usize>,
     places: RefCell<BTreeMap<String, Place>>,
 }

@@ -324,7 +324,7 @@ impl OutputDirectory {
         self.path.join(STAGING).join(name)
     }
 
-    /// Refuses directories for results that are links: files would be written, and old ones removed, where they lead.
+    /// Refuses directories for results that are links: files would be written and removed in another directory.
     fn without_links(&self) -> Result<(), OutputError> {
         match BELOW.iter().map(|below| self.path.join(below)).find(|path| is_link(path)) {
             Some(path) => Err(OutputError::Link { path }),
