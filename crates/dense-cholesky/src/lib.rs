@@ -3,8 +3,7 @@
 //! A matrix of `n` rows is a slice, column by column. [`factorise`] overwrites the first columns of a symmetric positive definite
 //! matrix with those of its factor `L`, `A = L Lᵀ`: all of them, or those that a front of a multifrontal factorisation
 //! eliminates. [`add_square`] computes what such a front passes on, `−L₂₁ L₂₁ᵀ`; [`forward`] and [`backward`] solve with `L` and
-//! `Lᵀ`; [`invert`] computes `A⁻¹`. A [`Profile`] does all of it for a matrix whose entries are near
-//! the diagonal.
+//! `Lᵀ`; [`invert`] computes `A⁻¹`.
 //!
 //! Only lower triangles are read. What is above the diagonal has no meaning before and after.
 //!
@@ -23,12 +22,10 @@
 
 mod factor;
 mod product;
-mod profile;
 mod solve;
 
 pub use factor::{NotPositiveDefinite, factorise};
 pub use product::{Triangle, add_square, mirror, multiply, square_of_triangle};
-pub use profile::Profile;
 pub use solve::{backward, forward, invert};
 
 /// The examples of README.md, run as tests.

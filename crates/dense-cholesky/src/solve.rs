@@ -41,7 +41,7 @@ type ByBlocks = fn(Lower<'_>, BlockMut<'_>);
 
 fn solve(factor: &[f64], n: usize, x: &mut [f64], by_columns: ByColumns, by_blocks: ByBlocks) {
     let count = x.len().checked_div(n).unwrap_or(0);
-    let lower = Lower::trapezium(factor, n, [n; 2]);
+    let lower = Lower::new(factor, n, n);
     if count < FEW {
         x.chunks_exact_mut(n.max(1)).for_each(|x| by_columns(lower, x));
     } else {
@@ -68,47 +68,37 @@ pub fn invert(factor: &[f64], n: usize) -> Vec<f64> {
         (0..count).for_each(|k| columns[k * n + first + k] = 1.0);
         // Zero from there on.
         let end = first + count;
-        let leading = Lower::trapezium(factor, n, [end; 2]);
+        let leading = Lower::new(factor, n, end);
         backward_by_blocks(leading, block_mut(columns, [end, count], n));
     });
     square_of_triangle(&transpose, n, Triangle::Upper)
 }
 
-/// A lower triangle within a matrix, or a trapezium: a triangle with rows below it.
+/// A lower triangle within a matrix.
 #[derive(Clone, Copy)]
 pub(crate) struct Lower<'a> {
     /// From its first entry on.
     values: &'a [f64],
     stride: usize,
-    rows: usize,
-    /// Rows of the triangle, and columns.
+    /// Rows and columns.
     n: usize,
 }
 
 impl<'a> Lower<'a> {
-    pub(crate) fn trapezium(values: &'a [f64], stride: usize, [rows, n]: [usize; 2]) -> Self {
-        Self { values, stride, rows, n }
-    }
-
-    /// Returns the triangle without the rows below it.
-    pub(crate) fn triangle(self) -> Self {
-        Self { rows: self.n, ..self }
+    fn new(values: &'a [f64], stride: usize, n: usize) -> Self {
+        Self { values, stride, n }
     }
 
     /// Returns column `k` from the diagonal down.
     fn column(self, k: usize) -> &'a [f64] {
-        &self.values[k * self.stride + k..k * self.stride + self.rows]
+        &self.values[k * self.stride + k..k * self.stride + self.n]
     }
 
     /// Splits the triangle into one of `half` rows, one of the others, and the block below the first one, left of the other.
     fn split(self, half: usize) -> (Self, Self, Block<'a>) {
         let rest = &self.values[half * self.stride + half..];
         let below = block(&self.values[half..], [self.n - half, half], self.stride);
-        (
-            Self::trapezium(self.values, self.stride, [half; 2]),
-            Self::trapezium(rest, self.stride, [self.n - half; 2]),
-            below,
-        )
+        (Self::new(self.values, self.stride, half), Self::new(rest, self.stride, self.n - half), below)
     }
 }
 

@@ -128,38 +128,6 @@ fn an_inverse_times_its_matrix_is_the_identity() {
 }
 
 #[test]
-fn a_profile_reads_nothing_beyond_its_ends() {
-    for (n, width) in [(1, 1), (50, 7), (300, 40), (700, 130)] {
-        let profile = Profile::new((0..n).map(|j| (j + 1 + (width * 7 + j) % (2 * width)).min(n)));
-        let inside = |k: usize| k % n < profile.ends()[k / n];
-        let mut l = lower(n);
-        (0..n * n).filter(|k| !inside(*k)).for_each(|k| l[k] = 0.0);
-        let mut a = square(&l, n);
-        (0..n * n).filter(|k| !inside(*k)).for_each(|k| a[k] = f64::NAN);
-        let [mut whole, mut factor] = [a.clone(), a];
-        profile.factorise(&mut factor).unwrap();
-        below(n).filter(|k| !inside(*k)).for_each(|k| whole[k] = 0.0);
-        factorise(&mut whole, n).unwrap();
-        assert!(below(n).all(|k| if inside(k) {
-            (factor[k] - whole[k]).abs() < 1e-13
-        } else {
-            factor[k].is_nan()
-        }));
-        for count in [1, 3, 4, 52] {
-            let x: Vec<f64> = (0..n * count).map(|k| value(k, 3)).collect();
-            let [mut found, mut expected] = [x.clone(), x];
-            profile.forward(&factor, &mut found);
-            profile.backward(&factor, &mut found);
-            forward(&whole, n, &mut expected);
-            backward(&whole, n, &mut expected);
-            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13), "n = {n}, {count}");
-        }
-    }
-    let mut indefinite = vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
-    assert_eq!(Profile::new([1; 3]).factorise(&mut indefinite), Err(NotPositiveDefinite { column: 2 }));
-}
-
-#[test]
 fn products_with_vectors_are_sums_of_columns() {
     for (n, m) in [(0, 3), (3, 0), (1, 1), (7, 5), (64, 33)] {
         let a: Vec<f64> = (0..n * m).map(|k| value(k, 1)).collect();
