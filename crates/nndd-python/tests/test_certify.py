@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import nndd
 import numpy as np
 import pytest
@@ -126,7 +128,7 @@ def test_meshes_that_do_not_match() -> None:
 
 
 def test_fields_on_meshes_that_do_not_match_are_bounded_as_they_were_given() -> None:
-    """Hold random fields and pressures against the exact solution, which is linear: nodes are moved so that the surfaces match."""
+    """Hold random fields and pressures against the exact, linear solution; nodes are moved so that the surfaces match."""
     steel = nndd.Material(YOUNG, POISSON)
     upper = nndd.Body(arrays_of(nndd.Mesh.block((0, 1), (2, 1), (8, 4))), steel, "upper")
     lower = nndd.Body(arrays_of(nndd.Mesh.block((0, 0), (2, 1), (9, 4))), steel, "lower")
@@ -167,7 +169,7 @@ def test_arrays_that_are_no_fields_are_refused() -> None:
     problem = blocks((12, 6))
     fields = [body.displacement for body in problem.solve().bodies]
     nodes = len(fields[0])
-    bad_fields = [
+    bad_fields: list[Any] = [
         [fields[0][:-1], fields[1]],
         [fields[0].T, fields[1]],
         [fields[0].astype(complex) + 1j, fields[1]],
