@@ -406,8 +406,8 @@ fn ended<M: Meshwise>(
         let of_balance = |(name, _): &(&str, f64)| of_stress.contains(name);
         let finer = failed.iter().any(|(name, _)| *name == "rigid_balance") && failed.iter().all(of_balance);
         let allowed = step.step < adapt.max_steps && refine::has_room(step.nodes, adapt.max_nodes);
-        if finer && allowed && !observer.should_stop() {
-            return None;
+        if finer && allowed {
+            return observer.should_stop().then_some(AdaptiveEnd::Interrupted);
         }
         return Some(AdaptiveEnd::NotCertified { failed });
     }

@@ -8,7 +8,7 @@ use crate::model::{Made, Vector};
 use crate::random::Random;
 use certified_contact::{CertifiedSolution, Settings, Silent, solve};
 use fem_core::body::Body;
-use fem_core::interface::ContactPair;
+use fem_core::interface::{ContactPair, NodePair};
 use fem_core::mesh::id::EdgeId;
 use fem_core::norm::energy_distance_squared;
 use fem_core::prepared::PreparedProblem;
@@ -260,8 +260,8 @@ fn of_report(done: &Done, load: f64, trial: &mut Trial) {
     let forces = results.reactions.iter().flatten().flat_map(|r| [r.fx, r.fy]);
     let resultants = report.contact.iter().filter_map(|c| c.resultant).flatten();
     let largest = forces.chain(resultants).chain(results.contact_force).fold(0.0f64, |m, x| m.max(x.abs()));
-    // Without loads there is nothing but rounding.
-    let largest = largest.max(1e-6 * load);
+    // A run that is ended before contact has no other forces than its loads, and those of a body may cancel.
+    let largest = largest.max(load);
     for balance in results.balance.iter().flatten().filter(|_| status.code == 0) {
         let rest = balance[0].abs().max(balance[1].abs());
         trial.say(Promise::Balance, rest <= 1e-6 * largest, || format!("{balance:?} of {largest:e}"));
@@ -410,9 +410,13 @@ fn of_frozen(claim: &Claim<'_>, trial: &mut Trial) {
     };
     let frozen = || -> Made<f64> {
         let halved = halve(problem)?;
-        let lambda = halved.pairs[0].prolong(&claim.solution.last().lambda);
         let u =
             halved.refinements.iter().zip(&claim.displacement).map(|(r, u)| r.prolong(u)).collect::<Vec<_>>();
+        // λ is the trace of its carrier, also on edges at removed ends, which have one pair of nodes only.
+        let finer = &halved.problem.contacts[0];
+        let (side, sign) = (finer.roles.imposed(), [1.0, -1.0][finer.roles.imposed()]);
+        let trace = |p: &NodePair| sign * u[finer.bodies[side]][p.nodes[side]].dot(&p.normal);
+        let lambda = finer.interface.pairs().iter().map(trace).collect();
         let prepared = PreparedProblem::new(halved.problem)?;
         let mut method = NnddSettings::default();
         method.max_iterations = 1;
