@@ -18,6 +18,25 @@ const PARTIAL: &str = "partial.md";
 /// A finer field measures an error if each body has this many cells.
 const FINE: usize = 200;
 
+/// Effectivities above this are counted by the part of the bound that is largest.
+const LARGE: f64 = 2.0;
+/// Features that make bounds large: extreme materials and cells, bent lines, runs that end early.
+const EXTREME: [&str; 13] = [
+    "nearly incompressible",
+    "contrast of moduli",
+    "orthotropic material",
+    "given stiffness",
+    "slivers",
+    "far from the origin",
+    "bent contact line",
+    "early stop",
+    "fixed relaxation",
+    "theta",
+    "no coarse space",
+    "corner of two pairs",
+    "exact solution is linear",
+];
+
 /// Counts of one feature or of all problems.
 #[derive(Default)]
 struct Row {
@@ -27,21 +46,25 @@ struct Row {
     cells: BTreeMap<Promise, [usize; 2]>,
     /// Effectivities: at most this.
     effectivities: Vec<f64>,
+    /// By the largest part of the bound: how many effectivities are above [`LARGE`].
+    large: BTreeMap<&'static str, usize>,
 }
 
 impl Row {
     fn add(&mut self, trial: &Trial) {
         self.problems += 1;
-        self.without += usize::from(trial.bound.is_none() && trial.code != 0);
+        self.without += usize::from(trial.measured.is_none() && trial.code != 0);
         for verdict in &trial.verdicts {
             let cell = self.cells.entry(verdict.promise).or_default();
             cell[0] += 1;
             cell[1] += usize::from(!verdict.holds);
         }
-        if let Some([bound, apart, _]) = trial.bound.filter(|_| trial.cells[1] >= FINE)
-            && apart > 1e-9 * bound
-        {
-            self.effectivities.push(bound / apart);
+        if let Some(found) = trial.measured.filter(|of| trial.cells[1] >= FINE && of.above_rounding) {
+            let effectivity = found.bound / found.distance;
+            self.effectivities.push(effectivity);
+            if effectivity > LARGE {
+                *self.large.entry(found.largest).or_default() += 1;
+            }
         }
     }
 
@@ -60,6 +83,9 @@ impl Row {
             [Some(low), Some(high)] => format!("{low:.2} / {middle:.2} / {high:.2}"),
             _ => String::new(),
         });
+        cells.push(self.effectivities.len().to_string());
+        let large: Vec<String> = self.large.iter().map(|(part, count)| format!("{part} {count}")).collect();
+        cells.push(large.join(", "));
         format!("| {} |\n", cells.join(" | "))
     }
 }
@@ -69,6 +95,8 @@ impl Row {
 struct Found {
     rows: BTreeMap<&'static str, Row>,
     all: Row,
+    /// Problems without an [`EXTREME`] feature.
+    ordinary: Row,
     runs: usize,
     violations: String,
     count: usize,
@@ -79,6 +107,9 @@ impl Found {
     fn add(&mut self, trial: &Trial) {
         self.runs += trial.runs;
         self.all.add(trial);
+        if !EXTREME.iter().any(|feature| trial.features.contains(feature)) {
+            self.ordinary.add(trial);
+        }
         for feature in &trial.features {
             self.rows.entry(feature).or_default().add(trial);
         }
@@ -91,8 +122,9 @@ impl Found {
             .map(|four| four.iter().fold(0, |n, b| 2 * n + u32::from(b - b'0')))
             .map(|n| format!("{n:x}"))
             .collect();
-        let [bound, apart, _] = trial.bound.unwrap_or([f64::NAN; 3]);
-        let effectivity = if apart > 0.0 { format!("{:.2}", bound / apart) } else { String::new() };
+        let measured = trial.measured.filter(|found| found.above_rounding);
+        let effectivity =
+            measured.map_or_else(String::new, |found| format!("{:.2}", found.bound / found.distance));
         let violated = trial.violations().count();
         let _ = writeln!(
             self.csv,
@@ -115,7 +147,7 @@ impl Found {
     fn tables(&mut self) -> String {
         let mut names = vec!["feature", "problems", "not certified"];
         names.extend(Promise::ALL.map(|(_, name)| name));
-        names.push("e_cre/error");
+        names.extend(["e_cre/error", "measured", "above 2, by largest part"]);
         let mut text = format!(
             "{} problems, {} runs of solver or certificate, {} verdicts, {} violated.\n\n{}\n",
             self.all.problems,
@@ -125,6 +157,7 @@ impl Found {
             head(&names)
         );
         text += &self.all.line("**all**");
+        text += &self.ordinary.line("**ordinary**");
         for feature in FEATURES {
             text += &self.rows.entry(feature).or_default().line(feature);
         }

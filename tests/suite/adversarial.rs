@@ -35,8 +35,7 @@ fn every_promise_is_kept_in_a_sample_of_every_feature() {
     // Most problems are solved, and their bounds are sharp enough for a bound that is too small by a half to be seen.
     let solved = trials.iter().filter(|t| t.code == 0).count();
     assert!(4 * solved > 3 * trials.len(), "{solved} of {}", trials.len());
-    let sharp =
-        trials.iter().filter_map(|t| t.bound).filter(|[bound, apart, _]| bound < &(2.0 * apart)).count();
+    let sharp = trials.iter().filter_map(|t| t.measured).filter(|of| of.bound < 2.0 * of.distance).count();
     assert!(5 * sharp > trials.len(), "{sharp} of {} bounds are below twice the error", trials.len());
 }
 

@@ -217,6 +217,19 @@ impl Problem {
     }
 }
 
+/// A bound beside the distance to the solution on halved cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// `e_CRE`.
+    pub bound: f64,
+    /// The distance in the energy norm.
+    pub distance: f64,
+    /// Tells if the distance is far above the rounding of both fields.
+    pub above_rounding: bool,
+    /// The largest part of the bound.
+    pub largest: &'static str,
+}
+
 /// What became of a problem.
 #[derive(Clone, Debug)]
 pub struct Trial {
@@ -232,8 +245,8 @@ pub struct Trial {
     pub reason: String,
     /// How often a problem was solved or certified.
     pub runs: usize,
-    /// The bound, the distance to the finer field, and the finer field's bound.
-    pub bound: Option<[f64; 3]>,
+    /// The bound beside a finer field.
+    pub measured: Option<Measured>,
     /// The verdicts.
     pub verdicts: Vec<Verdict>,
 }
@@ -254,7 +267,7 @@ impl Trial {
             code: 0,
             reason: String::new(),
             runs: 0,
-            bound: None,
+            measured: None,
             verdicts: Vec::new(),
         };
         // A panic is a defect of the program, and one of the verdicts.

@@ -169,11 +169,12 @@ pub fn adaptive_csv(rows: &[AdaptiveRow]) -> Result<String, TableError> {
 pub fn sweep_csv(key: &str, panel: &SweepPanel) -> Result<String, TableError> {
     let mut columns = vec![key, "status", "valid"];
     columns.extend(HISTORY_COLUMNS);
-    columns.extend(["panel", "settings"]);
+    columns.extend(["panel", "settings", "round_off"]);
     let settings = panel.settings.join("; ");
     let rows = panel.rows.iter();
-    let tuples: Vec<_> =
-        rows.map(|r| (&r.value, &r.status, r.valid, &r.iteration, &panel.name, &settings)).collect();
+    let tuples: Vec<_> = rows
+        .map(|r| (&r.value, &r.status, r.valid, &r.iteration, &panel.name, &settings, r.round_off))
+        .collect();
     write(&columns, &tuples)
 }
 

@@ -149,6 +149,26 @@ fn a_bound_that_is_all_round_off_says_so() {
         &["adapt.target_relative_error=0.1", "adapt.max_steps=2"],
     );
     assert!(report.status.code != 0 && !said.contains("no strain energy"), "{said}");
+    // The rows of a sweep tell the allowance, and the sentence about them counts the bounds that it makes up.
+    let temp = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nndd"));
+    let case =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/true_numbers/absurd-allowance.toml");
+    command.current_dir(temp.path()).arg("sweep").arg(case);
+    command.args(["--over", "estimator.relaxation=[1,3]", "--iterations", "1", "--out", "out"]);
+    let output = command.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("; the bound of 2 of 2 runs is round-off"), "{said}");
+    let table = std::fs::read_to_string(temp.path().join("out/sweep.csv")).unwrap();
+    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = rows.next().unwrap();
+    let column = |name: &str| head.iter().position(|of| *of == name).unwrap();
+    let [bound, allowance] = [column("e_cre"), column("round_off")];
+    for row in rows {
+        let [bound, allowance] = [bound, allowance].map(|k| row[k].parse::<f64>().unwrap());
+        assert!(allowance > 0.5 * bound && allowance <= bound, "{allowance} {bound}");
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod output;
 
 use crate::convert;
 use crate::failure::{FILES, Failure, INVALID_INPUT};
+use crate::verdict::mostly_round_off;
 use crate::words::{rounded_up, with_digits};
 use case_io::Case;
 use certified_contact::SolveError;
@@ -234,14 +235,18 @@ pub fn verdict(case: &Case, found: &FieldCertificate) -> String {
             rounded_up(found.change)
         );
     }
+    let round_off = found.estimate.unchecked().parts.round_off;
+    let mostly = found.bound().map_or_else(String::new, |bound| mostly_round_off(round_off, bound));
     text + &match (found.bound(), found.relative()) {
         (Some(bound), Some(relative)) => format!(
-            "certified error <= {} % of the energy norm: {} of {}\n",
+            "certified error <= {} % of the energy norm: {} of {}{mostly}\n",
             rounded_up(100.0 * relative),
             rounded_up(bound),
             with_digits(found.estimate.energy_norm(), DIGITS)
         ),
-        (Some(bound), None) => format!("certified error <= {} in the energy norm\n", rounded_up(bound)),
+        (Some(bound), None) => {
+            format!("certified error <= {} in the energy norm{mostly}\n", rounded_up(bound))
+        }
         (None, _) => {
             let failed = found.estimate.admissibility.failed();
             let checks: Vec<String> = failed.map(|(name, value)| format!("{name} {value:.1e}")).collect();
@@ -274,6 +279,7 @@ pub fn summary(case: &Case, found: &FieldCertificate) -> Value {
         "change": found.change,
         "penetration": found.penetration,
         "support_change": found.support_change,
+        "round_off": found.estimate.unchecked().parts.round_off,
         "energy_norm": found.estimate.energy_norm(),
         "failed_checks": checks,
         "missed_support": found.missed_support.map(|missed| json!({

@@ -8,12 +8,13 @@ use crate::report;
 use crate::run::{self, CaseFile, Source};
 use crate::solved::Solved;
 use crate::stopwatch::Stopwatch;
+use crate::verdict::is_round_off;
 use crate::words::counted;
 use case_io::case_file::{Sweep, split_override};
 use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 use case_io::table;
-use certified_contact::{CertifiedSolution, Row};
+use certified_contact::Row;
 use serde_json::Map;
 use std::path::{Path, PathBuf};
 
@@ -263,8 +264,17 @@ fn fill_panel(
         }
         host.event(Event::Value { value, case: &case, solved: &solved })?;
         let iteration = last_row(&solved).as_ref().map_or_else(IterationRow::default, report::iteration_row);
-        let valid = solved.answer.certified().is_some_and(CertifiedSolution::is_certified);
-        panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, valid, iteration });
+        let certified = solved.answer.certified().filter(|solution| solution.is_certified());
+        let estimate = certified.and_then(|solution| solution.estimate.as_ref());
+        let round_off = estimate.map(|estimate| estimate.unchecked().parts.round_off);
+        let valid = certified.is_some();
+        panel.rows.push(SweepRow {
+            value: value.clone(),
+            status: solved.status.word,
+            valid,
+            iteration,
+            round_off,
+        });
     }
     Ok(())
 }
@@ -279,7 +289,7 @@ pub fn last_row(solved: &Solved) -> Option<Row> {
     Some(row)
 }
 
-/// Says for which valid run the iteration's error is smallest, and how many are not valid.
+/// Says for which valid run the iteration's error is smallest, how many are not valid, and of how many the bound is round-off.
 pub fn best(key: &str, panel: &SweepPanel) -> String {
     let valid = panel.rows.iter().filter(|row| row.valid);
     let known = valid.clone().filter_map(|row| Some((row.iteration.eta_nndd?, &row.value)));
@@ -288,6 +298,17 @@ pub fn best(key: &str, panel: &SweepPanel) -> String {
         format!("; the certificate of {failed} of {} runs is not valid", panel.rows.len())
     } else {
         String::new()
+    };
+    let is_noise = |row: &&SweepRow| {
+        row.iteration
+            .e_cre
+            .zip(row.round_off)
+            .is_some_and(|(bound, allowance)| is_round_off(allowance, bound))
+    };
+    let noise = panel.rows.iter().filter(is_noise).count();
+    let lost = match noise {
+        0 => lost,
+        _ => format!("{lost}; the bound of {noise} of {} runs is round-off", panel.rows.len()),
     };
     match known.min_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((eta, value)) => {

@@ -14,6 +14,14 @@ pub(crate) fn is_round_off(allowance: f64, bound: f64) -> bool {
     allowance > 0.5 * bound
 }
 
+/// Says that a bound is round-off, behind the sentence that tells the bound; nothing if it is not.
+pub(crate) fn mostly_round_off(allowance: f64, bound: f64) -> String {
+    if !is_round_off(allowance, bound) {
+        return String::new();
+    }
+    format!("; the bound is round-off: the allowance for it is {}", words::rounded_up(allowance))
+}
+
 /// Writes the status line and the certificate line, behind an empty line.
 pub fn verdict(report: &Report) -> String {
     let Status { word, reason, .. } = &report.status;
@@ -27,10 +35,7 @@ pub fn verdict(report: &Report) -> String {
     match (certificate.e_cre, parts.mesh, parts.iteration) {
         (Some(e_cre), Some(mesh), Some(iteration)) if certificate.valid => {
             let of = if report.steps.is_empty() { "" } else { " of the last increment" };
-            let round_off = parts.round_off.filter(|part| is_round_off(*part, e_cre));
-            let mostly = round_off.map_or_else(String::new, |part| {
-                format!("; the bound is round-off: the allowance for it is {}", words::rounded_up(part))
-            });
+            let mostly = parts.round_off.map_or_else(String::new, |part| mostly_round_off(part, e_cre));
             text += &match certificate.relative {
                 Some(relative) if e_cre > 0.0 => {
                     let percent = |x: f64| words::rounded_up(100.0 * relative * x / e_cre);
@@ -43,7 +48,7 @@ pub fn verdict(report: &Report) -> String {
                     )
                 }
                 _ => format!(
-                    "certified error{of} <= {} in the energy norm; the bodies hold no strain energy, so there is no percentage\n",
+                    "certified error{of} <= {} in the energy norm; the bodies hold no strain energy, so there is no percentage{mostly}\n",
                     words::rounded_up(e_cre)
                 ),
             };

@@ -2,7 +2,7 @@
 
 use super::layouts::Column;
 use super::runs::{CaseText, Done, Quiet, resume, run, run_and_write};
-use super::{Problem, Trial};
+use super::{Measured, Problem, Trial};
 use crate::finer::{finer, halve};
 use crate::model::{Made, Vector};
 use crate::random::Random;
@@ -343,7 +343,9 @@ fn of_finer(claim: &Claim<'_>, fine: &Claim<'_>, trial: &mut Trial) {
     let both = claim.e_cre + fine.e_cre;
     let slack = rounding(fine.bodies()) * claim.norm;
     trial.above(Promise::Error, "finer field", both, apart, slack);
-    trial.bound = Some([claim.e_cre, apart, fine.e_cre]);
+    let largest = claim.solution.estimate.as_ref().map_or("", |found| found.unchecked().parts.largest());
+    let above_rounding = apart > 1e3 * slack;
+    trial.measured = Some(Measured { bound: claim.e_cre, distance: apart, above_rounding, largest });
     // On straight lines without friction the finer solution has the least energy of fields that hold this one.
     let straight = problem.contacts.iter().all(|pair| is_straight(pair) && !pair.friction.acts());
     if straight {

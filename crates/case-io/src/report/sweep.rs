@@ -20,6 +20,9 @@ pub struct SweepRow {
     pub valid: bool,
     /// Its last iteration; without `e_cre` and `eta_dis` if they are not bounds.
     pub iteration: IterationRow,
+    /// The allowance for round-off in `e_cre`, if that is a bound.
+    #[serde(default)]
+    pub round_off: Option<f64>,
 }
 
 /// The runs with one set of other settings.
