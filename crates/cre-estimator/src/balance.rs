@@ -12,7 +12,9 @@ use crate::error::EstimatorError;
 use crate::pressure;
 use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactState, PairState};
+use fem_core::interface::{
+    ContactEdge, ContactInterface, ContactPair, ContactProblem, ContactState, PairState,
+};
 use fem_core::prepared::PreparedProblem;
 use std::collections::BTreeMap;
 
@@ -352,6 +354,13 @@ fn traction_work(
     work
 }
 
+/// Lists the first row of each pair.
+fn starts(problem: &ContactProblem) -> Vec<usize> {
+    let after =
+        |start: &mut usize, pair: &ContactPair| Some(std::mem::replace(start, *start + pair.row_count()));
+    problem.contacts.iter().scan(0, after).collect()
+}
+
 /// The rows of the balance: one per rigid motion of a floating body.
 struct Rows {
     /// The work on the motion's body of a unit value in each row, signs reversed.
@@ -370,19 +379,17 @@ impl Rows {
     ) -> Result<Self, EstimatorError> {
         let problem = prepared.problem();
         let (mut matrix, mut loads) = (SparseRows::new(prepared.rows()), Vec::new());
+        let (sides, starts) = (problem.sides(), starts(problem));
         for of in prepared.rigid_motions() {
             let moved = prepared.moved_by(of);
-            let (mut line, mut first) = (Vec::new(), 0);
-            for (k, contact) in problem.contacts.iter().enumerate() {
-                if let Some(side) = contact.side_of(of.body) {
-                    let pairs = contact.interface.pairs();
-                    let motion: Vec<Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
-                    // The pressure acts against the normal on the first body.
-                    let sign = if side == 0 { 1.0 } else { -1.0 };
-                    let entries = work(k, &motion).into_iter().enumerate();
-                    line.extend(entries.map(|(i, w)| (first + i, sign * w)));
-                }
-                first += contact.row_count();
+            let mut line = Vec::new();
+            for &(k, side) in &sides[of.body] {
+                let pairs = problem.contacts[k].interface.pairs();
+                let motion: Vec<Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
+                // The pressure acts against the normal on the first body.
+                let sign = if side == 0 { 1.0 } else { -1.0 };
+                let entries = work(k, &motion).into_iter().enumerate();
+                line.extend(entries.map(|(i, w)| (starts[k] + i, sign * w)));
             }
             matrix.push(line);
             loads.push(of.load);
@@ -399,6 +406,7 @@ impl Rows {
     fn imbalance(&self, prepared: &PreparedProblem, pressure: &[f64]) -> f64 {
         let problem = prepared.problem();
         let lengths = lengths(prepared);
+        let (sides, starts) = (problem.sides(), starts(problem));
         let mut found = Vec::new();
         let products = self.matrix.times(pressure);
         for ((product, load), of) in products.iter().zip(&self.loads).zip(prepared.rigid_motions()) {
@@ -406,15 +414,10 @@ impl Rows {
             let mut size = prepared.external_forces().get(of.body).map_or(load.abs(), |forces| {
                 forces.iter().zip(&moved).map(|(f, u)| f.norm() * u.norm()).sum()
             });
-            let mut first = 0;
-            for contact in &problem.contacts {
-                if let Some(side) = contact.side_of(of.body) {
-                    let forces = lengths[first..].iter().zip(&pressure[first..]);
-                    let terms = contact.rows().zip(forces);
-                    size +=
-                        terms.map(|(row, (l, p))| l * p.abs() * moved[row.nodes[side]].norm()).sum::<f64>();
-                }
-                first += contact.row_count();
+            for &(k, side) in &sides[of.body] {
+                let forces = lengths[starts[k]..].iter().zip(&pressure[starts[k]..]);
+                let terms = problem.contacts[k].rows().zip(forces);
+                size += terms.map(|(row, (l, p))| l * p.abs() * moved[row.nodes[side]].norm()).sum::<f64>();
             }
             let rest = (product - load).abs();
             found.push((rest, size));

@@ -15,8 +15,8 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let mut watch = Stopwatch::start(machine.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
     let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let problem = run::build(&mut case, &machine)?;
-    check::held(&case, &problem)?;
+    let mut problem = run::build(&mut case, &machine)?;
+    check::held(&case, &mut problem)?;
     let memory_estimate = memory::estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut place = match options.resume {

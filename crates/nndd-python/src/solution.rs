@@ -48,8 +48,8 @@ pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) ->
     let mut watch = Stopwatch::start(host.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
     let mut case = source.read(&run::overrides(set)?)?;
-    let problem = run::build(&mut case, host)?;
-    check::held(&case, &problem)?;
+    let mut problem = run::build(&mut case, host)?;
+    check::held(&case, &mut problem)?;
     let warnings = case.warnings().iter().map(ToString::to_string).collect();
     let mut about = Map::new();
     about.insert("host".into(), room::host().into());

@@ -5,7 +5,7 @@ use crate::memory;
 use crate::motion::{member, moves};
 use crate::words::ROUNDING;
 use case_io::Case;
-use case_io::case::BodyCase;
+use case_io::case::{BodyCase, Factors};
 use certified_contact::SolveError;
 use fem_core::assembly::{AssemblyError, external_forces};
 use fem_core::body::{Body, NodeConstraint, RigidMotion, RigidSide};
@@ -42,7 +42,7 @@ pub struct CheckedBody {
 /// # Errors
 /// Bodies that the loads move and nothing holds.
 pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, Failure> {
-    self::held(case, problem)?;
+    balancing(case, problem)?;
     let held = |c: &NodeConstraint| !matches!(c, NodeConstraint::Free | NodeConstraint::Rigid { .. });
     let checked = |(k, (body, model)): (usize, (&BodyCase, &Body))| {
         let loaded = |side: &&RigidSide| side.force != Vector::zeros() || side.moment != 0.0;
@@ -82,27 +82,51 @@ pub fn resultant(problem: &ContactProblem, bodies: &[CheckedBody]) -> Vector {
 /// Bodies of one motion, and motions, that are named.
 pub(crate) const MOST_NAMED: usize = 3;
 
-/// Refuses an assembly that the loads move and nothing holds, before anything is computed or written. Returns what the
-/// motions are that nothing resists and no load drives, in words.
+/// Refuses an assembly that the loads move and nothing holds, before anything is computed or written. The answer is kept with the problem.
 ///
 /// # Errors
 /// The bodies that move, with their motions and the load; a body that moves without strain where a load acts.
-pub fn held(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failure> {
-    // Loads are linear in the factors: what holds at the ends of the load steps holds between them.
-    let mut free = None;
-    for factors in case.step_ends() {
-        let loaded = problem.with_factors(&|body, place| case.factor(&factors, body, place));
-        let loaded = loaded.map_err(|error| Failure::solve(case, &SolveError::Factors(error)))?;
-        free = Some(held_under(case, &loaded)?);
-    }
-    free.map_or_else(|| held_under(case, problem), Ok)
+pub fn held(case: &Case, problem: &mut ContactProblem) -> Result<(), Failure> {
+    problem.balancing = balancing(case, problem)?;
+    Ok(())
 }
 
-fn held_under(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failure> {
-    let support = nndd::support(problem).map_err(|error| Failure::solve(case, &SolveError::Nndd(error)))?;
-    if let Some(motion) = support.unheld {
-        return Err(Failure::solve(case, &SolveError::Nndd(NnddError::NotHeld { motion })));
+/// Finds the forces that balance the loads, at the end of the last load step.
+fn balancing(case: &Case, problem: &ContactProblem) -> Result<Vec<f64>, Failure> {
+    // Loads are linear in the factors: what holds at the ends of the load steps holds between them.
+    let mut forces = None;
+    for factors in case.step_ends() {
+        forces = Some(balancing_under(case, &with_factors(case, problem, &factors)?)?);
     }
+    forces.map_or_else(|| balancing_under(case, problem), Ok)
+}
+
+fn balancing_under(case: &Case, problem: &ContactProblem) -> Result<Vec<f64>, Failure> {
+    let support = nndd::support(problem).map_err(|error| Failure::solve(case, &SolveError::Nndd(error)))?;
+    match support.unheld {
+        Some(motion) => Err(Failure::solve(case, &SolveError::Nndd(NnddError::NotHeld { motion }))),
+        None => Ok(support.forces),
+    }
+}
+
+/// Makes the problem with the loads at the end of a load step.
+pub(crate) fn with_factors(
+    case: &Case,
+    problem: &ContactProblem,
+    factors: &Factors,
+) -> Result<ContactProblem, Failure> {
+    let scaled = problem.with_factors(&|body, place| case.factor(factors, body, place));
+    scaled.map_err(|error| Failure::solve(case, &SolveError::Factors(error)))
+}
+
+/// Says what the motions are that nothing resists and no load drives.
+///
+/// # Errors
+/// Numbers that are not finite.
+pub(crate) fn free_motions(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failure> {
+    let loaded = case.step_ends().pop().map(|factors| with_factors(case, problem, &factors)).transpose()?;
+    let found = nndd::free_motions(loaded.as_ref().unwrap_or(problem));
+    let found = found.map_err(|error| Failure::solve(case, &SolveError::Nndd(error)))?;
     let of_motion = |bodies: &Vec<(usize, RigidMotion)>| {
         let moves = bodies.iter().map(|(b, motion)| format!("{} {}", member(case, *b), moves(motion)));
         let mut words: Vec<String> = moves.take(MOST_NAMED).collect();
@@ -111,7 +135,7 @@ fn held_under(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Fail
         );
         words.join(" and ")
     };
-    Ok(support.free_motions.iter().map(of_motion).collect())
+    Ok(found.iter().map(of_motion).collect())
 }
 
 /// Makes one object of what a check found.

@@ -47,7 +47,7 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
         };
         notes.push(format!("{what}; it ignores `{}`{advice}", unused.join("`, `")));
     }
-    let free = check::held(case, problem).unwrap_or_default();
+    let free = check::free_motions(case, problem).unwrap_or_default();
     match free.as_slice() {
         [] => {}
         [motion] => notes.push(format!("free motion: {motion}; no load drives it, and it stays at zero")),

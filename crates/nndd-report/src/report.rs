@@ -53,7 +53,7 @@ fn rigid_sides(solution: &Fields<'_>, body: usize) -> Vec<RigidSideSummary> {
 pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
     let solution = &solved.answer.fields();
     let name = |b: usize| case.bodies[b].name.clone();
-    let free = nndd::support(solution.problem).map(|support| support.free_motions).unwrap_or_default();
+    let free = nndd::free_motions(solution.problem).unwrap_or_default();
     let bodies = solution.problem.bodies.iter().zip(solution.unknowns).enumerate();
     let bodies = bodies.map(|(b, (body, &unknowns))| {
         let mesh = body.mesh();

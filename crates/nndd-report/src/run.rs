@@ -1,6 +1,7 @@
 //! From a case file to a solved problem.
 
 use crate::adapt;
+use crate::check;
 use crate::convert;
 use crate::failure::Failure;
 use crate::follower::Follower;
@@ -96,8 +97,7 @@ pub fn build(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Failure
 pub fn build_last(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Failure> {
     let problem = build(case, host)?;
     let Some(factors) = case.step_ends().pop() else { return Ok(problem) };
-    let scaled = problem.with_factors(&|body, place| case.factor(&factors, body, place));
-    scaled.map_err(|error| Failure::solve(case, &error.into()))
+    check::with_factors(case, &problem, &factors)
 }
 
 /// Solves a case, adaptively if it has a target.

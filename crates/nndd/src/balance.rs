@@ -41,6 +41,18 @@ pub struct Support {
     /// The motions that no pair resists and no load drives: each with the bodies that move, the one that moves most (by 1 m) first.
     /// They stay at zero.
     pub free_motions: Vec<Vec<(usize, RigidMotion)>>,
+    /// Forces that balance the loads, for [`ContactProblem::balancing`]; empty if none are needed, or none do.
+    pub forces: Vec<f64>,
+}
+
+/// The answer to the question whether an assembly is held.
+enum Held {
+    /// It is, by these forces; none are needed if no body floats.
+    By(Vec<f64>),
+    /// It is not: the motion that the loads cause and nothing resists.
+    Not(UnheldMotion),
+    /// It is not by forces within the cones of friction.
+    OutsideCones(UnheldMotion),
 }
 
 /// Tells how an assembly is held, without solving anything.
@@ -51,24 +63,21 @@ pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     let problem = &without_spin(problem.clone())?;
     let motions = problem.rigid_motions();
     let balance = Balance::new(problem, &motions)?;
-    let unheld = balance.unheld(problem, Rows::new(problem).limits())?;
-    let unheld =
-        unheld.map(|(motion, cones)| if cones { Err(outside(&motion)) } else { Ok(motion) }).transpose()?;
-    let Balance { independent, .. } = &balance;
-    let free = independent.kernel.iter().chain(&independent.weak).map(|amounts: &Combination| {
-        let bodies = combined(amounts.iter().map(|(k, a)| (&motions[*k], *a)));
-        let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
-        let mut moved: Vec<(f64, &BodyMotion)> = bodies
-            .iter()
-            .map(|of| (largest(problem, of) / most, of))
-            .filter(|(size, _)| *size > WEAK)
-            .collect();
-        moved.sort_by(|a, b| b.0.total_cmp(&a.0));
-        moved.into_iter().map(|(_, of)| (of.body, of.motion.scaled(1.0 / most))).collect()
-    });
-    let mut free: Vec<Vec<(usize, RigidMotion)>> = free.collect();
-    free.sort_by_key(|bodies| bodies.first().map(|(body, _)| *body));
-    Ok(Support { unheld, free_motions: free })
+    let (unheld, forces) = match balance.question(problem, Rows::new(problem).limits())? {
+        Held::By(forces) => (None, forces),
+        Held::OutsideCones(motion) => return Err(outside(&motion)),
+        Held::Not(motion) => (Some(motion), Vec::new()),
+    };
+    Ok(Support { unheld, free_motions: balance.free_motions(problem), forces })
+}
+
+/// Lists the motions that no pair resists and no load drives, see [`Support::free_motions`], without asking whether the assembly is held.
+///
+/// # Errors
+/// Numbers that are not finite.
+pub fn free_motions(problem: &ContactProblem) -> Result<Vec<Vec<(usize, RigidMotion)>>, NnddError> {
+    let problem = &without_spin(problem.clone())?;
+    Ok(Balance::new(problem, &problem.rigid_motions())?.free_motions(problem))
 }
 
 /// Leaves loads out along rotations that a contact line on a declared arc does not resist, if the error of the polygon explains them: the moment
@@ -129,7 +138,7 @@ impl Balance {
         let all = Rows::new(problem);
         let limits = all.limits();
         let (mut rows, mut loads) = (SparseRows::new(limits.len()), Vec::with_capacity(motions.len()));
-        let sides = sides(problem);
+        let sides = problem.sides();
         for of in motions {
             let moved = problem.moved_by(of);
             let most = moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
@@ -151,6 +160,25 @@ impl Balance {
         let groups: Vec<usize> = motions.iter().map(|of| of.body).collect();
         let independent = RowSelection::new(&rows, &loads, &groups, WEAK)?;
         Ok(Self { motions: motions.to_vec(), rows, loads, independent })
+    }
+
+    /// Lists the motions that no pair resists and no load drives, the body that moves most first.
+    fn free_motions(&self, problem: &ContactProblem) -> Vec<Vec<(usize, RigidMotion)>> {
+        let Self { motions, independent, .. } = self;
+        let free = independent.kernel.iter().chain(&independent.weak).map(|amounts: &Combination| {
+            let bodies = combined(amounts.iter().map(|(k, a)| (&motions[*k], *a)));
+            let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
+            let mut moved: Vec<(f64, &BodyMotion)> = bodies
+                .iter()
+                .map(|of| (largest(problem, of) / most, of))
+                .filter(|(size, _)| *size > WEAK)
+                .collect();
+            moved.sort_by(|a, b| b.0.total_cmp(&a.0));
+            moved.into_iter().map(|(_, of)| (of.body, of.motion.scaled(1.0 / most))).collect()
+        });
+        let mut free: Vec<Vec<(usize, RigidMotion)>> = free.collect();
+        free.sort_by_key(|bodies| bodies.first().map(|(body, _)| *body));
+        free
     }
 
     /// Returns the lines that the pairs resist, and their loads.
@@ -177,10 +205,10 @@ impl Balance {
     /// # Errors
     /// [`NnddError::NotHeld`] with the motion that the loads cause and nothing resists; [`NnddError::OutsideCones`].
     pub(crate) fn check_held(&self, problem: &ContactProblem, limits: &[f64]) -> Result<(), NnddError> {
-        match self.unheld(problem, limits)? {
-            None => Ok(()),
-            Some((motion, true)) => Err(outside(&motion)),
-            Some((motion, false)) => Err(NnddError::NotHeld { motion }),
+        match self.question(problem, limits)? {
+            Held::By(_) => Ok(()),
+            Held::OutsideCones(motion) => Err(outside(&motion)),
+            Held::Not(motion) => Err(NnddError::NotHeld { motion }),
         }
     }
 
@@ -246,26 +274,30 @@ impl Balance {
         Ok(moved.map(spin).collect())
     }
 
-    /// Finds the motion that the loads cause and nothing resists, and whether cones of friction were taken into account; `None` if the
-    /// assembly is held.
-    fn unheld(
-        &self,
-        problem: &ContactProblem,
-        limits: &[f64],
-    ) -> Result<Option<(UnheldMotion, bool)>, NnddError> {
+    /// Asks whether the assembly is held. Forces that are known to balance the loads answer it, see [`ContactProblem::balancing`].
+    fn question(&self, problem: &ContactProblem, limits: &[f64]) -> Result<Held, NnddError> {
         let motions = &self.motions;
         if motions.is_empty() {
-            return Ok(None);
+            return Ok(Held::By(Vec::new()));
+        }
+        let (matrix, [lower, upper], cones) = self.forces(problem, limits);
+        let most = NO_LOAD * load_size(problem);
+        let left = |forces: &[f64]| -> Vec<f64> {
+            matrix.times(forces).iter().zip(&self.loads).map(|(product, e)| e - product).collect()
+        };
+        let known = &problem.balancing;
+        let within = |(i, force): (usize, &f64)| (lower[i]..=upper[i]).contains(force);
+        if known.len() == lower.len() && known.iter().enumerate().all(within) && size(&left(known)) <= most {
+            return Ok(Held::By(known.clone()));
         }
         // What no forces balance is set apart: lines of round-off must not balance it. The rest is measured in the motions
         // themselves, so that only bodies move that must.
         let unbalanced = self.independent.unbalanced(&self.loads);
         let loads: Vec<f64> = self.loads.iter().zip(&unbalanced).map(|(e, part)| e - part).collect();
-        let (matrix, [lower, upper], cones) = self.forces(problem, limits);
         let (forces, mut free) = unbalanced_load(&matrix, &loads, [&lower, &upper])?;
         free.iter_mut().zip(&unbalanced).for_each(|(a, part)| *a += part);
-        if !(size(&free) > NO_LOAD * load_size(problem)) {
-            return Ok(None);
+        if !(size(&free) > most) {
+            return Ok(Held::By(forces));
         }
         let bodies = combined(motions.iter().zip(free.iter().copied()));
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
@@ -277,7 +309,8 @@ impl Balance {
         {
             work -= forces[i] * opened;
         }
-        Ok(Some((UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }, cones)))
+        let motion = UnheldMotion { bodies: moved.map(unit).collect(), load: work / most };
+        Ok(if cones { Held::OutsideCones(motion) } else { Held::Not(motion) })
     }
 }
 
@@ -330,15 +363,6 @@ fn combined<'a>(motions: impl Iterator<Item = (&'a BodyMotion, f64)>) -> Vec<Bod
         }
     }
     bodies
-}
-
-/// Lists the pairs of each body and obstacle, with its side.
-fn sides(problem: &ContactProblem) -> Vec<Vec<(usize, usize)>> {
-    let mut sides = vec![Vec::new(); problem.bodies.len() + problem.obstacles.len()];
-    for (k, pair) in problem.contacts.iter().enumerate() {
-        pair.bodies.iter().enumerate().for_each(|(side, body)| sides[*body].push((k, side)));
-    }
-    sides
 }
 
 /// Computes the largest displacement in a motion, m.

@@ -99,7 +99,7 @@ mod vector;
 mod weights;
 
 pub use assembly::stiffer_roles;
-pub use balance::{Support, support, without_spin};
+pub use balance::{Support, free_motions, support, without_spin};
 pub use contact_qp;
 pub use coulomb::{
     CoulombSettings, CoulombSolution, CoulombStart, CoulombStatus, coulomb_coupling, solve_coulomb,

@@ -170,9 +170,9 @@ fn seconds(workspace: &Workspace, command: &str, text: &str, runs: usize) -> Out
     let mut all = Vec::new();
     for _ in 0..runs {
         let done = process::run(command, &workspace.nndd(), |run| {
-            run.current_dir(&workspace.root).arg(command).arg(&case).arg("--quiet");
+            run.current_dir(&workspace.root).arg(command).arg(&case);
             if command == "solve" {
-                run.arg("--out").arg(workspace.target.join("bench")).arg("--force");
+                run.arg("--quiet").arg("--out").arg(workspace.target.join("bench")).arg("--force");
             }
         })?;
         all.push(done.processor.unwrap_or(done.seconds));

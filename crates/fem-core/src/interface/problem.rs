@@ -90,12 +90,21 @@ pub struct ContactProblem {
     pub contacts: Vec<ContactPair>,
     /// Loads that were left out; finer meshes and other amounts of the loads begin without.
     pub left_out: Vec<LeftOut>,
+    /// Forces of the rows that balance the loads, N/m, if it is known how the assembly is held: the question need not be asked again as long as
+    /// they do. Empty if not.
+    pub balancing: Vec<f64>,
 }
 
 impl ContactProblem {
     /// Takes bodies that do not touch yet.
     pub fn new(bodies: Vec<Body>) -> Self {
-        Self { bodies, obstacles: Vec::new(), contacts: Vec::new(), left_out: Vec::new() }
+        Self {
+            bodies,
+            obstacles: Vec::new(),
+            contacts: Vec::new(),
+            left_out: Vec::new(),
+            balancing: Vec::new(),
+        }
     }
 
     /// Takes two bodies and the interface between them.
@@ -187,7 +196,13 @@ impl ContactProblem {
                 }
             }?;
         }
-        Ok(Self { bodies, obstacles: self.obstacles.clone(), contacts, left_out: Vec::new() })
+        Ok(Self {
+            bodies,
+            obstacles: self.obstacles.clone(),
+            contacts,
+            left_out: Vec::new(),
+            balancing: self.balancing.clone(),
+        })
     }
 
     /// Tells whether a pair has a law of friction.
@@ -251,6 +266,15 @@ impl ContactProblem {
     /// Lists the sides of a body: number of the pair, and 0 if the body is the first of it, 1 if it is the second.
     pub fn sides_of(&self, body: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.contacts.iter().enumerate().filter_map(move |(k, pair)| Some((k, pair.side_of(body)?)))
+    }
+
+    /// Lists the sides of each body and obstacle, see [`Self::sides_of`], in one pass over the pairs.
+    pub fn sides(&self) -> Vec<Vec<(usize, usize)>> {
+        let mut sides = vec![Vec::new(); self.bodies.len() + self.obstacles.len()];
+        for (k, pair) in self.contacts.iter().enumerate() {
+            pair.bodies.iter().enumerate().for_each(|(side, body)| sides[*body].push((k, side)));
+        }
+        sides
     }
 
     /// Lists the directions that a body retains as interface unknowns: one block per side, in the order of

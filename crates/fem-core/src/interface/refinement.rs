@@ -179,7 +179,7 @@ impl ContactProblem {
             contacts.push(finer);
             pairs.push(RefinedPair { parents, old: pair.interface.pairs.len() });
         }
-        let problem = Self { bodies, obstacles, contacts, left_out: Vec::new() };
+        let problem = Self { bodies, obstacles, contacts, left_out: Vec::new(), balancing: Vec::new() };
         Ok(RefinedProblem { problem, refinements, pairs })
     }
 

@@ -7,6 +7,7 @@ use case_io::Case;
 use case_io::case::Units;
 use case_io::report::{ContactStretch, ContactSummary, Report};
 use std::cmp::Ordering;
+use std::collections::HashMap;
 use std::fmt::Write as _;
 
 /// Digits of a place, at least.
@@ -97,10 +98,11 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
         }
     }
     // Two supports of a side hold it together.
-    let mut reactions: Vec<(String, [f64; 2])> = vec![];
+    let (mut reactions, mut places): (Vec<(String, [f64; 2])>, HashMap<String, usize>) = Default::default();
     for reaction in r.reactions.iter().flatten() {
         let of = format!("{} on {}", reaction.on, reaction.body);
-        match reactions.iter_mut().find(|(known, _)| *known == of) {
+        let place = *places.entry(of.clone()).or_insert(reactions.len());
+        match reactions.get_mut(place) {
             Some((_, [x, y])) => (*x, *y) = (*x + reaction.fx, *y + reaction.fy),
             None => reactions.push((of, [reaction.fx, reaction.fy])),
         }
@@ -122,10 +124,12 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
             row(&format!("moment {of}"), Some(side.moment), Kind::Moment);
         }
     }
-    let size = |kind: Kind| {
-        let alike = found.iter().filter(|(_, _, other)| *other == kind).filter_map(|(_, value, _)| *value);
-        alike.fold(0.0, |most, value| f64::max(most, value.abs()))
-    };
+    let mut sizes = [0f64; KINDS];
+    for (_, value, kind) in &found {
+        let size = &mut sizes[*kind as usize];
+        *size = size.max(value.unwrap_or_default().abs());
+    }
+    let size = |kind: Kind| sizes[kind as usize];
     // Per unit thickness, and times the thickness for what is a force or an energy, each with its unit.
     let rows = found.iter().map(|(name, value, kind)| {
         let (unit, whole) = match kind {
@@ -191,6 +195,9 @@ fn balance(page: &mut String, case: &Case, report: &Report) {
     let moment = with_unit(case, "moment about the centroid", |u| u.force.clone());
     table(page, "Sum of all forces on each body", &["body", &forces[0], &forces[1], &moment], rows);
 }
+
+/// Number of kinds.
+const KINDS: usize = Kind::Moment as usize + 1;
 
 /// What a value of the table of results is, for its unit.
 #[derive(Clone, Copy, PartialEq, Eq)]
