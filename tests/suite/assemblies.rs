@@ -147,6 +147,30 @@ fn what_nothing_holds_is_named_with_its_motion() {
     assert!((lifted.bodies[0].1.translation[1] - 1.0).abs() < 1e-9, "{lifted:?}");
 }
 
+#[test]
+fn forces_that_balanced_other_loads_hold_nothing() {
+    let weight = BoundaryConditions::new()
+        .displace("left", Some(0.0.into()), None)
+        .traction("top", [0.0.into(), (-5.0).into()]);
+    let pile =
+        |middle: &BoundaryConditions| stack(&[1000.0, 1500.0, 2000.0], [4, 2], middle, &weight).unwrap();
+    let mut held = pile(&BoundaryConditions::new());
+    let found = nndd::support(&held).unwrap();
+    assert!(found.unheld.is_none() && found.forces.len() == held.rows());
+    // Other forces that balance the same loads are as good an answer: they come back as they are.
+    held.balancing = found.forces.iter().map(|force| force * (1.0 + 1e-12)).collect();
+    let again = nndd::support(&held).unwrap();
+    assert!(again.unheld.is_none() && again.forces == held.balancing && again.forces != found.forces);
+    let mut pushed = pile(&BoundaryConditions::new().traction("left", [2.0.into(), 0.0.into()]));
+    let tensile: Vec<f64> = found.forces.iter().map(|force| -force).collect();
+    for forces in [found.forces, tensile, vec![f64::NAN; pushed.rows()]] {
+        pushed.balancing = forces;
+        assert!(nndd::support(&pushed).unwrap().unheld.is_some());
+        let solved = solve_exactly(&prepare(&pushed), &QpSettings::default());
+        assert!(matches!(solved, Err(NnddError::NotHeld { .. })), "{solved:?}");
+    }
+}
+
 /// A roller of radius 1 about (0, 1), a disc of 24 edges, whose lowest and highest edge are contact sides, on a block and under
 /// one; both blocks are as wide as these edges. A torque acts on the rest of its rim.
 fn twisted_roller() -> ContactProblem {

@@ -98,7 +98,8 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
         }
     }
     // Two supports of a side hold it together.
-    let (mut reactions, mut places): (Vec<(String, [f64; 2])>, HashMap<String, usize>) = Default::default();
+    let mut reactions: Vec<(String, [f64; 2])> = vec![];
+    let mut places: HashMap<String, usize> = HashMap::new();
     for reaction in r.reactions.iter().flatten() {
         let of = format!("{} on {}", reaction.on, reaction.body);
         let place = *places.entry(of.clone()).or_insert(reactions.len());
