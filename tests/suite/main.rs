@@ -24,6 +24,7 @@ mod friction;
 mod friction_adaptive;
 mod friction_bound;
 mod friction_case;
+mod friction_grids;
 mod friction_public;
 mod friction_solve;
 mod honesty;

@@ -151,8 +151,12 @@ pub(crate) struct BoxedPoint {
 pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<BoxedPoint, QpError> {
     let (n, m) = (qp.linear.len(), qp.right_side.len());
     let stiffest = (0..n).map(|i| qp.matrix.diagonal(i)).fold(0.0, f64::max);
+    // A fixed unknown is a row: between two equal bounds there is no interior. Neither its stiffness, which may be rounding, nor its load counts.
+    let is_fixed = |i: usize| qp.lower[i] == qp.upper[i];
+    let moves = |i: usize| f64::from(u8::from(!is_fixed(i)));
     // An unknown without stiffness of its own gets the largest one.
-    let root = |i: usize| Some(qp.matrix.diagonal(i)).filter(|d| *d > 0.0).unwrap_or(stiffest).sqrt();
+    let own = |i: usize| Some(qp.matrix.diagonal(i)).filter(|d| *d > 0.0 && !is_fixed(i));
+    let root = |i: usize| own(i).unwrap_or(stiffest).sqrt();
     let roots: Vec<f64> = (0..n).map(root).map(|r| if r > 0.0 { r } else { 1.0 }).collect();
     let finite = |v: f64| if v.is_finite() { v.abs() } else { 0.0 };
     let norms: Vec<f64> = qp
@@ -161,14 +165,18 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
         .map(|row| row.map(|(i, g)| (g / roots[i]).powi(2)).sum::<f64>().sqrt())
         .map(|norm| if norm > 0.0 { norm } else { 1.0 })
         .collect();
-    let of_linear = (0..n).map(|i| (qp.linear[i] / roots[i]).abs());
+    let of_linear = (0..n).map(|i| moves(i) * (qp.linear[i] / roots[i]).abs());
     let of_bounds = (0..n).map(|i| finite(qp.lower[i]).max(finite(qp.upper[i])) * roots[i]);
     let of_rows = (0..m).map(|k| (qp.right_side[k] / norms[k]).abs());
     let load = of_linear.chain(of_bounds).chain(of_rows).fold(0.0, f64::max);
     let load = if load > 0.0 { load } else { 1.0 };
-    let bounded = |bounds: &[f64]| -> Vec<usize> { (0..n).filter(|i| bounds[*i].is_finite()).collect() };
+    let fixed: Vec<usize> = (0..n).filter(|i| is_fixed(*i)).collect();
+    let bounded = |bounds: &[f64]| -> Vec<usize> {
+        (0..n).filter(|i| bounds[*i].is_finite() && !is_fixed(*i)).collect()
+    };
     let (below, above) = (bounded(qp.lower), bounded(qp.upper));
-    // Column by column: the equality rows, then −x ≤ −l, then x ≤ u.
+    let [first_below, first_above] = [m + fixed.len(), m + fixed.len() + below.len()];
+    // Column by column: the equality rows, then x = l, then −x ≤ −l, then x ≤ u.
     let (mut starts, mut places, mut entries) = (vec![0], Vec::new(), Vec::new());
     let columns = qp.rows.transposed();
     for i in 0..n {
@@ -176,7 +184,7 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
             places.push(k);
             entries.push(g / roots[i] / norms[k]);
         }
-        for (list, first, entry) in [(&below, m, -1.0), (&above, m + below.len(), 1.0)] {
+        for (list, first, entry) in [(&fixed, m, 1.0), (&below, first_below, -1.0), (&above, first_above, 1.0)] {
             if let Ok(place) = list.binary_search(&i) {
                 places.push(first + place);
                 entries.push(entry);
@@ -185,17 +193,18 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
         starts.push(places.len());
     }
     let bounds = below.len() + above.len();
-    let matrix = CscMatrix::new(m + bounds, n, starts, places, entries);
+    let matrix = CscMatrix::new(first_below + bounds, n, starts, places, entries);
     let scaled = |i: usize, bound: f64| bound * roots[i] / load;
     let rhs: Vec<f64> = (0..m)
         .map(|k| qp.right_side[k] / norms[k] / load)
+        .chain(fixed.iter().map(|&i| scaled(i, qp.lower[i])))
         .chain(below.iter().map(|&i| -scaled(i, qp.lower[i])))
         .chain(above.iter().map(|&i| scaled(i, qp.upper[i])))
         .collect();
-    let linear: Vec<f64> = (0..n).map(|i| qp.linear[i] / roots[i] / load).collect();
+    let linear: Vec<f64> = (0..n).map(|i| moves(i) * qp.linear[i] / roots[i] / load).collect();
     let mut cones: Vec<SupportedConeT<f64>> = Vec::new();
-    if m > 0 {
-        cones.push(ZeroConeT(m));
+    if first_below > 0 {
+        cones.push(ZeroConeT(first_below));
     }
     if bounds > 0 {
         cones.push(NonnegativeConeT(bounds));
@@ -207,7 +216,8 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
     solver.solve();
     let answer = &solver.solution;
     let mut places = vec![Place::Free; n];
-    for (first, list, place) in [(m, &below, Place::Lower), (m + below.len(), &above, Place::Upper)] {
+    fixed.iter().for_each(|i| places[*i] = Place::Lower);
+    for (first, list, place) in [(first_below, &below, Place::Lower), (first_above, &above, Place::Upper)] {
         for (k, &i) in list.iter().enumerate() {
             if answer.z[first + k] > answer.s[first + k] {
                 places[i] = place;

@@ -9,6 +9,7 @@
 //! Where the bodies are far apart, the pressure stays zero if the others can keep the balance.
 
 use crate::error::EstimatorError;
+use crate::imposed_slip;
 use crate::pressure;
 use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
 use fem_core::geometry::{Vector, perpendicular};
@@ -103,14 +104,16 @@ pub(crate) fn pressure(
     state: &ContactState<'_>,
 ) -> Result<Pressure, EstimatorError> {
     let contacts = &prepared.problem().contacts;
-    let of_pair = |k: usize| -> Vec<f64> {
-        let mut tractions = pressure::nodal_pressure(&contacts[k].interface, state.contacts[k].contact_force);
-        let limits = admissible_limits(prepared, &contacts[k], &tractions);
-        let friction = pressure::nodal_pressure(&contacts[k].interface, state.contacts[k].friction_force);
-        tractions.extend(friction.iter().zip(limits).map(|(q, s)| q.max(-s).min(s)));
-        tractions
-    };
-    let target: Vec<f64> = (0..contacts.len()).flat_map(of_pair).collect();
+    let (mut pressures, mut friction, mut limits) = (Vec::new(), Vec::new(), Vec::new());
+    for (pair, given) in contacts.iter().zip(&state.contacts) {
+        let pressure = pressure::nodal_pressure(&pair.interface, given.contact_force);
+        let most = admissible_limits(prepared, pair, &pressure);
+        let q = pressure::nodal_pressure(&pair.interface, given.friction_force);
+        friction.push(q.iter().zip(&most).map(|(q, s)| q.max(-s).min(*s)).collect());
+        (pressures.push(pressure), limits.push(most));
+    }
+    imposed_slip::continued(prepared, state, &mut friction, &limits);
+    let target: Vec<f64> = pressures.into_iter().zip(friction).flat_map(|(p, q)| [p, q].concat()).collect();
     if prepared.rigid_motions().is_empty() {
         return Ok(Pressure::new(prepared, &target, [0.0; 2]));
     }

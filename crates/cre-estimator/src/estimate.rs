@@ -195,9 +195,12 @@ impl<'a> Estimator<'a> {
             self.noise = Noise::of_bodies(prepared.problem());
         }
         let own = openings::own(prepared.problem(), state);
-        let contacts = state.contacts.iter().zip(&own);
-        let contacts =
-            contacts.map(|(of, own)| PairState { opening: own.as_deref().unwrap_or(of.opening), ..*of });
+        let slips = openings::own_slips(prepared.problem(), state);
+        let contacts = state.contacts.iter().zip(own.iter().zip(&slips)).map(|(of, (own, slip))| PairState {
+            opening: own.as_deref().unwrap_or(of.opening),
+            slip: slip.as_deref().unwrap_or(of.slip),
+            ..*of
+        });
         let state = &ContactState { contacts: contacts.collect(), displacement: state.displacement.clone() };
         // The forces of the bound of the iteration are in balance as well; those of the pressure follow from the given ones.
         let balanced = balance::forces(prepared, state)?;

@@ -75,6 +75,7 @@ pub mod equilibrated;
 mod error;
 mod estimate;
 pub mod friction;
+mod imposed_slip;
 pub mod indicators;
 pub mod johnson_mercier;
 mod lanes;

@@ -1,7 +1,7 @@
-//! The openings that displacements have themselves.
+//! The openings and slips that displacements have themselves.
 
 use crate::size::{SIGN_TOLERANCE, larger, largest_displacement};
-use fem_core::geometry::Vector;
+use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, ContactState, NodePair, PairState};
 
 /// Computes the openings `g − (v¹ − v²)·n` of a state's displacements, m, for each pair on which they differ from the given ones by more
@@ -21,6 +21,27 @@ pub(crate) fn own(problem: &ContactProblem, state: &ContactState<'_>) -> Vec<Opt
     problem.contacts.iter().zip(&state.contacts).map(of_pair).collect()
 }
 
+/// Computes the slips `(v¹ − v²)·t` of this load step, m, of a state's displacements like [`own`]: for each pair on which they differ from the given ones
+/// by more than round-off.
+pub(crate) fn own_slips(problem: &ContactProblem, state: &ContactState<'_>) -> Vec<Option<Vec<f64>>> {
+    let of_pair = |(pair, given): (&ContactPair, &PairState<'_>)| {
+        if given.slip.is_empty() {
+            return None;
+        }
+        let displacement = pair.bodies.map(|b| state.displacement[b]);
+        let slip = |p: &NodePair| jump(p, displacement).dot(&perpendicular(p.normal));
+        let mut own: Vec<f64> = pair.interface.pairs().iter().map(slip).collect();
+        let mut size = larger(largest_displacement(displacement[0]), largest_displacement(displacement[1]));
+        if let Some(before) = &pair.slip_before {
+            own.iter_mut().zip(&before.nodes).for_each(|(own, before)| *own -= before);
+            size = before.nodes.iter().fold(size, |size, w| larger(size, w.abs()));
+        }
+        let worst = own.iter().zip(given.slip).map(|(own, given)| (own - given).abs()).fold(0.0, larger);
+        (worst > SIGN_TOLERANCE * size).then_some(own)
+    };
+    problem.contacts.iter().zip(&state.contacts).map(of_pair).collect()
+}
+
 /// Tells whether the given openings of a pair are negative by more than round-off.
 pub(crate) fn penetrate(pair: &ContactPair, state: &ContactState<'_>, given: &PairState<'_>) -> bool {
     let deepest = given.opening.iter().fold(0.0f64, |m, o| m.max(-o));
@@ -32,8 +53,13 @@ pub(crate) fn penetrate(pair: &ContactPair, state: &ContactState<'_>, given: &Pa
 ///
 /// * `displacement`: of the first and the second body.
 pub(crate) fn of_fields(pair: &NodePair, displacement: [&[Vector]; 2]) -> f64 {
+    pair.gap - jump(pair, displacement).dot(&pair.normal)
+}
+
+/// Computes `v¹ − v²` at a pair of nodes, m.
+fn jump(pair: &NodePair, displacement: [&[Vector]; 2]) -> Vector {
     let [first, second] = [0, 1].map(|side: usize| displacement[side][pair.nodes[side]]);
-    pair.gap - (first - second).dot(&pair.normal)
+    first - second
 }
 
 /// Computes the size that openings are compared with, m: the largest displacement of the two bodies, since their fields are right to its

@@ -12,7 +12,7 @@
 //! # Friction
 //! With friction each pair of nodes has a second row along its tangent, with a force `Q` within `−S ≤ Q ≤ S`, `S = ℓ s`, and the slip before the load step for its gap, 0 from rest. The
 //! gradient there is the slip with the opposite sign: `Q = S` if it slips forwards, `−S` if backwards, and zero slip between. Rows that
-//! supports impose in both bodies have no force.
+//! supports impose in both bodies slip by a given amount: their force is at its limit, or zero without slip, and moves nothing.
 
 use crate::balance::Balance;
 use crate::error::NnddError;
@@ -283,7 +283,7 @@ impl<'a> Programme<'a> {
             rows: &self.lines.rows,
             right_side: &self.lines.loads,
         };
-        let found = solve_box(&qp, start, settings)?;
+        let mut found = solve_box(&qp, start, settings)?;
         let amounts = balance.independent.expanded(&self.lines.expanded(&found.row_multipliers));
         let motions = balance.motions.iter().zip(amounts);
         let motions: Vec<(usize, RigidMotion, f64)> =
@@ -299,6 +299,9 @@ impl<'a> Programme<'a> {
         let equal = |y: &f64| y.abs() <= ROUND_OFF * largest;
         let imposed = opening.iter_mut().zip(&self.imposed).filter(|(y, imposed)| **imposed && equal(y));
         imposed.for_each(|(y, _)| *y = 0.0);
+        // Where they slip, friction moves nothing; it is at its limit, or the bound would count its work.
+        let slips = |i: usize| self.imposed[i] && opening[i] != 0.0 && limits[i].is_finite();
+        (0..rows.len()).filter(|i| slips(*i)).for_each(|i| found.x[i] = -limits[i].copysign(opening[i]));
         let solution = ExactSolution {
             displacement,
             opening: rows.by_pair(&opening),

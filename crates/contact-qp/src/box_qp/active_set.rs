@@ -58,7 +58,8 @@ impl<'a> System<'a> {
             Algebra::Sparse(_) => qp.matrix.diagonal(i),
         };
         let alone = |i: usize| qp.linear[i] / diagonal(i).max(f64::MIN_POSITIVE);
-        let x = largest((0..n).map(alone))
+        // Of a fixed unknown the stiffness may be rounding.
+        let x = largest((0..n).filter(|i| qp.lower[*i] < qp.upper[*i]).map(alone))
             .max(largest(qp.right_side.iter().zip(&lengths).map(|(e, length)| e / length)))
             .max(largest(qp.lower.iter().chain(qp.upper).map(finite)));
         let y = largest(qp.linear.iter().copied());

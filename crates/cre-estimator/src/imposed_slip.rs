@@ -1,0 +1,57 @@
+//! Friction at nodes whose slip supports impose.
+//!
+//! If both bodies are held along the tangent at a pair of nodes, such as at the end of a side along a plane that a support presses down, friction there
+//! moves nothing: the discrete problem has it at its limit, however large that is. As a traction it also loads the edge beside the node, and a limit far above the
+//! stresses costs more than it saves. Of all admissible values the bound takes the one that continues friction at the neighbours `j` on the line,
+//! ```math
+//! q_i = sign(w_i) min(s_i, max_j (0, sign(w_i) q_j))
+//! ```
+//! the limit where the line slides.
+
+use fem_core::body::NodeConstraint;
+use fem_core::interface::{ContactState, NodePair};
+use fem_core::prepared::PreparedProblem;
+
+/// A support along a direction holds the tangent if the sine of their angle is at most this.
+const PARALLEL: f64 = 1e-10;
+
+/// Replaces friction at pairs of nodes whose slip supports impose.
+///
+/// * `friction`: at the pairs of each contact line, Pa, within `limits`, Pa; both empty without friction.
+pub(crate) fn continued(
+    prepared: &PreparedProblem,
+    state: &ContactState<'_>,
+    friction: &mut [Vec<f64>],
+    limits: &[Vec<f64>],
+) {
+    let problem = prepared.problem();
+    let moves = |b: usize| prepared.rigid_motions().iter().any(|of| of.body == b);
+    let holds = |b: usize, side: usize, pair: &NodePair| match problem.bodies.get(b) {
+        None => !moves(b),
+        Some(body) => match &body.node_constraints()[pair.nodes[side]] {
+            NodeConstraint::Fixed { .. } => true,
+            NodeConstraint::Along { direction, .. } => {
+                direction.dot(&pair.normal).abs() <= PARALLEL * pair.normal.norm()
+            }
+            NodeConstraint::Free | NodeConstraint::Rigid { .. } => false,
+        },
+    };
+    for (k, (of, friction)) in problem.contacts.iter().zip(friction).enumerate() {
+        let (pairs, slip) = (of.interface.pairs(), state.contacts[k].slip);
+        let imposed = |i: &usize| [0, 1].iter().all(|side| holds(of.bodies[*side], *side, &pairs[*i]));
+        let found: Vec<usize> = (0..friction.len()).filter(imposed).collect();
+        if found.is_empty() {
+            continue;
+        }
+        let sign = |i: usize| if slip[i] == 0.0 { 0.0 } else { slip[i].signum() };
+        let mut most = vec![0.0f64; friction.len()];
+        for edge in of.interface.edges() {
+            let [a, b] = edge.pairs.map(|k| k as usize);
+            // A clamped end is no pair.
+            for (i, j) in [(a, b), (b, a)].into_iter().filter(|(i, j)| i != j) {
+                most[i] = most[i].max(sign(i) * friction[j]);
+            }
+        }
+        found.into_iter().for_each(|i| friction[i] = sign(i) * most[i].min(limits[k][i]));
+    }
+}
