@@ -9,7 +9,7 @@ use tests::random::Random;
 
 /// Solves a case exactly.
 fn solved(text: &str) -> CertifiedSolution {
-    let case = Case::parse(text, "case.toml", &[]).unwrap();
+    let mut case = Case::parse(text, "case.toml", &[]).unwrap();
     let mut settings = Settings::default();
     settings.method = NewtonSettings::default().into();
     solve(case.build_problem().unwrap(), &settings, &mut Silent).unwrap()
@@ -25,12 +25,12 @@ fn size(random: &mut Random, low: f64, high: f64) -> f64 {
 fn grid(random: &mut Random) -> String {
     let [columns, rows] = [random.integer(1, 3), random.integer(1, 3)];
     let [presses, pushes] = [0, 1].map(|_| random.unit() < 0.6);
-    let mut lines = |count: usize| -> (Vec<f64>, Vec<usize>) {
+    let lines = |random: &mut Random, count: usize| -> (Vec<f64>, Vec<usize>) {
         let widths: Vec<f64> = (0..count).map(|_| 0.8 + 0.5 * random.unit()).collect();
         let starts = (0..=count).map(|k| widths[..k].iter().sum()).collect();
         (starts, (0..count).map(|_| random.integer(1, 4)).collect())
     };
-    let ((x, across), (y, up)) = (lines(columns), lines(rows));
+    let ((x, across), (y, up)) = (lines(random, columns), lines(random, rows));
     let mut text = "schema = 1\n".to_owned();
     let mut contacts = String::new();
     for (i, j) in (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j))) {

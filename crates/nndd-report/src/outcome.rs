@@ -4,7 +4,7 @@ use crate::failure::{FILES, INTERRUPTED, LIMIT, NOT_CERTIFIED};
 use crate::solved::Answer;
 use crate::words::{counted, one_line, raised, short, with_digits};
 use case_io::Case;
-use case_io::case::{Acceleration, Criterion, Imposed, Method, QpChoice, Theta, Weights};
+use case_io::case::{Acceleration, Criterion, Imposed, QpChoice, Theta, Weights};
 use case_io::diagnostic::significant;
 use case_io::report::Status;
 use certified_contact::{CertifiedSolution, CoulombResult, Reaction, Results, Row};
@@ -206,7 +206,7 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
                  {eta_nndd:.3e}: refine the meshes, or {}",
             attainable(case, solution, eta_nndd)
         )),
-        NnddStatus::ContactQpUnsolved(status) => stalled(unsolved(case, iterations, status)),
+        NnddStatus::ContactQpUnsolved(status) => stalled(unsolved(case, solution, status)),
         NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
         _ => stalled("the iteration ended in an unknown way"),
     };
@@ -280,16 +280,21 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
 }
 
 /// Says which contact problem was not solved, and what may help.
-fn unsolved(case: &Case, iterations: usize, status: QpStatus) -> String {
+fn unsolved(case: &Case, solution: &CertifiedSolution, status: QpStatus) -> String {
     let solver = &case.solver;
-    let newton = matches!(solver.method, Method::Newton | Method::Exact);
-    let what = if newton {
-        "interface Newton".into()
-    } else {
-        format!("the contact problem of iteration {iterations}")
+    let newton = matches!(solution.method, nndd::Method::Newton(_));
+    let exact = newton && solution.last().recovery == Recovery::Forces;
+    let what = match (newton, exact) {
+        (_, true) => "the programme of all contact forces".into(),
+        (true, _) => "interface Newton".into(),
+        _ => format!("the contact problem of iteration {}", solution.rows.len()),
     };
     let advice = match (newton, status, solver.qp) {
         (true, QpStatus::MaxIterations, _) => "raise solver.max_iterations",
+        // It tries both, whatever solver.qp is.
+        _ if exact => {
+            "active sets and Clarabel have been tried: use other mesh sizes, or end one of two contact sides that share nodes an edge earlier"
+        }
         (.., QpChoice::ActiveSet) => "try solver.qp = \"clarabel\"",
         _ => "try solver.qp = \"active-set\"",
     };

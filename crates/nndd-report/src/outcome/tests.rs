@@ -43,6 +43,19 @@ fn a_contact_problem_that_is_not_solved_is_status_5_with_its_own_status() {
 }
 
 #[test]
+fn the_advice_for_an_exact_programme_that_is_not_solved_is_no_setting_that_it_has_tried() {
+    let (mut case, mut solution) = solved();
+    solution.method = nndd::NewtonSettings::default().into();
+    solution.nndd.last.recovery = nndd::Recovery::Forces;
+    solution.nndd.status = NnddStatus::ContactQpUnsolved(QpStatus::PolishFailed);
+    for qp in [QpChoice::Auto, QpChoice::ActiveSet, QpChoice::Clarabel] {
+        case.solver.qp = qp;
+        let reason = judge(&case, &solution, None).reason;
+        assert!(reason.contains("other mesh sizes") && !reason.contains("solver.qp"), "{reason}");
+    }
+}
+
+#[test]
 fn a_newton_method_that_fails_after_a_switch_is_named() {
     let (case, mut solution) = solved();
     solution.nndd.status = NnddStatus::MaxIterations;
