@@ -189,6 +189,8 @@
 //! brackets are ≥ 0, since `|q|, |q_ex| ≤ s`. On straight lines `p`, `q` and `s` are linear between the nodes, `p_i = P_i/ℓ_i`, `q_i = Q_i/ℓ_i`,
 //! so that `|q| ≤ s` holds between them as well; other limits are interpolated, and the certified problem is the interpolated one. (17) holds,
 //! with (32) in its second part. Bounds of the potential energy gain `∫ s|w|`, see [`Bounds`](crate::Bounds).
+//! Where supports of both bodies impose the slip of a node, any `|Q| ≤ S` solves the discrete problem; it is `S` against the slip there, and `q` in (32) continues that
+//! of the neighbours, since a limit far above the stresses would load the mesh beside the node.
 //!
 //! If the normal changes along an edge, `p` and `q` are constant there, `|q|` at most the smaller limit of its ends, so that the traction is
 //! linear, and the slip is a quadratic. (33) does not use the length of `n` and `t`, and holds for openings of any sign of `v`; the limit along

@@ -184,7 +184,9 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
             places.push(k);
             entries.push(g / roots[i] / norms[k]);
         }
-        for (list, first, entry) in [(&fixed, m, 1.0), (&below, first_below, -1.0), (&above, first_above, 1.0)] {
+        for (list, first, entry) in
+            [(&fixed, m, 1.0), (&below, first_below, -1.0), (&above, first_above, 1.0)]
+        {
             if let Ok(place) = list.binary_search(&i) {
                 places.push(first + place);
                 entries.push(entry);

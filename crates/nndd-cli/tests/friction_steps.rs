@@ -92,6 +92,11 @@ fn friction_on_both_sides_of_a_corner_is_solved() {
         }
     }
     assert!(solve("stall-corner-151.toml", &[], temp.path()).certificate.unwrap().valid);
+    // A support and a plane impose the slip at the end of one line.
+    let limits = ["0.0", "1e-5", "7e-4", "7e-3", "1.0"];
+    for limit in limits.map(|s| format!("contact.6.friction={{ law = \"tresca\", limit = {s} }}")) {
+        assert!(solve("stall-gridtresca-7.toml", &[limit], temp.path()).certificate.unwrap().valid);
+    }
 }
 
 #[test]
