@@ -39,9 +39,9 @@ fn grid(random: &mut Random) -> String {
         let [width, height] = [x[i + 1] - x[i], y[j + 1] - y[j]];
         write!(text, "[materials.m{i}{j}]\nyoung = {young:?}\npoisson = {nu:?}\n").unwrap();
         write!(text, "[[body]]\nname = \"g{i}{j}\"\nmaterial = \"m{i}{j}\"\n").unwrap();
-        write!(text, "body_force = [0.0, {:?}]\n", -size(random, 1e-5, 3e-4)).unwrap();
+        writeln!(text, "body_force = [0.0, {:?}]", -size(random, 1e-5, 3e-4)).unwrap();
         write!(text, "generator = {{ kind = \"block\", origin = [{:?}, {:?}], ", x[i], y[j]).unwrap();
-        write!(text, "size = [{width:?}, {height:?}], cells = [{}, {}] }}\n", across[i], up[j]).unwrap();
+        writeln!(text, "size = [{width:?}, {height:?}], cells = [{}, {}] }}", across[i], up[j]).unwrap();
         let mut pressure = |on: &str| {
             let p = size(random, 1e-4, 2e-3);
             write!(text, "[[body.traction]]\non = \"{on}\"\npressure = {p:?}\n").unwrap();
@@ -60,7 +60,7 @@ fn grid(random: &mut Random) -> String {
             let limit = size(random, 3e-5, 8e-3);
             write!(contacts, "[[contact]]\nbodies = [\"g{i}{j}\"{bodies}]\nsurfaces = [{sides}]\n{more}")
                 .unwrap();
-            write!(contacts, "friction = {{ law = \"tresca\", limit = {limit:?} }}\n").unwrap();
+            writeln!(contacts, "friction = {{ law = \"tresca\", limit = {limit:?} }}").unwrap();
         };
         let plane = |point: f64, normal: f64| {
             format!(

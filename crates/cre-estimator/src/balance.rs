@@ -110,7 +110,8 @@ pub(crate) fn pressure(
         let most = admissible_limits(prepared, pair, &pressure);
         let q = pressure::nodal_pressure(&pair.interface, given.friction_force);
         friction.push(q.iter().zip(&most).map(|(q, s)| q.max(-s).min(*s)).collect());
-        (pressures.push(pressure), limits.push(most));
+        pressures.push(pressure);
+        limits.push(most);
     }
     imposed_slip::continued(prepared, state, &mut friction, &limits);
     let target: Vec<f64> = pressures.into_iter().zip(friction).flat_map(|(p, q)| [p, q].concat()).collect();
