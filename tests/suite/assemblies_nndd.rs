@@ -10,7 +10,7 @@ use fem_core::norm::energy_norm_squared;
 use fem_core::prepared::PreparedProblem;
 use nndd::stopping::{EtaNndd, Never};
 use nndd::{
-    Acceleration, NewtonSettings, NnddError, NnddSettings, NnddStatus, Path, Start, Weights, solve_exactly,
+    Acceleration, NewtonSettings, NnddError, NnddSettings, NnddStatus, Start, Weights, solve_exactly,
     stiffer_roles,
 };
 use tests::assemblies::{four, pressed, stack, stamped, three, tower};
@@ -214,10 +214,6 @@ fn what_the_iteration_cannot_do_is_said() {
     let slides = stack(&[1000.0, 1500.0, 2000.0], [18, 9], &pushed, &pressed()).unwrap();
     let refused = solve(&slides, NnddSettings::default());
     assert!(matches!(&refused, Err(NnddError::NotHeld { motion }) if motion.bodies[0].0 == 1), "{refused:?}");
-    let mut literal = NnddSettings::default();
-    literal.path = Path::Literal;
-    let refused = solve(&tower(3, [18, 9]).unwrap(), literal);
-    assert!(matches!(refused, Err(NnddError::Unsupported { bodies: 3, pairs: 2 })), "{refused:?}");
 }
 
 #[test]

@@ -8,8 +8,7 @@ use fem_core::norm::{energy_distance_squared, energy_norm_squared};
 use nndd::stopping::Never;
 use nndd::{
     Acceleration, CoulombSettings, CoulombSolution, CoulombStatus, ExactSolution, Method, NewtonSettings,
-    NnddError, NnddSettings, NnddStatus, NodeState, Path, Weights, solve_coulomb, solve_exactly,
-    stiffer_roles,
+    NnddError, NnddSettings, NnddStatus, NodeState, Weights, solve_coulomb, solve_exactly, stiffer_roles,
 };
 use tests::friction::{
     PATCH, PATCH_SLIP, PATCH_TRACTION, blocks, patch, pushed_middle, pushed_over_plane, slope,
@@ -317,11 +316,6 @@ fn the_iteration_holds_floating_bodies_by_friction() {
 #[test]
 fn what_friction_does_not_support_is_refused() {
     let prepared = prepare(&blocks([8, 4], Friction::tresca(4.0)).unwrap());
-    let mut literal = NnddSettings::default();
-    literal.path = Path::Literal;
-    let lambda = vec![0.0; prepared.rows()];
-    let refused = nndd::solve(&prepared, lambda, &literal, &mut Never);
-    assert!(matches!(refused, Err(NnddError::LiteralFriction)), "{refused:?}");
     // λ has both components.
     let short = nndd::solve(&prepared, vec![0.0; 9], NnddSettings::default(), &mut Never);
     assert!(matches!(short, Err(NnddError::Length { found: 9, expected: 18, .. })), "{short:?}");

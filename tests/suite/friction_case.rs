@@ -76,7 +76,6 @@ fn what_does_not_support_friction_yet_is_refused_in_the_case_file() {
         assert!(found.message.contains(words) && found.message.contains("upper-lower"), "{}", found.message);
         assert!(found.place.is_some() && found.expected.is_some(), "{found:?}");
     };
-    refused(&format!("{text}[solver]\npath = \"literal\"\n"), "\"literal\" does not support friction");
     let text = include_str!("../cases/coulomb.toml");
     for (more, words) in [
         ("[solver]\nmethod = \"nndd\"\n", "does not support Coulomb friction"),

@@ -28,6 +28,7 @@ mod friction_grids;
 mod friction_public;
 mod friction_solve;
 mod honesty;
+mod idle_body;
 mod iteration;
 mod key_page;
 mod limit;

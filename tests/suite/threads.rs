@@ -1,7 +1,6 @@
 //! Results do not depend on the number of threads, bit for bit.
 
 use certified_contact::{CertifiedSolution, Settings, Silent, solve};
-use nndd::{NnddSettings, Path};
 use tests::{heavy, paper};
 
 /// Everything that comes out of a run, as bits.
@@ -51,12 +50,8 @@ fn the_fine_problem_is_the_same_on_1_2_and_7_threads() {
 }
 
 #[test]
-fn the_literal_path_is_the_same_on_1_2_and_7_threads() {
+fn a_tilted_problem_is_the_same_on_1_2_and_7_threads() {
     same_on_every_pool(|| {
-        let mut settings = Settings::default();
-        let mut literal = NnddSettings::default();
-        literal.path = Path::Literal;
-        settings.method = literal.into();
-        solve(heavy::problem(0.3, 12).unwrap(), &settings, &mut Silent).unwrap()
+        solve(heavy::problem(0.3, 12).unwrap(), &Settings::default(), &mut Silent).unwrap()
     });
 }

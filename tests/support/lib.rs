@@ -13,6 +13,7 @@ pub mod distance;
 pub mod effectivity;
 pub mod finer;
 pub mod friction;
+pub mod full_size;
 pub mod goursat;
 pub mod heavy;
 pub mod hertz;

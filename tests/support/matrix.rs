@@ -76,7 +76,6 @@ pub const FEATURES: [&str; 71] = [
     "method: nndd",
     "method: newton",
     "method: exact",
-    "literal path",
     "programme",
     "imposed",
     "imposed of a pair",

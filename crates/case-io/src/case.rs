@@ -41,7 +41,7 @@ mod tests;
 
 pub use crate::expression::Value;
 pub use body::{BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
-pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
+pub use choices::{Acceleration, Criterion, Imposed, Method, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
 pub use given::DataNodes;
 pub use materials::{Material, MaterialLaw};
@@ -124,8 +124,6 @@ pub struct Solver {
     pub method: Method,
     /// Which body carries λ.
     pub imposed: Imposed,
-    /// Condensed or full-size solves.
-    pub path: Path,
     /// How the contact problem is solved.
     pub qp: QpChoice,
     /// Relaxation parameter.

@@ -13,7 +13,7 @@ use fem_core::interface::{ContactPair, NodePair};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::stopping::EtaNndd;
-use nndd::{ContactAnswer, Iterate, Method, NnddError, NnddSettings, Path, Start};
+use nndd::{ContactAnswer, Iterate, Method, NnddError, Start};
 use rayon::prelude::*;
 
 /// An increment larger than this fraction of the previous one is the last.
@@ -37,8 +37,8 @@ pub(crate) struct Corrected {
 /// * `fields`: of the iterate.
 /// * `advance`: whether λ may change; if not, only step 1 is repeated for the same λ.
 ///
-/// Returns `None` if no improvement is possible: the first increment is not finite, or the operators are not the
-/// condensed ones.
+/// Returns `None` if no improvement is possible: the first increment is not finite, or the traces of the bodies in contact do not
+/// determine their fields: bodies that contact alone holds, obstacles, friction, contact nodes on supports.
 ///
 /// # Errors
 /// See [`nndd::solve_from`].
@@ -49,18 +49,26 @@ pub(crate) fn correct(
     method: &Method,
     advance: bool,
 ) -> Result<Option<Corrected>, NnddError> {
-    if matches!(method, Method::Nndd(NnddSettings { path: Path::Literal, .. })) {
+    let contact = problem.problem();
+    let bodies = 0..contact.bodies.len();
+    let touching: Vec<usize> = bodies.filter(|b| contact.sides_of(*b).next().is_some()).collect();
+    let free = |b: &usize| {
+        let dofs = problem.bodies()[*b].dofs();
+        let mut rows = (0..contact.sides_of(*b).count()).flat_map(|block| dofs.rows(block));
+        rows.all(|row| row.imposed == 0.0) && iterate.interface_unknowns(problem, *b).is_some()
+    };
+    if !contact.obstacles.is_empty() || !touching.iter().all(free) {
         return Ok(None);
     }
-    let Some(pair) = problem.problem().plain_pair() else { return Ok(None) };
-    let gaps: Vec<f64> = pair.interface.pairs().iter().map(|p| p.gap).collect();
+    let contacts = contact.contacts.clone();
     let loads: Vec<Vec<f64>> = problem.bodies().iter().map(|body| body.condensed_load().to_vec()).collect();
-    let pair = pair.clone();
     let method = method.clone().with_max_iterations(if advance { MOST_ITERATIONS } else { 1 });
-    let mut correction = Correction { increments: problem, pair, gaps, method };
+    let mut correction = Correction { increments: problem, contacts, touching, method };
     let found = correction.run(iterate, fields);
-    let Correction { increments: problem, gaps, .. } = correction;
-    problem.replace_gaps(0, &gaps);
+    let Correction { increments: problem, contacts, .. } = correction;
+    for (k, pair) in contacts.iter().enumerate() {
+        problem.replace_gaps(k, &pair.interface.pairs().iter().map(|p| p.gap).collect::<Vec<f64>>());
+    }
     for (body, load) in problem.bodies_mut().iter_mut().zip(loads) {
         body.replace_condensed_load(load);
     }
@@ -70,9 +78,10 @@ pub(crate) fn correct(
 struct Correction<'a> {
     /// The problem for increments about the current fields: its gaps and condensed loads are what the fields leave.
     increments: &'a mut PreparedProblem,
-    /// The only pair, with its own gaps.
-    pair: ContactPair,
-    gaps: Vec<f64>,
+    /// The pairs, with their own gaps.
+    contacts: Vec<ContactPair>,
+    /// The bodies in contact.
+    touching: Vec<usize>,
     method: Method,
 }
 
@@ -86,17 +95,18 @@ impl Correction<'_> {
         let mut active = iterate.contact.active.clone();
         let mut before = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
-            let forces = self.restate(&mut fields);
+            self.restate(&mut fields);
             let start = Start { lambda: vec![0.0; active.len()], active: Some(active) };
             let mut stop = EtaNndd::new(REDUCTION);
             let found = nndd::solve_from(self.increments, start, &self.method, &mut stop)?.last;
-            let size = increment_energy(&found, &forces);
+            let unknowns = |b: &usize| Some((*b, found.interface_unknowns(self.increments, *b)?));
+            let increments: Vec<(usize, Vec<f64>)> = self.touching.iter().filter_map(unknowns).collect();
+            let size = self.energy(&increments);
             if !(size < before) {
                 break;
             }
-            let (sides, bodies) = (self.increments.sides(0), [self.pair.imposed(), self.pair.unilateral()]);
-            for (role, x) in found.traces().into_iter().enumerate() {
-                fields[bodies[role]].add(&sides[role].correction_from_trace(x));
+            for (b, x) in &increments {
+                fields[*b].add(&self.increments.bodies()[*b].correction_from_trace(x));
             }
             active = found.contact.active.clone();
             let worthwhile = size < WORTHWHILE * before && size > 0.0;
@@ -109,10 +119,9 @@ impl Correction<'_> {
         Ok(best)
     }
 
-    /// Brings the fields into equilibrium for their traces and sets up the problem for increments from them. Returns
-    /// the forces of both bodies on the interface.
-    fn restate(&mut self, fields: &mut [SplitField]) -> [Vec<f64>; 2] {
-        let Self { increments, pair, gaps, .. } = self;
+    /// Brings the fields into equilibrium for their traces and sets up the problem for increments from them.
+    fn restate(&mut self, fields: &mut [SplitField]) {
+        let Self { increments, contacts, .. } = self;
         let of_body = |b: usize, field: &mut SplitField| {
             let (body, condensed) = (&increments.problem().bodies[b], &increments.bodies()[b]);
             condensed.refine(body, &[], true, field);
@@ -120,30 +129,38 @@ impl Correction<'_> {
         };
         let forces: Vec<Vec<f64>> =
             fields.par_iter_mut().enumerate().map(|(b, field)| of_body(b, field)).collect();
-        for (body, r) in increments.bodies_mut().iter_mut().zip(&forces) {
+        for (body, r) in increments.bodies_mut().iter_mut().zip(forces) {
             body.replace_condensed_load(r.iter().map(|r| -r).collect());
         }
-        let [first, second] = pair.bodies.map(|b| &fields[b]);
-        let pairs = pair.interface.pairs().iter().zip(gaps.iter());
-        let opening = |(pair, gap): (&NodePair, &f64)| opening([first, second], pair, *gap).rounded();
-        let openings: Vec<f64> = pairs.map(opening).collect();
-        increments.replace_gaps(0, &openings);
-        let sign = pair.roles.sign();
-        [pair.imposed(), pair.unilateral()].map(|b| forces[b].iter().map(|r| sign * r).collect())
+        for (k, pair) in contacts.iter().enumerate() {
+            let sides = pair.bodies.map(|b| &fields[b]);
+            let openings = pair.interface.pairs().iter().map(|p| opening(sides, p).rounded());
+            increments.replace_gaps(k, &openings.collect::<Vec<f64>>());
+        }
+    }
+
+    /// Computes `Σ x·S x` of the increments, J/m.
+    fn energy(&self, increments: &[(usize, Vec<f64>)]) -> f64 {
+        let of_body = |(b, x): &(usize, Vec<f64>)| {
+            let mut force = vec![0.0; x.len()];
+            self.increments.bodies()[*b].apply_schur(x, &mut force);
+            x.iter().zip(&force).map(|(x, f)| x * f).sum::<f64>()
+        };
+        increments.iter().map(of_body).sum()
     }
 
     /// Converts an iterate of the increments into one of the problem.
     fn total(&self, iterate: &Iterate, found: Iterate, fields: &[SplitField]) -> Iterate {
-        let roles = self.pair.roles;
         let trace = |role: usize| -> Vec<f64> {
-            let side = roles.sides()[role];
-            let pairs = self.pair.interface.pairs().iter();
-            pairs
-                .map(|p| {
-                    let u = fields[self.pair.bodies[side]].at(p.nodes[side].index());
+            let of_pair = |pair: &ContactPair| -> Vec<f64> {
+                let (roles, side) = (pair.roles, pair.roles.sides()[role]);
+                let of_node = |p: &NodePair| {
+                    let u = fields[pair.bodies[side]].at(p.nodes[side].index());
                     roles.sign() * (u[0] * p.normal[0] + u[1] * p.normal[1]).rounded()
-                })
-                .collect()
+                };
+                pair.interface.pairs().iter().map(of_node).collect()
+            };
+            self.contacts.iter().flat_map(of_pair).collect()
         };
         Iterate {
             lambda: trace(0),
@@ -163,17 +180,7 @@ impl Correction<'_> {
 }
 
 /// Computes the opening `g − (u¹ − u²)·n` of a pair.
-fn opening(fields: [&SplitField; 2], pair: &NodePair, gap: f64) -> DoubleDouble {
+fn opening(fields: [&SplitField; 2], pair: &NodePair) -> DoubleDouble {
     let [a, b] = [0, 1].map(|b: usize| fields[b].at(pair.nodes[b].index()));
-    (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + gap
-}
-
-/// Computes `Σ x·S x` of the increments of both bodies, J/m.
-fn increment_energy(found: &Iterate, forces: &[Vec<f64>; 2]) -> f64 {
-    let energy = |x: &[f64], r: &[f64], before: &[f64]| -> f64 {
-        x.iter().zip(r.iter().zip(before)).map(|(x, (r, r0))| x * (r - r0)).sum()
-    };
-    let first = energy(&found.lambda, &found.reaction, &forces[0]);
-    let second = energy(&found.contact.normal_trace, &found.contact.normal_reaction, &forces[1]);
-    first.max(0.0) + second.max(0.0)
+    (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + pair.gap
 }

@@ -2,6 +2,7 @@
 
 use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;
+use fem_core::interface::ContactProblem;
 use fem_core::prepared::PreparedProblem;
 use nndd::{Method, NewtonSettings};
 
@@ -60,8 +61,8 @@ pub struct Settings {
     pub imposed_by_pair: Vec<Option<Imposed>>,
     /// The algorithm, with its settings.
     pub method: Method,
-    /// The exact solution is used instead for anything but two bodies with one pair that their supports hold; `None`:
-    /// `method` is used for every problem.
+    /// The exact solution is used instead for anything but the paper's problem, see [`suits_iteration`]; `None`: `method` is used for
+    /// every problem.
     pub exact: Option<NewtonSettings>,
     /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.
     pub lambda: ScalarData,
@@ -84,12 +85,19 @@ impl Settings {
 
     /// Returns the settings with the algorithm that is used for a problem.
     pub(crate) fn for_problem(&self, problem: &PreparedProblem) -> Self {
-        let two_held = problem.problem().held_pair().is_some();
         match &self.exact {
-            Some(exact) if !two_held => self.clone().with_method(exact.clone()),
+            Some(exact) if !suits_iteration(problem.problem()) => self.clone().with_method(exact.clone()),
             _ => self.clone(),
         }
     }
+}
+
+/// Tells whether a problem is the paper's, which is left to the iteration unless a method is named: one pair without friction, of two bodies
+/// that their supports hold, apart from its nodes along the normal. Bodies that touch nothing do not count. Any other problem is solved
+/// exactly.
+pub fn suits_iteration(problem: &ContactProblem) -> bool {
+    let held = |b: &usize| problem.bodies[*b].free_motion().is_none();
+    problem.plain_pair().is_some_and(|pair| pair.bodies.iter().all(held))
 }
 
 impl Default for Settings {

@@ -6,7 +6,7 @@ use crate::error::SolveError;
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::results;
-use crate::settings::{Criterion, Imposed, Settings};
+use crate::settings::{Criterion, Imposed, Settings, suits_iteration};
 use crate::solution::{CertifiedSolution, RoleReason};
 use crate::stopping::{Follow, enough, rounding, state_of};
 use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
@@ -16,7 +16,7 @@ use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
-use nndd::{Iterate, Method, NnddSolution, NnddStatus, Recovery, Start};
+use nndd::{Iterate, Method, NnddSolution, NnddStatus, Start};
 
 /// Solves a contact problem and certifies the solution.
 ///
@@ -134,7 +134,7 @@ fn iterate(
         }
     }
     if let Some(found) = &estimate {
-        conclude(&mut nndd, &mut rows, found, settings);
+        conclude(problem.problem(), &mut nndd, &mut rows, found, settings);
     }
     let last = &nndd.last;
     observer.phase(Phase::Estimate);
@@ -205,7 +205,13 @@ fn corrected(
 const FREE_MOTIONS: f64 = 0.1;
 
 /// Stores the measured η_NNDD and checks whether the criterion still holds with it.
-fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, settings: &Settings) {
+fn conclude(
+    problem: &ContactProblem,
+    nndd: &mut NnddSolution,
+    rows: &mut [Row],
+    estimate: &Estimate,
+    settings: &Settings,
+) {
     let rounding = rounding(rows);
     let eta_nndd = nndd.last.eta_nndd.max(estimate.unchecked().eta_nndd);
     nndd.last.eta_nndd = eta_nndd;
@@ -213,7 +219,7 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
         row.eta_nndd = eta_nndd;
     }
     // The exact solution of an assembly leaves motions free that only the error of the normals resists.
-    let exact = matches!(settings.method, Method::Newton(_)) && nndd.last.recovery == Recovery::Forces;
+    let exact = matches!(settings.method, Method::Newton(_)) && !suits_iteration(problem);
     if let Criterion::Estimator { ratio, .. } = settings.criterion
         && let ratio = if exact { ratio.max(FREE_MOTIONS) } else { ratio }
         && nndd.status == NnddStatus::StoppedByCriterion

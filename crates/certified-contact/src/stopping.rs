@@ -4,7 +4,7 @@ use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
 use cre_estimator::{Estimate, Estimator, EstimatorError};
-use fem_core::condensation::{CondensedBody, OrientedBody};
+use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
@@ -128,24 +128,16 @@ fn forces_agree(problem: &PreparedProblem, iterate: &Iterate, tolerance: f64) ->
 /// Computes the possible rounding error of the contact forces `F_α = ∓Σ (S_α v − g̃_α)`: `n ε` times the sum of the
 /// sizes of all terms, N/m. Without it two forces that vanish would never agree.
 fn force_round_off(problem: &PreparedProblem, iterate: &Iterate) -> f64 {
-    let size = |body: &OrientedBody<'_>, trace: &[f64]| {
-        let columns = body.schur().chunks_exact(trace.len().max(1)).zip(trace);
+    let traces = iterate.traces().into_iter().flatten().chain(&iterate.tangential.lambda);
+    let largest = traces.fold(0.0f64, |most, v| most.max(v.abs()));
+    let of_body = |(b, body): (usize, &CondensedBody)| {
+        let unknowns = iterate.interface_unknowns(problem, b).unwrap_or_else(|| vec![largest; body.len()]);
+        let columns = body.schur().chunks_exact(unknowns.len().max(1)).zip(unknowns);
         let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());
         products.sum::<f64>() + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
     };
-    let roundings = iterate.lambda.len() as f64 * f64::EPSILON;
-    if problem.problem().only_pair().is_none_or(|pair| pair.friction.acts()) {
-        let [first, second] = iterate.traces();
-        let traces = first.iter().chain(second).chain(&iterate.tangential.lambda);
-        let largest = traces.fold(0.0f64, |most, v| most.max(v.abs()));
-        let of_body = |body: &CondensedBody| {
-            let stiffness: f64 = body.schur().iter().map(|s| s.abs()).sum();
-            largest * stiffness + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
-        };
-        return roundings * problem.bodies().iter().map(of_body).sum::<f64>();
-    }
-    let ([first, second], [a, b]) = (problem.sides(0), iterate.traces());
-    roundings * (size(&first, a) + size(&second, b))
+    let terms: f64 = problem.bodies().iter().enumerate().map(of_body).sum();
+    iterate.lambda.len() as f64 * f64::EPSILON * terms
 }
 
 impl StoppingCriterion for Follow<'_> {

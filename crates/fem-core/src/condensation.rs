@@ -8,7 +8,6 @@
 //! reaction `r = S v − g̃` to an imposed normal trace `v`, [`CondensedBody::trace_from_force`] the trace `w = S⁻¹ r` of a
 //! correction, and both fields are recovered on demand.
 
-mod oriented;
 mod refinement;
 
 use crate::assembly::System;
@@ -19,8 +18,6 @@ use crate::mesh::id::NodeId;
 use crate::room::has_room_for;
 use dense_cholesky::Triangle;
 use thiserror::Error;
-
-pub use oriented::OrientedBody;
 
 /// A pivot below this fraction of its diagonal entry has lost all its digits.
 const PIVOT_FLOOR: f64 = 64.0 * f64::EPSILON;
@@ -58,8 +55,7 @@ pub enum FactorError {
 
 /// A body factorised once and condensed on its interface.
 ///
-/// Traces and forces are along the pairs' normals and in the order of the pairs; [`Self::oriented`] sees
-/// them along the opposite normals.
+/// Traces and forces are along the pairs' normals and in the order of the pairs.
 #[derive(Clone, Debug)]
 pub struct CondensedBody {
     dofs: DofMap,
@@ -158,11 +154,6 @@ impl CondensedBody {
     /// Returns the number of values the factor stores.
     pub fn stored_values(&self) -> usize {
         self.factor.stored_values()
-    }
-
-    /// Returns the body as seen along the normals times `sign`, 1 or −1.
-    pub fn oriented(&self, sign: f64) -> OrientedBody<'_> {
-        OrientedBody { body: self, sign }
     }
 
     /// Returns `S`, column-major, both triangles, N/m².

@@ -1,7 +1,7 @@
 //! A contact problem that is ready to be solved.
 
 use crate::assembly::{AssemblyError, System, external_forces};
-use crate::condensation::{CondensedBody, FactorError, OrientedBody};
+use crate::condensation::{CondensedBody, FactorError};
 use crate::dof::DofMap;
 use crate::geometry::Vector;
 use crate::interface::{ContactProblem, Roles};
@@ -192,15 +192,6 @@ impl PreparedProblem {
     /// If there is no such pair, or not one gap per pair of nodes.
     pub fn replace_gaps(&mut self, pair: usize, gaps: &[f64]) -> Vec<f64> {
         self.problem.contacts[pair].interface.replace_gaps(gaps)
-    }
-
-    /// Returns Ω₁ and Ω₂ of a pair as the iteration sees them: along the outward normal of Ω₁.
-    ///
-    /// # Panics
-    /// If there is no such pair.
-    pub fn sides(&self, pair: usize) -> [OrientedBody<'_>; 2] {
-        let pair = &self.problem.contacts[pair];
-        [pair.imposed(), pair.unilateral()].map(|b| self.bodies[b].oriented(pair.roles.sign()))
     }
 }
 

@@ -194,8 +194,8 @@ fn solver_lines(case: &Case, output: &str) -> String {
     };
     let _ = writeln!(
         text,
-        "  solver     {} theta {theta}, weights {}, acceleration {}, lambda on {}, path {}, qp {}",
-        solver.method, solver.weights, solver.acceleration, solver.imposed, solver.path, solver.qp
+        "  solver     {} theta {theta}, weights {}, acceleration {}, lambda on {}, qp {}",
+        solver.method, solver.weights, solver.acceleration, solver.imposed, solver.qp
     );
     let stop = &solver.stop;
     let bound = match stop.criterion {

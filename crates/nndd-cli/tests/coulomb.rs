@@ -280,7 +280,7 @@ fn what_coulomb_friction_does_not_support_is_refused_with_its_place() {
             &["solver.method=nndd"],
             &[place, "does not support Coulomb friction"],
         );
-        let words = ["--set solver.path", "does not support friction"];
+        let words = ["--set solver.path", "both words gave the same numbers"];
         refused(command, "coulomb.toml", &["solver.path=literal"], &words);
         let words = ["--set solver.theta", "does not support Coulomb friction"];
         refused(command, "coulomb.toml", &["solver.theta=0.5"], &words);

@@ -2,11 +2,11 @@
 
 use case_io::Case;
 use case_io::case;
-use certified_contact::{Criterion, Imposed, Settings};
+use certified_contact::{Criterion, Imposed, Settings, suits_iteration};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
-use nndd::{Acceleration, CoulombSettings, NewtonSettings, NnddSettings, Path, Weights};
+use nndd::{Acceleration, CoulombSettings, NewtonSettings, NnddSettings, Weights};
 
 /// Makes the settings of a solve from those of a case.
 pub fn settings(case: &Case) -> Settings {
@@ -55,12 +55,12 @@ pub fn coulomb(case: &Case) -> CoulombSettings {
     settings
 }
 
-/// Tells whether a case is solved by the exact solution of the assembly, which has no iteration.
+/// Tells whether a case is solved exactly, without an iteration.
 pub(crate) fn is_exact(case: &Case, problem: &ContactProblem) -> bool {
     match case.solver.method {
-        case::Method::Exact => true,
-        case::Method::Auto => problem.held_pair().is_none(),
-        case::Method::Nndd | case::Method::Newton => false,
+        case::Method::Exact | case::Method::Newton => true,
+        case::Method::Auto => !suits_iteration(problem),
+        case::Method::Nndd => false,
     }
 }
 
@@ -72,7 +72,7 @@ fn imposed(word: case::Imposed) -> Imposed {
     }
 }
 
-/// The settings of the interface Newton method.
+/// The settings of the exact solution.
 fn newton(solver: &case::Solver, max_iterations: usize) -> NewtonSettings {
     let mut newton = NewtonSettings::default();
     newton.max_iterations = max_iterations;
@@ -93,10 +93,6 @@ fn iteration(solver: &case::Solver) -> NnddSettings {
     let mut nndd = NnddSettings::default();
     let switches = solver.method == case::Method::Auto;
     nndd.newton = switches.then(|| newton(solver, usize::MAX));
-    nndd.path = match solver.path {
-        case::Path::Condensed => Path::Condensed,
-        case::Path::Literal => Path::Literal,
-    };
     nndd.theta = match solver.theta {
         case::Theta::Auto => None,
         case::Theta::Value(theta) => Some(theta),

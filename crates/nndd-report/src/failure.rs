@@ -227,12 +227,10 @@ impl Failure {
                 | EstimatorError::Balance(QpError::NotFinite { .. })),
             ) => Self::overflow(source),
             SolveError::Nndd(source @ NnddError::Qp(QpError::NotFinite { .. })) => Self::overflow(source),
-            SolveError::Nndd(e @ (NnddError::DependentRows { .. } | NnddError::Unsupported { .. })) => {
-                Self::invalid(format!(
-                    "{e}\n  expected: a problem that the iteration can solve\n  fix: leave solver.method and solver.path out, or use \
+            SolveError::Nndd(e @ NnddError::DependentRows { .. }) => Self::invalid(format!(
+                "{e}\n  expected: a problem that the iteration can solve\n  fix: leave solver.method out, or use \
                      method = \"exact\""
-                ))
-            }
+            )),
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::invalid(e.to_string())
             }

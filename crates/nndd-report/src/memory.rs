@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::host::{Host, Room};
 use case_io::Case;
+use certified_contact::suits_iteration;
 use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
 
@@ -62,7 +63,7 @@ fn sizes(problem: &ContactProblem) -> Vec<Size> {
         Size { nodes: body.mesh().points().len() as u64, pairs }
     };
     let mut sizes: Vec<Size> = problem.bodies.iter().enumerate().map(of_body).collect();
-    if problem.held_pair().is_none() {
+    if !suits_iteration(problem) {
         // The flexibility of all pairs together, with its factor.
         sizes.push(Size { nodes: 0, pairs: problem.node_pairs() });
     }

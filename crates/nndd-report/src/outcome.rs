@@ -12,7 +12,7 @@ use contact_qp::QpStatus;
 use cre_estimator::{Estimate, EstimatorError};
 use fem_core::geometry::norm;
 use fem_core::interface::ContactProblem;
-use nndd::{CoulombSolution, CoulombStatus, NnddStatus, Recovery, Switch};
+use nndd::{CoulombSolution, CoulombStatus, NnddStatus, Switch};
 
 /// The exit status of a run that did not converge.
 pub const NOT_CONVERGED: u8 = 5;
@@ -283,16 +283,15 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
 fn unsolved(case: &Case, solution: &CertifiedSolution, status: QpStatus) -> String {
     let solver = &case.solver;
     let newton = matches!(solution.method, nndd::Method::Newton(_));
-    let exact = newton && solution.last().recovery == Recovery::Forces;
-    let what = match (newton, exact) {
-        (_, true) => "the programme of all contact forces".into(),
-        (true, _) => "interface Newton".into(),
-        _ => format!("the contact problem of iteration {}", solution.rows.len()),
+    let what = if newton {
+        "the programme of all contact forces".into()
+    } else {
+        format!("the contact problem of iteration {}", solution.rows.len())
     };
     let advice = match (newton, status, solver.qp) {
         (true, QpStatus::MaxIterations, _) => "raise solver.max_iterations",
         // It tries both, whatever solver.qp is.
-        _ if exact => {
+        _ if newton => {
             "active sets and Clarabel have been tried: use other mesh sizes, or end one of two contact sides that share nodes an edge earlier"
         }
         (.., QpChoice::ActiveSet) => "try solver.qp = \"clarabel\"",
@@ -340,7 +339,7 @@ fn met(case: &Case, solution: &CertifiedSolution) -> String {
     }
 }
 
-/// Says why the iteration was given up for the interface Newton method.
+/// Says why the iteration was given up for the exact solution.
 pub(crate) fn given_up(solution: &CertifiedSolution, switch: Switch) -> String {
     // Newton's own row is the last one.
     let iterations = solution.rows.len().saturating_sub(usize::from(switch.newton.is_solved()));
@@ -357,10 +356,7 @@ pub(crate) fn given_up(solution: &CertifiedSolution, switch: Switch) -> String {
 
 fn criterion(case: &Case, solution: &CertifiedSolution) -> String {
     if matches!(solution.method, nndd::Method::Newton(_)) {
-        return match solution.last().recovery {
-            Recovery::Traces => "interface Newton, exact for the discrete problem".into(),
-            Recovery::Forces => "exact solution of the discrete problem".into(),
-        };
+        return "exact solution of the discrete problem".into();
     }
     let stop = &case.solver.stop;
     match stop.criterion {

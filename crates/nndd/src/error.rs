@@ -2,8 +2,6 @@
 
 use crate::unheld::UnheldMotion;
 use contact_qp::QpError;
-use fem_core::assembly::AssemblyError;
-use fem_core::cholesky::CholeskyError;
 use thiserror::Error;
 
 /// Why an iteration could not be run.
@@ -19,17 +17,6 @@ pub enum NnddError {
         found: usize,
         /// Number of rows: of pairs, and with friction of their tangents.
         expected: usize,
-    },
-    /// Full-size solves are possible for two bodies with one pair only, both held by their supports.
-    #[error(
-        "path = \"literal\" solves two bodies with one contact pair, both held by their supports; bodies given: {bodies}, pairs: \
-         {pairs}"
-    )]
-    Unsupported {
-        /// Number of bodies.
-        bodies: usize,
-        /// Number of pairs.
-        pairs: usize,
     },
     /// Contact normals of a body depend on each other or on its supports: a node is in two pairs with parallel normals, or a
     /// support imposes its displacement along a normal. The exact solution allows that, see [`crate::solve_exactly`].
@@ -58,9 +45,6 @@ pub enum NnddError {
         /// The pair, from 0.
         pair: usize,
     },
-    /// The literal path has no friction.
-    #[error("the literal path does not support friction; use the condensed path")]
-    LiteralFriction,
     /// θ is not a positive number.
     #[error("theta is {found}; it must be a positive, finite number")]
     Theta {
@@ -76,14 +60,8 @@ pub enum NnddError {
         found: f64,
     },
     /// The contact problem was rejected.
-    #[error("the contact problem of the second body cannot be solved: {0}")]
+    #[error("a contact problem cannot be solved: {0}")]
     Qp(#[from] QpError),
-    /// A body could not be assembled for the literal path.
-    #[error(transparent)]
-    Assembly(#[from] AssemblyError),
-    /// A body could not be factorised for the literal path.
-    #[error(transparent)]
-    Factor(#[from] CholeskyError),
     /// The stopping criterion failed.
     #[error("the stopping criterion failed: {0}")]
     Criterion(#[source] Box<dyn std::error::Error + Send + Sync>),

@@ -292,7 +292,7 @@ impl<'a> Programme<'a> {
             let forces = &found.x[rows.normal(k).start..rows.tangential(k).end];
             forces.iter().map(|p| -sign(side) * p).collect()
         };
-        let displacement = recovery::displacements(problem, force, &motions);
+        let displacement = recovery::displacements(problem, |_| None, force, &motions);
         // What supports impose on both sides is equal but for round-off, or slips.
         let largest = displacement.iter().flatten().fold(0.0f64, |m, u| m.max(u.amax()));
         let mut opening = found.multipliers;

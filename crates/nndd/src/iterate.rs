@@ -3,7 +3,6 @@
 use crate::recovery;
 use contact_qp::{ActiveSet, KktResiduals, QpPath, QpStatus};
 use fem_core::body::RigidMotion;
-use fem_core::each_body;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, NodePair};
 use fem_core::prepared::PreparedProblem;
@@ -30,8 +29,8 @@ pub struct ContactAnswer {
     pub kkt: KktResiduals,
 }
 
-/// How the quadratic programme that determined an iterate was solved: Ω₂'s contact problem in the iteration, that of the
-/// whole interface in the Newton method.
+/// How the quadratic programme that determined an iterate was solved: the slowest one of the bodies in the iteration, that of all
+/// forces in the exact solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Programme {
     /// Method that produced the answer.
@@ -43,7 +42,7 @@ pub struct Programme {
 /// What determines the displacements of an iterate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Recovery {
-    /// The normal traces, which are imposed: two held bodies with one pair.
+    /// In bodies that their supports hold, without friction, the normal traces, which are imposed; in the others the contact forces.
     #[default]
     Traces,
     /// The contact forces and the rigid motions: `u = K⁺ (f − Bᵀ P) + R a`.
@@ -125,18 +124,6 @@ impl Iterate {
     /// # Panics
     /// If the problem has another number of bodies, pairs or pairs of nodes.
     pub fn displacements(&self, problem: &PreparedProblem) -> Vec<Vec<Vector>> {
-        if self.recovery == Recovery::Forces {
-            return self.displacements_from_forces(problem);
-        }
-        let (pair, sides, traces) = (&problem.problem().contacts[0], problem.sides(0), self.traces());
-        let of_side = |side: usize| {
-            let role = pair.roles.of_side(side);
-            sides[role].displacement_from_trace(traces[role])
-        };
-        each_body(2, |b| of_side(usize::from(b == pair.bodies[1])))
-    }
-
-    fn displacements_from_forces(&self, problem: &PreparedProblem) -> Vec<Vec<Vector>> {
         let blocks: Vec<Range<usize>> = self.blocks(problem.problem()).collect();
         let tangential: Vec<Range<usize>> = self.tangential_blocks(problem.problem()).collect();
         let on_side = |k: usize, side: usize| {
@@ -147,7 +134,41 @@ impl Iterate {
                 &[&self.tangential.reaction, &self.tangential.force][role][tangential[k].clone()];
             forces.chain(along_tangent).map(|force| roles.sign() * force).collect()
         };
-        recovery::displacements(problem, on_side, &self.motions)
+        let traces = |b: usize| match self.recovery {
+            Recovery::Traces => self.interface_unknowns(problem, b),
+            Recovery::Forces => None,
+        };
+        recovery::displacements(problem, traces, on_side, &self.motions)
+    }
+
+    /// Returns the interface unknowns of a body, m, from its traces; `None` if the body may move rigidly or has friction, or if its
+    /// rows depend on each other.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn interface_unknowns(&self, problem: &PreparedProblem, body: usize) -> Option<Vec<f64>> {
+        let (contact, dofs) = (problem.problem(), problem.bodies()[body].dofs());
+        if problem.rigid_motions().iter().any(|of| of.body == body) {
+            return None;
+        }
+        let blocks: Vec<Range<usize>> = self.blocks(contact).collect();
+        let mut unknowns = vec![None; dofs.interface_len()];
+        for (block, (k, side)) in contact.sides_of(body).enumerate() {
+            let pair = &contact.contacts[k];
+            if pair.friction.acts() {
+                return None;
+            }
+            let traces = &self.traces()[pair.roles.of_side(side)][blocks[k].clone()];
+            for (row, trace) in dofs.rows(block).iter().zip(traces) {
+                let mut terms = row.terms.iter().filter(|term| term.1 != 0.0);
+                let (Some((unknown, factor)), None) = (terms.next(), terms.next()) else { return None };
+                let value = (pair.roles.sign() * trace - row.imposed) / factor;
+                if unknowns[*unknown as usize].replace(value).is_some() {
+                    return None;
+                }
+            }
+        }
+        unknowns.into_iter().collect()
     }
 
     /// Lists where the values of each pair are in the arrays.

@@ -1,4 +1,4 @@
-//! The loop around the two steps, for two held bodies and for assemblies alike, and the method that takes over if it fails.
+//! The algorithm of the paper, for any number of bodies, and the method that takes over if it fails.
 
 use crate::acceleration::Accelerator;
 use crate::error::NnddError;
@@ -7,6 +7,7 @@ use crate::monitor::Monitor;
 use crate::settings::{Acceleration, NewtonSettings, NnddSettings};
 use crate::solution::{NnddSolution, NnddStatus, Switch};
 use crate::spectrum::Spectrum;
+use crate::steps::Steps;
 use crate::stopping::{Decision, StoppingCriterion};
 use contact_qp::{ActiveSet, QpStatus};
 
@@ -20,38 +21,35 @@ pub struct Start {
     pub active: Option<ActiveSet>,
 }
 
-/// Steps 1 and 2 for one λ.
-pub(crate) struct Pass {
-    /// The iterate, whose number and θ are not known yet.
-    pub(crate) iterate: Iterate,
-    /// λ in all rows, m.
-    pub(crate) lambda: Vec<f64>,
-    /// The direction of the update of λ, m.
-    pub(crate) direction: Vec<f64>,
-}
-
 /// Iterates until the criterion is met, no progress is possible, or all iterations are used.
 ///
-/// * `pass`: steps 1 and 2 for a λ.
+/// * `theta`: θ of the first update.
 pub(crate) fn iterate(
     mut lambda: Vec<f64>,
+    steps: &mut Steps<'_>,
     (settings, theta): (&NnddSettings, f64),
     stop: &mut dyn StoppingCriterion,
-    mut pass: impl FnMut(Vec<f64>) -> Result<Pass, NnddError>,
 ) -> Result<NnddSolution, NnddError> {
     let mut update = Accelerator::new(settings.acceleration, theta);
     let mut monitor = Monitor::default();
     let (mut history, mut clarabel_calls) = (Vec::new(), 0);
     loop {
-        let Pass { iterate: mut last, lambda: imposed, direction } = pass(lambda)?;
-        clarabel_calls += last.contact.clarabel_calls;
+        // Step 1: λ imposed on each Ω₁ (8), unilateral contact of each Ω₂ (9).
+        let answers = steps.step_1(lambda)?;
+        // Step 2: the Neumann problems (10), (11) under the imbalance r¹ + r².
+        let direction = steps.step_2(&answers);
+        // The indicator η_NNDD (22).
+        let eta_nndd = steps.eta_nndd(&answers)?;
         // The update: λ ← λ + θ (w¹ − w²)·n.
-        let step = update.step(&imposed, direction, last.eta_nndd);
-        (last.iteration, last.theta) = (history.len() + 1, step.theta);
+        let next = update.step(&answers.lambda, direction, eta_nndd);
+        // The iterate with its precision ε_t (24).
+        let number = history.len() + 1;
+        let last = Iterate { iteration: number, theta: next.theta, ..steps.iterate_of(eta_nndd, answers) };
+        clarabel_calls += last.contact.clarabel_calls;
         history.push(IterationRow::from(&last));
         // Stop, or give up?
         let mut status = verdict(&last, settings, &mut monitor, stop)?;
-        lambda = if status.is_none() { step.lambda } else { Vec::new() };
+        lambda = if status.is_none() { next.lambda } else { Vec::new() };
         if lambda.iter().any(|x| !x.is_finite()) {
             status = Some(NnddStatus::Diverged { best: monitor.smallest(), theta_limit: None });
         }

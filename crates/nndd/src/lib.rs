@@ -20,24 +20,25 @@
 //! | S_α | Steklov-Poincaré operators, [`fem_core::condensation::CondensedBody`] | `n_c × n_c` |
 //!
 //! Formulas have the numbers (1) to (12) of Choi, Gallimard and Sassi, and further ones in the order of a run.
-//! (8) to (11) are solved in `src/steps.rs`, in the interface unknowns, and a second time at full size in
-//! `src/literal.rs`; both steps are in `src/solve.rs`, the loop around them is in `src/iteration.rs`. For the admissible θ see [`Spectrum`]. If the iteration does not
-//! converge, the interface Newton method in `src/monolithic.rs` solves the same discrete problem: see [`NnddSettings::newton`].
+//! The algorithm is one function, `iterate` in `src/iteration.rs`, a line per step. For the admissible θ see [`Spectrum`]. If it does not
+//! converge, [`solve_exactly`] solves the same discrete problem: see [`NnddSettings::newton`].
 //!
-//! # Assemblies
-//! Any number of bodies and pairs is possible, floating bodies among them, that is, bodies that only contact holds. Each pair of nodes is
-//! a row. In each pair one body carries λ, the other one is unilateral; a body may be both, in different pairs. With `Φ_α` the
-//! flexibility of a body in its rows, `v_α` its traces under the loads alone, and `G_α P = e_α` its balance if it floats:
+//! # Any number of bodies
+//! Two bodies with one pair are the smallest case of the same iteration, floating bodies included, that is, bodies that only contact holds. Each
+//! pair of nodes is a row. In each pair one body carries λ and is Ω₁ there, the other one is unilateral; a body may be both, in different
+//! pairs. With `v_α` the traces of a body along its outward normals, `Φ_α` its flexibility in its rows, `B K⁺ f` its traces under the loads
+//! alone, and `G_α P = e_α` its balance if it floats:
 //! ```math
-//! step 1   P^α = argmin_P ½ Pᵀ Φ_α P + (c − v_α)ᵀ P            G_α P = e_α, P_i ≥ 0 in unilateral rows
+//! step 1   v_α = argmin_v ½ vᵀ S_α v − g̃_αᵀ v                 v_i = c_i if it carries λ, v_i ≤ c_i if it is unilateral
+//!          P^α = argmin_P ½ Pᵀ Φ_α P + (c − B K⁺ f)ᵀ P        G_α P = e_α, P_i ≥ 0 in unilateral rows: the dual, if it floats
 //!          c = λ if the body carries it                       c = g − λ if it is unilateral
-//! step 2   λ ← λ + θ M (P^1 − P^2), half weights: 2 M        P^1 of the bodies that carry λ, P^2 ≥ 0 of the others
+//! step 2   λ ← λ + θ M (P^1 − P^2), half weights: 2 M         P^1 = −r^1 of the bodies that carry λ, P^2 = r^2 ≥ 0 of the others
 //! bound    η_NNDD² = ∑_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o
 //! ```
 //! A rigid obstacle carries the λ that is imposed on it; what is free of it moves so that its load is balanced in step 1.
 //! `P̃ ≥ 0` are the forces nearest to `P²` that balance all floating bodies, `o` the openings. `M` is the Neumann-Neumann
-//! preconditioner with a coarse space of the rigid motions: `src/assembly/correction.rs`; step 1 is in `src/assembly/response.rs`, both in
-//! `src/assembly/pass.rs`. [`stiffer_roles`] says who should carry λ. The reference is the exact solution, [`solve_exactly`].
+//! preconditioner with a coarse space of the rigid motions: `src/correction.rs`; step 1 of a body is in `src/response.rs`, both steps of all
+//! bodies in `src/steps.rs`. [`stiffer_roles`] says who should carry λ.
 //!
 //! # Friction
 //! A pair with friction ([`fem_core::interface::Friction`]) has a second row per pair of nodes, along its tangent. λ has both components, and
@@ -75,18 +76,21 @@
 //! clock or the environment.
 
 mod acceleration;
-mod assembly;
 mod balance;
+mod correction;
 mod coulomb;
 mod error;
 mod exact;
+mod exact_iterate;
 mod friction;
 mod iterate;
 mod iteration;
-mod literal;
 mod monitor;
-mod monolithic;
+mod motions;
 mod recovery;
+mod response;
+mod roles;
+mod row_operators;
 mod rows;
 mod settings;
 mod solution;
@@ -94,11 +98,10 @@ mod solve;
 mod spectrum;
 mod steps;
 pub mod stopping;
+mod subdomain;
 mod unheld;
 mod vector;
-mod weights;
 
-pub use assembly::stiffer_roles;
 pub use balance::{Support, free_motions, support, without_spin};
 pub use contact_qp;
 pub use coulomb::{
@@ -110,7 +113,8 @@ pub use fem_core;
 pub use friction::{NodeState, PairFriction};
 pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery, Tangential};
 pub use iteration::Start;
-pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Path, Weights};
+pub use roles::stiffer_roles;
+pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Weights};
 pub use solution::{NnddSolution, NnddStatus, Switch};
 pub use solve::{solve, solve_from};
 pub use spectrum::Spectrum;

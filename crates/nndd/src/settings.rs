@@ -8,7 +8,7 @@ use contact_qp::QpSettings;
 pub enum Method {
     /// The Neumann-Neumann iteration, equations (8)-(11).
     Nndd(NnddSettings),
-    /// The interface Newton method, the reference: exact for the discrete problem; for an assembly [`crate::solve_exactly`].
+    /// The exact solution of the discrete problem by interface Newton, the reference: [`crate::solve_exactly`].
     Newton(NewtonSettings),
 }
 
@@ -56,11 +56,11 @@ impl From<NewtonSettings> for Method {
     }
 }
 
-/// Settings of the interface Newton method.
+/// Settings of the exact solution.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NewtonSettings {
-    /// Maximum number of Newton steps; default 50. At least one is made.
+    /// Maximum number of active sets that are tried; default 50. At least one is.
     pub max_iterations: usize,
     /// How the quadratic programme is solved.
     pub qp: QpSettings,
@@ -72,20 +72,10 @@ impl Default for NewtonSettings {
     }
 }
 
-/// The operators that the steps are solved with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Path {
-    /// In the interface unknowns only, `O(n_c²)` operations per step.
-    #[default]
-    Condensed,
-    /// One full-size solve per body and step, and the full sparse contact problem: the reference.
-    Literal,
-}
-
 /// How the interface imbalance is shared between the two bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weights {
-    /// Half each, and the update `w¹ − w²`: the paper's, of assemblies too.
+    /// Half each, and the update `w¹ − w²`: the paper's.
     Half,
     /// `d_α = k_α/(k₁+k₂)` with the diagonals of `S_α`, and the update `d₁ w¹ − d₂ w²`.
     #[default]
@@ -108,25 +98,22 @@ pub enum Acceleration {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NnddSettings {
-    /// The interface Newton method, for an assembly the exact solution, to use if the iteration stalls,
-    /// diverges or uses all its iterations; `None`: no other method. It is not used either if θ is given, or
+    /// The exact solution, to use if the iteration stalls, diverges or uses all its iterations; `None`: no other method. It is not used either if θ is given, or
     /// if the criterion never stops, see [`crate::stopping::StoppingCriterion::can_stop`].
     pub newton: Option<NewtonSettings>,
-    /// The operators; default condensed.
-    pub path: Path,
     /// θ of the update, positive; `None`, the default: `2/(µ_min + µ_max)` from the ends of the spectrum of the
     /// interface operator.
     pub theta: Option<f64>,
     /// The weights; default by stiffness.
     pub weights: Weights,
-    /// Whether an assembly with floating bodies has a coarse space of their rigid motions; default yes. Without it the number of
+    /// Whether there is a coarse space of the rigid motions of floating bodies; default yes. Without it the number of
     /// iterations grows with the number of floating bodies.
     pub coarse: bool,
     /// The acceleration; default Anderson.
     pub acceleration: Acceleration,
     /// Maximum number of iterations; default 50. With 0 the first pair is still computed, so that it can be certified.
     pub max_iterations: usize,
-    /// How Ω₂'s contact problem is solved.
+    /// How the contact problems of step 1 are solved.
     pub qp: QpSettings,
 }
 
@@ -134,7 +121,6 @@ impl Default for NnddSettings {
     fn default() -> Self {
         Self {
             newton: Some(NewtonSettings { max_iterations: usize::MAX, qp: QpSettings::default() }),
-            path: Path::default(),
             theta: None,
             weights: Weights::default(),
             coarse: true,

@@ -35,16 +35,16 @@ pub enum NnddStatus {
     },
     /// The caller ended it.
     Interrupted,
-    /// Ω₂'s contact problem, or that of a body of an assembly, was not solved.
+    /// The contact problem of an Ω₂ was not solved.
     ContactQpUnsolved(QpStatus),
 }
 
-/// A switch from the Neumann-Neumann iteration to the interface Newton method.
+/// A switch from the Neumann-Neumann iteration to the exact solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Switch {
     /// How the iteration ended before the switch.
     pub after: NnddStatus,
-    /// How the Newton method ended. If it did not solve the problem, the solution is that of the iteration.
+    /// How the exact solution ended. If it did not solve the problem, the solution is that of the iteration.
     pub newton: QpStatus,
 }
 
@@ -54,13 +54,13 @@ pub struct Switch {
 pub struct NnddSolution {
     /// How it ended.
     pub status: NnddStatus,
-    /// The switch to the interface Newton method, if there was one.
+    /// The switch to the exact solution, if there was one.
     pub switch: Option<Switch>,
-    /// One row per iteration; after a switch, one more row for the Newton method.
+    /// One row per iteration; after a switch, one more row for the exact solution.
     pub history: Vec<IterationRow>,
     /// The last iteration.
     pub last: Iterate,
-    /// Initial θ, given or chosen; 0 for the Newton method, which does not use θ.
+    /// Initial θ, given or chosen; 0 for the exact solution, which does not use θ.
     pub theta: f64,
     /// The spectrum from which θ was chosen; if a given θ failed, the spectrum that shows which θ would converge.
     pub spectrum: Option<Spectrum>,

@@ -5,9 +5,7 @@
 //! (`B(S₁+S₂)` is self-adjoint in the inner product of `S₁+S₂`): θ converges below `2/µ_max` and is best at
 //! `2/(µ_min+µ_max)`. With unilateral contact every small enough θ converges: Haslinger, Kučera and Sassi 2009.
 
-use crate::vector::{add, dot};
-use crate::weights::NodalWeights;
-use fem_core::condensation::OrientedBody;
+use crate::vector::dot;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// The ends of the spectrum, estimated by a few Lanczos steps.
@@ -49,26 +47,6 @@ pub(crate) fn choose_theta(
     }
     let spectrum = estimate();
     (spectrum.map_or(fallback, |s| s.best_theta()), spectrum)
-}
-
-/// Estimates the spectrum of `B (S₁+S₂)` by Lanczos steps in the inner product of `S₁+S₂`.
-pub(crate) fn estimate(bodies: &[OrientedBody<'_>; 2], weights: &NodalWeights) -> Option<Spectrum> {
-    let n = bodies[0].len();
-    let both = |v: &[f64]| {
-        let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
-        bodies[0].apply_schur(v, &mut a);
-        bodies[1].apply_schur(v, &mut b);
-        add(&a, &b)
-    };
-    let precondition = |force: &[f64]| {
-        let [minus, plus] = weights.loads(force);
-        let (mut w1, mut w2) = (vec![0.0; n], vec![0.0; n]);
-        bodies[0].trace_from_force(&minus, &mut w1);
-        bodies[1].trace_from_force(&plus, &mut w2);
-        let update = weights.update([&w1, &w2]);
-        update.into_iter().map(|x| -x).collect::<Vec<f64>>()
-    };
-    of_product(n, both, precondition)
 }
 
 /// Estimates the spectrum of `B A` on `n` unknowns by Lanczos steps in the inner product of `A`, the operator; `B` is the

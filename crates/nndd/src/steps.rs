@@ -1,86 +1,289 @@
-//! The four problems of an iteration, (8)-(11), in the interface unknowns.
+//! The two steps of the iteration for any number of bodies, and the bound of the iteration's error.
+//!
+//! Each pair has its λ, the trace of the body, or the obstacle, that carries it. A body may carry λ in some pairs and
+//! be unilateral in others, so no order or colouring of the bodies is needed. All bodies answer to λ at the same time
+//! (step 1) and correct it at the same time (step 2): preconditioned descent on a convex function of λ whose gradient
+//! is the imbalance.
 
+use crate::balance::Balance;
+use crate::correction::Correction;
 use crate::error::NnddError;
-use crate::iterate::ContactAnswer;
-use contact_qp::{ActiveSet, CheckedMatrix, MatrixView, QpSettings, QpSolution};
-use fem_core::condensation::OrientedBody;
+use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential, precision};
+use crate::response::{Response, Unilateral, imposed};
+use crate::rows::Rows;
+use crate::subdomain::{Carrier, Subdomain};
+use crate::vector::dot;
+use contact_qp::{
+    ActiveSet, KktResiduals, Place, QpPath, QpSettings, QpStatus, SparseRows, nearest_balanced,
+};
+use fem_core::body::RigidMotion;
+use fem_core::norm::from_squared;
+use fem_core::prepared::{BodyMotion, PreparedProblem};
+use fem_core::{each_body, try_each_body};
+use nalgebra::DVector;
 
-/// Solves the steps' problems. This is the only difference between the condensed path and the literal one.
-pub(crate) trait Steps: Sync {
-    /// (8): imposes λ on Ω₁ and returns its reaction `r¹`.
-    fn dirichlet(&self, lambda: &[f64]) -> Vec<f64>;
+/// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
+const NEARLY: f64 = 0.25;
 
-    /// (9): solves Ω₂'s unilateral problem `v² ≥ lower`.
-    fn contact(
+/// The operators of both steps, and what step 1 remembers.
+pub(crate) struct Steps<'a> {
+    problem: &'a PreparedProblem,
+    /// The lines of the balance that the pairs resist, and their loads.
+    lines: (SparseRows, Vec<f64>),
+    bodies: &'a [Subdomain<'a>],
+    correction: &'a Correction<'a>,
+    qp: &'a QpSettings,
+    rows: &'a Rows,
+    /// Initial gaps by row, m, and the inverse tributary lengths, 1/m.
+    gaps: Vec<f64>,
+    weights: Vec<f64>,
+    /// The bounds of the unilateral forces by row, N/m.
+    bounds: [Vec<f64>; 2],
+    /// The imposed trace of the obstacle of each row, m.
+    obstacles: Vec<Option<f64>>,
+    programmes: Vec<Option<Unilateral<'a>>>,
+    /// Where the forces of each body were in the last iteration.
+    places: Vec<Option<Vec<Place>>>,
+}
+
+/// Step 1, by row of the assembly.
+pub(crate) struct Answers {
+    /// λ, with the free motions of the obstacles, m.
+    pub(crate) lambda: Vec<f64>,
+    /// Forces that press on the bodies that carry λ, `−r¹`, and on the others, `r²`, N/m.
+    carried: Vec<f64>,
+    unilateral: Vec<f64>,
+    /// Trace of the unilateral bodies along the outward normal or tangent of the others, `v²`, m.
+    trace: Vec<f64>,
+    /// Along tangents the slip with the opposite sign.
+    opening: Vec<f64>,
+    active: Vec<bool>,
+    /// Body after body.
+    responses: Vec<Response>,
+    motions: Vec<(usize, RigidMotion, f64)>,
+}
+
+impl<'a> Steps<'a> {
+    /// # Errors
+    /// The stiffness of a body that is not one.
+    pub(crate) fn new(
+        problem: &'a PreparedProblem,
+        rows: &'a Rows,
+        balance: &Balance,
+        (bodies, correction): (&'a [Subdomain<'a>], &'a Correction<'a>),
+        qp: &'a QpSettings,
+    ) -> Result<Self, NnddError> {
+        let bounds = rows.bounds(rows.limits());
+        Ok(Self {
+            problem,
+            lines: balance.resisted(),
+            bodies,
+            correction,
+            qp,
+            rows,
+            gaps: rows.gaps(problem),
+            weights: rows.lengths(problem).iter().map(|length| 1.0 / length).collect(),
+            obstacles: rows.obstacles(problem),
+            programmes: try_each_body(bodies.len(), |b| Unilateral::new(&bodies[b], &bounds))?,
+            bounds,
+            places: vec![None; bodies.len()],
+        })
+    }
+
+    /// Starts with a known active set of all rows along normals, and full stick.
+    pub(crate) fn start_from(&mut self, active: &ActiveSet) {
+        let normal: Vec<bool> = (0..active.len()).map(|i| active.is_active(i)).collect();
+        let stick: Vec<bool> = self.rows.tangentials(self.rows.limits()).iter().map(|s| *s > 0.0).collect();
+        let free = self.rows.joined(&normal, &stick);
+        let place = |(carrier, row): (&Carrier, &usize)| {
+            let free = *carrier == Carrier::Itself || free[*row];
+            if free { Place::Free } else { Place::Lower }
+        };
+        let of_body = |body: &Subdomain<'_>| Some(body.carriers.iter().zip(&body.rows).map(place).collect());
+        self.places = self.bodies.iter().map(of_body).collect();
+    }
+
+    /// Step 1: each body answers to λ, imposed in the rows where it carries λ (8) and unilateral in the others (9).
+    pub(crate) fn step_1(&mut self, mut lambda: Vec<f64>) -> Result<Answers, NnddError> {
+        let imposes = lambda.iter_mut().zip(&self.obstacles);
+        imposes.for_each(|(lambda, obstacle)| *lambda = obstacle.unwrap_or(*lambda));
+        let respond = |b: usize| {
+            let body = &self.bodies[b];
+            let bound = |(carrier, row): (&Carrier, &usize)| match carrier {
+                Carrier::Itself => lambda[*row],
+                Carrier::Other | Carrier::Obstacle => self.gaps[*row] - lambda[*row],
+            };
+            let bounds = DVector::from_iterator(body.len(), body.carriers.iter().zip(&body.rows).map(bound));
+            match &self.programmes[b] {
+                None => Ok(imposed(body, &bounds)),
+                Some(programme) => programme.solve(body, &bounds, self.places[b].as_deref(), self.qp),
+            }
+        };
+        let responses: Vec<Response> = try_each_body(self.bodies.len(), respond)?;
+        self.places = responses.iter().map(|response| Some(response.places.clone())).collect();
+        let motions = self.motions(&responses);
+        self.move_obstacles(&motions, &mut lambda);
+        Ok(self.answers(lambda, responses, motions))
+    }
+
+    /// Step 2: the Neumann problems (10) and (11) of all bodies under their shares of the imbalance `r¹ + r²`, and the direction
+    /// `w¹ − w²` in which their traces change λ.
+    pub(crate) fn step_2(&self, answers: &Answers) -> Vec<f64> {
+        let pressing = answers.carried.iter().zip(&answers.unilateral);
+        let imbalance: Vec<f64> = pressing.map(|(first, second)| first - second).collect();
+        self.correction.apply(&imbalance)
+    }
+
+    /// Sorts the responses of the bodies by row.
+    fn answers(
         &self,
-        lower: &[f64],
-        warm_start: Option<&ActiveSet>,
-        settings: &QpSettings,
-    ) -> Result<ContactAnswer, NnddError>;
+        lambda: Vec<f64>,
+        responses: Vec<Response>,
+        motions: Vec<(usize, RigidMotion, f64)>,
+    ) -> Answers {
+        let zero = vec![0.0; self.gaps.len()];
+        let [mut carried, mut unilateral, mut trace, mut opening] =
+            [zero.clone(), zero.clone(), zero.clone(), zero];
+        let mut active = vec![false; self.gaps.len()];
+        for (body, response) in self.bodies.iter().zip(&responses) {
+            for (i, &row) in body.rows.iter().enumerate() {
+                if body.carriers[i] != Carrier::Other {
+                    carried[row] = response.force[i];
+                }
+                if body.carriers[i] != Carrier::Itself {
+                    unilateral[row] = response.force[i];
+                    opening[row] = response.opening[i];
+                    active[row] = response.places[i] == Place::Free;
+                    let from_opening = || lambda[row] - self.gaps[row] + opening[row];
+                    trace[row] = response.trace.as_ref().map_or_else(from_opening, |v| 0.0 - v[i]);
+                }
+            }
+        }
+        Answers { lambda, carried, unilateral, trace, opening, active, responses, motions }
+    }
 
-    /// (10), (11): returns the trace of the correction of a body under a normal force.
-    fn neumann(&self, body: usize, force: &[f64]) -> Vec<f64>;
-}
+    /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are
+    /// nearest, as pressures, to those of the unilateral bodies; infinite if no forces are in balance. Friction adds
+    /// `2 Σ (S|w| − Q̃ w)`, with `|Q̃| ≤ S`. For two held bodies `P̃ = r²`, and this is (22), `η = ‖w̄‖` with `S₁ w̄ = r¹ + r²`.
+    pub(crate) fn eta_nndd(&self, answers: &Answers) -> Result<f64, NnddError> {
+        let Answers { unilateral, opening, responses, .. } = answers;
+        let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();
+        let [lower, upper] = &self.bounds;
+        let nearest = |allowed: Option<&[bool]>| {
+            let open = |i: usize| allowed.is_some_and(|allowed| !allowed[i] && !self.rows.is_tangential(i));
+            let upper: Vec<f64> =
+                upper.iter().enumerate().map(|(i, u)| if open(i) { 0.0 } else { *u }).collect();
+            let (lines, loads) = &self.lines;
+            nearest_balanced(unilateral, &self.weights, [lower, &upper], lines, loads)
+        };
+        let distance = |forces: &[f64]| -> f64 {
+            let change = forces.iter().zip(unilateral).zip(&self.weights);
+            change.map(|((a, b), weight)| weight * (a - b) * (a - b)).sum()
+        };
+        let size = distance(&vec![0.0; unilateral.len()]);
+        // Forces in open rows do work there, even the smallest: they appear only if the loaded rows are far from balance.
+        let found = match nearest(Some(&loaded))? {
+            Some(found) if distance(&found.values) <= NEARLY * size => Some(found),
+            far => nearest(None)?.or(far),
+        };
+        let Some(forces) = found.map(|found| found.values) else { return Ok(f64::INFINITY) };
+        let squares = each_body(self.bodies.len(), |b| {
+            let body = &self.bodies[b];
+            let change = body.gather(&forces) - DVector::from_column_slice(&responses[b].force);
+            // A body that is unilateral in all its rows, and in balance.
+            if change.amax() == 0.0 { 0.0 } else { change.dot(&body.flexibility(&change)) }
+        });
+        let work = dot(&forces, opening) + self.sliding(opening);
+        Ok(from_squared(squares.iter().sum::<f64>() + 2.0 * work))
+    }
 
-/// Steps by the interface operators: `r = S v − g̃`, `w = S⁻¹ r`.
-pub(crate) struct CondensedSteps<'a> {
-    bodies: &'a [OrientedBody<'a>; 2],
-    matrix: CheckedMatrix<'a>,
-    linear: Vec<f64>,
-    bounded: Vec<usize>,
-}
+    /// Computes `Σ S|w|`, J/m.
+    fn sliding(&self, opening: &[f64]) -> f64 {
+        let limits = self.rows.tangentials(self.rows.limits());
+        self.rows.tangentials(opening).iter().zip(limits).map(|(y, limit)| limit * y.abs()).sum()
+    }
 
-impl<'a> CondensedSteps<'a> {
-    pub(crate) fn new(bodies: &'a [OrientedBody<'a>; 2]) -> Result<Self, NnddError> {
-        let n = bodies[1].len();
-        let matrix = CheckedMatrix::new(MatrixView::Dense { n, values: bodies[1].schur() })?;
-        let linear = bodies[1].condensed_load().iter().map(|g| -g).collect();
-        Ok(Self { bodies, matrix, linear, bounded: (0..n).collect() })
+    /// Puts the iterate together; its number and θ are not known yet. `ε_t` is (24).
+    pub(crate) fn iterate_of(&self, eta_nndd: f64, answers: Answers) -> Iterate {
+        let rows = self.rows;
+        let Answers { lambda, carried, unilateral, trace, opening, active, responses, motions } = answers;
+        let reaction: Vec<f64> = carried.iter().map(|p| 0.0 - p).collect();
+        let tangential = Tangential {
+            lambda: rows.tangentials(&lambda),
+            reaction: rows.tangentials(&reaction),
+            force: rows.tangentials(&unilateral),
+            slip: rows.tangentials(&opening).iter().map(|y| 0.0 - y).collect(),
+            limit: rows.tangentials(rows.limits()),
+        };
+        let unsolved = responses.iter().map(|r| r.status).find(|status| !status.is_solved());
+        let contact = ContactAnswer {
+            normal_trace: rows.normals(&trace),
+            normal_reaction: rows.normals(&unilateral),
+            active: ActiveSet::new(rows.normals(&active)),
+            status: unsolved.unwrap_or(QpStatus::Solved),
+            path: slowest(&responses),
+            iterations: responses.iter().map(|r| r.iterations).max().unwrap_or(0),
+            clarabel_calls: responses.iter().map(|r| r.clarabel_calls).sum(),
+            kkt: worst(&responses),
+        };
+        let pairs = self.problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
+        let reaction = rows.normals(&reaction);
+        Iterate {
+            iteration: 0,
+            theta: 0.0,
+            precision: precision(pairs, &reaction, &contact.normal_reaction),
+            eta_nndd,
+            lambda: rows.normals(&lambda),
+            reaction,
+            opening: rows.normals(&opening),
+            programme: Programme { path: contact.path, iterations: contact.iterations },
+            contact,
+            recovery: Recovery::Traces,
+            motions,
+            tangential,
+        }
+    }
+
+    /// Returns the rigid motions of all bodies and obstacles, and by how much.
+    fn motions(&self, responses: &[Response]) -> Vec<(usize, RigidMotion, f64)> {
+        let all = self.problem.rigid_motions();
+        let mut motions: Vec<_> = all.iter().map(|of| (of.body, of.motion, 0.0)).collect();
+        for (body, response) in self.bodies.iter().zip(responses) {
+            for (number, amount) in body.balanced.amounts(&response.motion) {
+                motions[number].2 = amount;
+            }
+        }
+        motions
+    }
+
+    /// Adds the free motions of the obstacles to their λ.
+    fn move_obstacles(&self, motions: &[(usize, RigidMotion, f64)], lambda: &mut [f64]) {
+        let mut start = 0;
+        for pair in &self.problem.problem().contacts {
+            for (_, motion, amount) in
+                motions.iter().filter(|of| of.0 == pair.bodies[1] && of.0 >= self.bodies.len())
+            {
+                let moved = self.problem.moved_by(&BodyMotion::new(pair.bodies[1], *motion));
+                let rows = lambda[start..start + pair.row_count()].iter_mut().zip(pair.rows());
+                rows.for_each(|(l, row)| *l -= amount * moved[row.nodes[1]].dot(&row.direction));
+            }
+            start += pair.row_count();
+        }
     }
 }
 
-impl Steps for CondensedSteps<'_> {
-    fn dirichlet(&self, lambda: &[f64]) -> Vec<f64> {
-        let mut reaction = vec![0.0; lambda.len()];
-        self.bodies[0].reaction(lambda, &mut reaction);
-        reaction
-    }
-
-    fn contact(
-        &self,
-        lower: &[f64],
-        warm_start: Option<&ActiveSet>,
-        settings: &QpSettings,
-    ) -> Result<ContactAnswer, NnddError> {
-        let solution =
-            contact_qp::solve_with(&self.matrix, &self.linear, &self.bounded, lower, warm_start, settings)?;
-        let trace = solution.x.clone();
-        Ok(answer(solution, trace))
-    }
-
-    fn neumann(&self, body: usize, force: &[f64]) -> Vec<f64> {
-        let mut trace = vec![0.0; force.len()];
-        self.bodies[body].trace_from_force(force, &mut trace);
-        trace
-    }
+/// Returns the slowest method that solved the programme of a body.
+fn slowest(responses: &[Response]) -> QpPath {
+    let any = |path: QpPath| responses.iter().any(|r| r.path == path).then_some(path);
+    any(QpPath::Clarabel).or(any(QpPath::ActiveSet)).unwrap_or(QpPath::WarmStart)
 }
 
-/// Computes something for Ω₁ and Ω₂, in parallel.
-pub(crate) fn each_role<T: Send>(of_role: impl Fn(usize) -> T + Sync) -> [T; 2] {
-    let (first, second) = rayon::join(|| of_role(0), || of_role(1));
-    [first, second]
-}
-
-/// Extracts the interface part of a programme's solution.
-pub(crate) fn answer(solution: QpSolution, normal_trace: Vec<f64>) -> ContactAnswer {
-    ContactAnswer {
-        normal_trace,
-        normal_reaction: solution.multipliers,
-        active: solution.active,
-        status: solution.status,
-        path: solution.path,
-        iterations: solution.iterations,
-        clarabel_calls: solution.clarabel_calls,
-        kkt: solution.kkt,
-    }
+/// Returns the largest residuals of the programmes of all bodies.
+fn worst(responses: &[Response]) -> KktResiduals {
+    responses.iter().fold(KktResiduals::default(), |worst, Response { kkt, .. }| KktResiduals {
+        stationarity: worst.stationarity.max(kkt.stationarity),
+        primal: worst.primal.max(kkt.primal),
+        dual: worst.dual.max(kkt.dual),
+        complementarity: worst.complementarity.max(kkt.complementarity),
+    })
 }

@@ -6,7 +6,7 @@ use super::{Measured, Problem, Trial};
 use crate::finer::{finer, halve};
 use crate::model::{Made, Vector};
 use crate::random::Random;
-use certified_contact::{CertifiedSolution, Settings, Silent, solve};
+use certified_contact::{CertifiedSolution, Settings, Silent, solve, suits_iteration};
 use fem_core::body::Body;
 use fem_core::interface::{ContactPair, NodePair};
 use fem_core::mesh::id::EdgeId;
@@ -405,7 +405,8 @@ fn of_frozen(claim: &Claim<'_>, trial: &mut Trial) {
     let problem = &claim.solution.problem;
     let by_iteration =
         matches!(claim.solution.method, Method::Nndd(_)) && claim.solution.nndd.switch.is_none();
-    let Some(pair) = problem.held_pair().filter(|pair| by_iteration && !pair.friction.acts()) else { return };
+    let pair = problem.plain_pair().filter(|_| by_iteration && suits_iteration(problem));
+    let Some(pair) = pair else { return };
     let straight = is_straight(pair);
     let Some(eta_dis) = claim.solution.rows.last().and_then(|row| row.eta_dis).filter(|_| straight) else {
         return;
@@ -491,7 +492,7 @@ fn of_sweep(problem: &Problem, source: &CaseText, done: &Done, folder: &Path, tr
     if !problem.number.is_multiple_of(8)
         || !done.case.steps.is_empty()
         || done.case.adapt.is_some()
-        || done.problem.held_pair().is_none()
+        || !suits_iteration(&done.problem)
     {
         return;
     }

@@ -72,9 +72,6 @@ pub(super) fn draw(d: &mut Draw, of: Allowed) -> Settings {
 
 /// The settings of the iteration alone.
 fn iteration(d: &mut Draw, of: Allowed, all: &mut Settings) {
-    if of.held && d.on(0.15, "literal path") {
-        all.push(("solver.path", quoted("literal")));
-    }
     if d.on(0.25, "theta") {
         all.push(("solver.theta", format!("{:?}", d.between(0.1, 0.9))));
     }

@@ -56,25 +56,16 @@ choices! {
 choices! {
     /// `solver.method`: which algorithm solves the contact problem.
     Method, default Auto {
-        /// Two held bodies: the algorithm of the paper, then interface Newton if it does not converge; there is no switch
+        /// Two held bodies: the algorithm of the paper, then the exact solution if it does not converge; there is no switch
         /// with a given θ or the criterion `iterations`. Otherwise the exact solution.
         Auto = "auto",
         /// The Neumann-Neumann algorithm of the paper.
         Nndd = "nndd",
-        /// Interface semi-smooth Newton, the reference; it uses only `max_iterations` and `qp`.
+        /// Another word for `exact`.
         Newton = "newton",
-        /// The exact solution of the condensed problem of the whole assembly; it uses only `max_iterations` and `qp`.
+        /// The exact solution of the condensed problem of all bodies by interface Newton, the reference; it uses only `max_iterations` and
+        /// `qp`.
         Exact = "exact",
-    }
-}
-
-choices! {
-    /// `solver.path`: on which unknowns the steps work.
-    Path, default Condensed {
-        /// On the interface.
-        Condensed = "condensed",
-        /// On the whole bodies, the reference.
-        Literal = "literal",
     }
 }
 

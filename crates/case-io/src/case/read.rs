@@ -2,7 +2,7 @@
 
 use super::{
     Acceleration, Case, Contact, Criterion, Estimator, Friction, Imposed, Limit, Limits, Method, Model,
-    Output, Path, QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Weights,
+    Output, QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Weights,
 };
 use super::{materials, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -99,13 +99,8 @@ fn refuse_with_friction(root: &Reader<'_>, contacts: &[Contact], solver: &Solver
         let diagnostic = Diagnostic::new(code::VALUE, place, message).expected(expected);
         root.findings().push(diagnostic.fix(format!("take it out, or `{}.friction`", pair.path)));
     };
-    let literal = solver.path == Path::Literal;
-    if let Some(pair) = contacts.iter().find(|contact| contact.friction.is_some() && literal) {
-        let what = "`solver.path` = \"literal\" does not support friction";
-        refuse("solver.path", what, ("friction", pair), "`path = \"condensed\"`");
-    }
     let coulomb = contacts.iter().find(|contact| matches!(contact.friction, Some(Friction::Coulomb { .. })));
-    let Some(pair) = coulomb.filter(|_| !literal) else { return };
+    let Some(pair) = coulomb else { return };
     if solver.method == Method::Nndd {
         let what = "`solver.method` = \"nndd\" does not support Coulomb friction";
         refuse("solver.method", what, ("it", pair), "`method = \"auto\"`");
@@ -157,7 +152,12 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     let Some(mut r) = reader else { return solver };
     solver.method = r.choice("method", Method::NAMES).unwrap_or_default();
     solver.imposed = r.choice("imposed", Imposed::NAMES).unwrap_or_default();
-    solver.path = r.choice("path", Path::NAMES).unwrap_or_default();
+    // Kept for old cases.
+    r.choice_or(
+        "path",
+        &[("condensed", ())],
+        |_| "take it out: both words gave the same numbers, and one of them is left",
+    );
     solver.qp = r.choice("qp", QpChoice::NAMES).unwrap_or_default();
     solver.theta = theta(&mut r);
     solver.weights = r.choice("weights", Weights::NAMES).unwrap_or_default();

@@ -49,7 +49,6 @@ fn every_key_has_its_own_default() {
     let expected = Solver {
         method: Method::Auto,
         imposed: Imposed::Auto,
-        path: Path::Condensed,
         qp: QpChoice::Auto,
         theta: Theta::Auto,
         weights: Weights::Stiffness,
@@ -125,7 +124,6 @@ fn the_example_of_the_contract_is_read() {
     let solver = Solver {
         method: Method::Nndd,
         imposed: Imposed::First,
-        path: Path::Condensed,
         qp: QpChoice::Auto,
         theta: Theta::Value(0.4),
         weights: Weights::Half,
@@ -149,7 +147,6 @@ fn every_word_of_every_choice_is_read() {
     let words = [
         ("imposed", "first second auto"),
         ("method", "auto nndd newton"),
-        ("path", "condensed literal"),
         ("qp", "auto clarabel active-set"),
         ("weights", "half stiffness"),
         ("acceleration", "none aitken anderson"),
@@ -242,7 +239,7 @@ fn overrides_replace_and_create_keys() {
     assert_eq!(case.materials[1].law, MaterialLaw::Isotropic { young: 5e3, poisson: 0.3 });
     assert_eq!(case.output_directory(), "runs/über x");
     assert_eq!(case.place("solver.theta").unwrap().to_string(), "--set solver.theta=0.35");
-    assert_eq!(case.place("solver.path").unwrap().to_string(), "paper.toml:57:18");
+    assert_eq!(case.place("solver.coarse").unwrap().to_string(), "paper.toml:57:18");
     assert!(
         case.warnings()[0].message.contains("ignores `imposed`, `path`, `theta`"),
         "{:?}",

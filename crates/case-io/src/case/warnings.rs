@@ -10,8 +10,8 @@ const LOCKING: f64 = 0.49;
 /// From this ratio of moduli on round-off shows in the interface.
 const MODULI: f64 = 1e6;
 
-/// Settings that the interface Newton method does not use.
-const NNDD_ONLY: [&str; 7] = ["imposed", "path", "theta", "weights", "acceleration", "lambda", "stop"];
+/// Settings that the exact solution does not use.
+const NNDD_ONLY: [&str; 6] = ["imposed", "theta", "weights", "acceleration", "lambda", "stop"];
 
 impl Case {
     /// Lists the keys of `[solver]` that only the iteration uses.
@@ -90,12 +90,15 @@ impl Case {
 
     fn solver_warnings(&self) -> Vec<Diagnostic> {
         let mut warnings = Vec::new();
+        if self.is_given("solver.path") {
+            let message = "`solver.path` has no effect: every step is solved in the interface unknowns";
+            warnings.push(self.diagnostic(code::VALUE, "solver.path", message.to_owned()));
+        }
         let unused = self.given_iteration_settings();
         let exact = matches!(self.solver.method, Method::Newton | Method::Exact);
         if exact && !unused.is_empty() {
             let message = format!(
-                "the {} method uses only `max_iterations` and `qp`; it ignores `{}`",
-                if self.solver.method == Method::Newton { "Newton" } else { "exact" },
+                "the exact method uses only `max_iterations` and `qp`; it ignores `{}`",
                 unused.join("`, `")
             );
             warnings.push(self.diagnostic(code::VALUE, "solver.method", message));

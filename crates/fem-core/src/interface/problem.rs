@@ -234,10 +234,10 @@ impl ContactProblem {
         self.contacts.iter().map(|pair| pair.roles).collect()
     }
 
-    /// Returns the only pair of two bodies; `None` for any other number of bodies or pairs.
+    /// Returns the only pair, if it joins two bodies. Bodies that touch nothing do not count.
     pub fn only_pair(&self) -> Option<&ContactPair> {
         match self.contacts.as_slice() {
-            [pair] if self.bodies.len() == 2 && self.obstacles.is_empty() => Some(pair),
+            [pair] if self.obstacle_of(pair).is_none() => Some(pair),
             _ => None,
         }
     }
@@ -245,12 +245,6 @@ impl ContactProblem {
     /// Returns the only pair of two bodies, if it has no friction and no support holds a contact node of it along the normal.
     pub fn plain_pair(&self) -> Option<&ContactPair> {
         self.only_pair().filter(|pair| !pair.friction.acts() && !self.has_held_nodes(pair))
-    }
-
-    /// Returns the pair of [`Self::plain_pair`], if the supports hold both bodies: the problem of the paper.
-    pub fn held_pair(&self) -> Option<&ContactPair> {
-        let held = || self.bodies.iter().all(|body| body.free_motion().is_none());
-        self.plain_pair().filter(|_| held())
     }
 
     /// Tells whether a support holds a contact node of one of the bodies along the normal.

@@ -50,10 +50,4 @@ impl InterfaceSide {
         let start = if block == 0 { 0 } else { self.ends[block - 1] };
         start..self.ends[block]
     }
-
-    /// Returns the side with its directions times `sign`, 1 or −1.
-    pub fn oriented(&self, sign: f64) -> Self {
-        let turned = |r: &Retained| Retained { direction: sign * r.direction, ..*r };
-        Self { retained: self.retained.iter().map(turned).collect(), ends: self.ends.clone() }
-    }
 }

@@ -6,18 +6,18 @@ use fem_core::prepared::PreparedProblem;
 use nalgebra::DMatrix;
 
 /// Some rigid motions in the rows of a body.
-pub(super) struct Motions {
+pub(crate) struct Motions {
     /// Their numbers among [`PreparedProblem::rigid_motions`].
     numbers: Vec<usize>,
     /// An orthonormal basis `Q` of their traces, with the forces `Qᵀ P` that balance the loads.
     rows: IndependentRows,
     /// `Q`, n × r.
-    pub(super) basis: DMatrix<f64>,
+    pub(crate) basis: DMatrix<f64>,
 }
 
 impl Motions {
     /// Takes the motions of a body and, if asked for, of the obstacles that it touches.
-    pub(super) fn new(problem: &PreparedProblem, body: usize, with_obstacles: bool) -> Self {
+    pub(crate) fn new(problem: &PreparedProblem, body: usize, with_obstacles: bool) -> Self {
         let contact = problem.problem();
         let touches = |other: usize| {
             contact.sides_of(body).any(|(k, side)| contact.contacts[k].bodies[1 - side] == other)
@@ -47,13 +47,18 @@ impl Motions {
         Self { numbers, rows, basis }
     }
 
+    /// Tells whether there are no motions, not even some without a trace.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
     /// Returns `Qᵀ P` of all forces in balance, r entries, N/m.
-    pub(super) fn loads(&self) -> &[f64] {
+    pub(crate) fn loads(&self) -> &[f64] {
         &self.rows.right_side
     }
 
     /// Computes the amounts of the motions, with their numbers, from the coefficients of the basis.
-    pub(super) fn amounts(&self, coefficients: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    pub(crate) fn amounts(&self, coefficients: &[f64]) -> impl Iterator<Item = (usize, f64)> {
         self.numbers.iter().copied().zip(self.rows.expanded(coefficients))
     }
 }

@@ -8,8 +8,8 @@
 //! motions only, `Φ̃ = (S + s̄ Q Qᵀ)⁻¹` with `s̄ = tr S/n`. Without the coarse space of its motions (Mandel 1993),
 //! `Z = [σ_α D_α Q_α]`, a load would pass one body per iteration.
 
-use super::subdomain::Subdomain;
 use crate::settings::Weights;
+use crate::subdomain::Subdomain;
 use crate::vector::dot;
 use fem_core::each_body;
 use nalgebra::{DMatrix, DVector};
@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 const RIGID: f64 = 1e-10;
 
 /// The operator `M`.
-pub(super) struct Correction<'a> {
+pub(crate) struct Correction<'a> {
     bodies: &'a [Subdomain<'a>],
     /// `σ D` of each body, by row of the body.
     shares: Vec<DVector<f64>>,
@@ -37,7 +37,7 @@ struct Coarse {
 
 impl<'a> Correction<'a> {
     /// * `rows`: the number of rows of the assembly.
-    pub(super) fn new(bodies: &'a [Subdomain<'a>], rows: usize, weights: Weights, coarse: bool) -> Self {
+    pub(crate) fn new(bodies: &'a [Subdomain<'a>], rows: usize, weights: Weights, coarse: bool) -> Self {
         let diagonals = each_body(bodies.len(), |b| bodies[b].diagonal());
         let mut sums = vec![0.0; rows];
         for (body, diagonal) in bodies.iter().zip(&diagonals) {
@@ -61,12 +61,12 @@ impl<'a> Correction<'a> {
     }
 
     /// Returns the factor of `M j` in the update of λ.
-    pub(super) fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         self.scale
     }
 
     /// Computes the direction of the update, `M j` times its factor.
-    pub(super) fn apply(&self, imbalance: &[f64]) -> Vec<f64> {
+    pub(crate) fn apply(&self, imbalance: &[f64]) -> Vec<f64> {
         let of_body = |b: usize| {
             let (body, share) = (&self.bodies[b], &self.shares[b]);
             let force = body.gather(imbalance).component_mul(share);
@@ -88,7 +88,7 @@ impl<'a> Correction<'a> {
     }
 
     /// Computes `S_0 v`.
-    pub(super) fn operator(&self, v: &[f64]) -> Vec<f64> {
+    pub(crate) fn operator(&self, v: &[f64]) -> Vec<f64> {
         let of_body = |b: usize| {
             let (body, signs) = (&self.bodies[b], self.bodies[b].signs());
             let traces = body.gather(v).component_mul(&signs);

@@ -1,7 +1,7 @@
 //! Who carries λ.
 
-use super::subdomain::Subdomain;
 use crate::rows::Rows;
+use crate::subdomain::Subdomain;
 use fem_core::each_body;
 use fem_core::interface::{ContactPair, Roles};
 use fem_core::prepared::PreparedProblem;

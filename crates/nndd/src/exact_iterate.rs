@@ -1,19 +1,20 @@
-//! The exact solution of an assembly as one iteration.
+//! The exact solution as one iteration.
 
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, solve_exactly};
 use crate::friction::PairFriction;
 use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential};
 use crate::iteration::Exact;
+use crate::response::residuals;
 use crate::rows::Rows;
 use crate::settings::NewtonSettings;
-use contact_qp::{ActiveSet, BoxResiduals, KktResiduals};
+use contact_qp::ActiveSet;
 use fem_core::geometry::Vector;
 use fem_core::norm::from_squared;
 use fem_core::prepared::PreparedProblem;
 
 /// Solves the discrete problem exactly, and returns it as the iterate with the given number.
-pub(super) fn solve(
+pub(crate) fn solve(
     problem: &PreparedProblem,
     settings: &NewtonSettings,
     number: usize,
@@ -106,15 +107,4 @@ fn row_stiffness(problem: &PreparedProblem, pair: usize, side: usize) -> Vec<f64
     let diagonal = |k: u32| condensed.schur()[k as usize * (condensed.len() + 1)];
     let rows = condensed.dofs().rows(block).iter();
     rows.map(|row| row.terms.iter().filter(|t| t.1 != 0.0).map(|(k, a)| a * a * diagonal(*k)).sum()).collect()
-}
-
-/// Names the residuals of the programme in the forces by what they are in the contact problem: its bounds are signs of forces
-/// there, and its multipliers the openings.
-pub(super) fn residuals(dual: &BoxResiduals) -> KktResiduals {
-    KktResiduals {
-        stationarity: dual.stationarity.max(dual.rows),
-        primal: dual.dual,
-        dual: dual.primal,
-        complementarity: dual.complementarity,
-    }
 }
