@@ -11,7 +11,6 @@ mod manual;
 mod mesh;
 mod printer;
 mod progress;
-mod room;
 mod signals;
 mod solve;
 mod sweep;

@@ -1,7 +1,7 @@
 //! What a run needs to know of this process: its clock, its signals, and the memory it may take.
 
-use crate::room;
 use crate::signals::Signals;
+use nndd_report::room;
 use nndd_report::{Event, Failure, Host, Room};
 use std::io;
 use std::time::Instant;

@@ -2,8 +2,8 @@
 
 use crate::errors::{exception, wrong};
 use crate::json::loads;
-use crate::room;
 use nndd_report::failure::{self, Failure};
+use nndd_report::room;
 use nndd_report::{Event, Host, Room, adaptive_row, report, without_bound};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;

@@ -9,9 +9,6 @@ mod arrays;
 mod errors;
 mod job;
 mod json;
-// What the command knows of the memory of the machine.
-#[path = "../../nndd-cli/src/room.rs"]
-mod room;
 mod solution;
 mod source;
 

@@ -2,9 +2,9 @@
 
 use crate::arrays;
 use crate::job;
-use crate::room;
 use case_io::Case;
 use case_io::table::ContactRow;
+use nndd_report::room;
 use nndd_report::run::{self, Source};
 use nndd_report::verdict::verdict;
 use nndd_report::{Failure, Host, Place, Solved, Stopwatch, check, files, memory, notes, view};

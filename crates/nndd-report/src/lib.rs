@@ -16,6 +16,7 @@
 //! | say how it ended, in two sentences | [`verdict::verdict`] |
 //! | compare values of one setting | [`sweep::sweep`] |
 //! | bound the error of another code's field | [`certify::certify`], [`certify::of_fields`] |
+//! | answer how much memory there is, as a [`Host`] | [`room::smallest`] |
 //! | make the library's settings of those of a case | [`convert::settings`] |
 //!
 //! Nothing is printed here, no signal and no clock is read, and the process is never ended. What a run needs from outside
@@ -73,6 +74,7 @@ mod paraview;
 mod plot;
 pub mod report;
 mod resume;
+pub mod room;
 pub mod run;
 mod settings;
 mod solved;

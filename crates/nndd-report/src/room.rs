@@ -1,18 +1,19 @@
 //! How much memory this process may still take: from the limits of its address space and control groups, and what the
-//! machine has free. Everything comes from the kernel's tables; what they do not say is not a limit.
+//! machine has free. Everything comes from the kernel's tables; what they do not say is not a limit. Nothing here asks: a [`crate::Host`]
+//! answers with it.
 
-use nndd_report::Room;
-use nndd_report::memory::mebibytes;
+use crate::host::Room;
+use crate::memory::mebibytes;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Returns the largest amount of memory that this process has had, bytes, if the system tells it.
-pub(crate) fn peak() -> Option<u64> {
+pub fn peak() -> Option<u64> {
     size(Path::new("/proc/self/status"), "VmHWM:")
 }
 
 /// Returns the name of the machine.
-pub(crate) fn host() -> String {
+pub fn host() -> String {
     let name = fs::read_to_string("/proc/sys/kernel/hostname");
     name.map_or_else(|_| "unknown".into(), |name| name.trim().into())
 }
@@ -20,7 +21,7 @@ pub(crate) fn host() -> String {
 /// Finds the smallest room.
 ///
 /// * `threads`: that compute.
-pub(crate) fn smallest(threads: usize) -> Option<Room> {
+pub fn smallest(threads: usize) -> Option<Room> {
     let resident = size(Path::new("/proc/self/status"), "VmRSS:").unwrap_or(0) as f64;
     let all = [address_space(threads, resident), control_groups(resident), machine(resident)];
     all.into_iter().flatten().min_by(|a, b| a.bytes.total_cmp(&b.bytes))
