@@ -24,7 +24,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 71] = [
+pub const FEATURES: [&str; 70] = [
     "no contact",
     "one body",
     "two bodies",
