@@ -69,7 +69,6 @@ fn the_cases_with_coulomb_friction_have_the_figures_of_an_independent_code() {
 
 #[test]
 fn what_does_not_support_friction_yet_is_refused_in_the_case_file() {
-    let text = include_str!("../cases/tresca.toml");
     let refused = |text: &str, words: &str| {
         let error = Case::parse(text, "tresca.toml", &[]).unwrap_err();
         let found = &error.diagnostics[0];

@@ -150,7 +150,7 @@ fn an_explicit_choice_of_the_iteration_never_switches() {
 #[test]
 fn a_criterion_below_round_off_is_not_met_by_newton_either() {
     let mut settings = Settings::default();
-    settings.criterion = Criterion::Precision { tolerance: 1e-30 };
+    settings.criterion = Criterion::EtaNndd { tolerance: 1e-30 };
     let answer = run(paper::problem(paper::COARSE).unwrap(), &settings);
     assert!(answer.nndd.switch.is_some());
     assert!(

@@ -8,6 +8,7 @@
 //! ```
 //! until the increments vanish: (28) of [`crate::theory`].
 
+use fem_core::condensation::InterfaceLoad;
 use fem_core::double_double::DoubleDouble;
 use fem_core::interface::{ContactPair, NodePair};
 use fem_core::prepared::PreparedProblem;
@@ -61,16 +62,15 @@ pub(crate) fn correct(
         return Ok(None);
     }
     let contacts = contact.contacts.clone();
-    let loads: Vec<Vec<f64>> = problem.bodies().iter().map(|body| body.condensed_load().to_vec()).collect();
     let method = method.clone().with_max_iterations(if advance { MOST_ITERATIONS } else { 1 });
-    let mut correction = Correction { increments: problem, contacts, touching, method };
+    let mut correction = Correction { increments: problem, contacts, touching, loads: Vec::new(), method };
     let found = correction.run(iterate, fields);
-    let Correction { increments: problem, contacts, .. } = correction;
+    let Correction { increments: problem, contacts, loads, .. } = correction;
     for (k, pair) in contacts.iter().enumerate() {
         problem.replace_gaps(k, &pair.interface.pairs().iter().map(|p| p.gap).collect::<Vec<f64>>());
     }
     for (body, load) in problem.bodies_mut().iter_mut().zip(loads) {
-        body.replace_condensed_load(load);
+        body.restore_load(load);
     }
     found
 }
@@ -82,6 +82,8 @@ struct Correction<'a> {
     contacts: Vec<ContactPair>,
     /// The bodies in contact.
     touching: Vec<usize>,
+    /// The loads of all bodies, once they are replaced.
+    loads: Vec<InterfaceLoad>,
     method: Method,
 }
 
@@ -121,7 +123,7 @@ impl Correction<'_> {
 
     /// Brings the fields into equilibrium for their traces and sets up the problem for increments from them.
     fn restate(&mut self, fields: &mut [SplitField]) {
-        let Self { increments, contacts, .. } = self;
+        let Self { increments, contacts, loads, .. } = self;
         let of_body = |b: usize, field: &mut SplitField| {
             let (body, condensed) = (&increments.problem().bodies[b], &increments.bodies()[b]);
             condensed.refine(body, &[], true, field);
@@ -129,8 +131,11 @@ impl Correction<'_> {
         };
         let forces: Vec<Vec<f64>> =
             fields.par_iter_mut().enumerate().map(|(b, field)| of_body(b, field)).collect();
-        for (body, r) in increments.bodies_mut().iter_mut().zip(forces) {
-            body.replace_condensed_load(r.iter().map(|r| -r).collect());
+        let bodies = increments.bodies_mut().iter_mut().zip(forces);
+        let replaced: Vec<InterfaceLoad> =
+            bodies.map(|(body, r)| body.replace_condensed_load(r.iter().map(|r| -r).collect())).collect();
+        if loads.is_empty() {
+            *loads = replaced;
         }
         for (k, pair) in contacts.iter().enumerate() {
             let sides = pair.bodies.map(|b| &fields[b]);

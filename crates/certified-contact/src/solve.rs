@@ -16,7 +16,7 @@ use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
-use nndd::{Iterate, Method, NnddSolution, NnddStatus, Start};
+use nndd::{Iterate, Method, NnddSolution, NnddStatus, Recovery, Start};
 
 /// Solves a contact problem and certifies the solution.
 ///
@@ -120,7 +120,7 @@ fn iterate(
     drop(follow);
     let mut low = None;
     if let Some(found) = &estimate
-        && needs_correction(found, last.eta_nndd)
+        && needs_correction(found, last)
     {
         observer.phase(Phase::Iterations);
         if let Some(better) = corrected(&mut problem, &nndd, found, settings)? {
@@ -159,9 +159,13 @@ fn iterate(
 
 /// Tells whether rounding of the solution is a noticeable part of its bound.
 ///
-/// * `eta_nndd`: from the operators of the iteration, without an allowance for rounding.
-fn needs_correction(estimate: &Estimate, eta_nndd: f64) -> bool {
+/// η_NNDD of an iteration comes from its operators, without an allowance for rounding; all of that of an exact solution is rounding.
+fn needs_correction(estimate: &Estimate, iterate: &Iterate) -> bool {
     let found = estimate.unchecked();
+    let eta_nndd = match iterate.recovery {
+        Recovery::Traces => iterate.eta_nndd,
+        Recovery::Forces => 0.0,
+    };
     let rounding = (found.eta_nndd.powi(2) - eta_nndd.powi(2)).max(0.0).sqrt();
     rounding > ROUND_OFF_SHARE * found.e_cre
 }

@@ -10,6 +10,8 @@
 
 mod refinement;
 
+pub use refinement::InterfaceLoad;
+
 use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dof::{DofMap, IMPOSED};

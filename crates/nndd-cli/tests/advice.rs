@@ -43,7 +43,8 @@ fn a_criterion_below_round_off_is_told_the_value_it_may_have() {
     let case = "bad/case_below_round_off.toml";
     for settings in [
         &["solver.stop.criterion=eta_nndd"][..],
-        &["solver.stop.criterion=precision"],
+        // The forces of the exact solution are equal: the iteration's are not.
+        &["solver.stop.criterion=precision", "solver.method=nndd"],
         &["solver.stop.criterion=estimator", "solver.stop.ratio=1e-30"],
     ] {
         let (code, text) = solved(case, settings);

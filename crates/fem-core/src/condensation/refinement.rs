@@ -7,6 +7,13 @@ use crate::geometry::Vector;
 use crate::mesh::id::NodeId;
 use crate::residual::{self, SplitField};
 
+/// A load on the interface: `g̃` and `L_CC⁻¹ g̃`, N/m.
+#[derive(Clone, Debug)]
+pub struct InterfaceLoad {
+    condensed: Vec<f64>,
+    forward: Vec<f64>,
+}
+
 /// A correction that leaves more than this fraction of the residual is the last one.
 const WORTHWHILE: f64 = 0.7;
 /// Maximum number of corrections of one displacement.
@@ -112,13 +119,31 @@ impl CondensedBody {
         (start..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
     }
 
-    /// Replaces `g̃` by another one, N/m, and returns the old one: an operator about another state.
+    /// Replaces `g̃` by another one, N/m, and returns the old load for [`Self::restore_load`]: an operator about another state. Traces
+    /// are those under the new load; displacements inside are not.
     ///
     /// # Panics
     /// If `load` has not `n_c` entries.
-    pub fn replace_condensed_load(&mut self, load: Vec<f64>) -> Vec<f64> {
+    pub fn replace_condensed_load(&mut self, load: Vec<f64>) -> InterfaceLoad {
         self.check("the load", &load);
-        std::mem::replace(&mut self.condensed_load, load)
+        let mut forward = load.clone();
+        dense_cholesky::forward(&self.interface_factor, load.len(), &mut forward);
+        self.swap_load(InterfaceLoad { condensed: load, forward })
+    }
+
+    /// Returns to an earlier load.
+    ///
+    /// # Panics
+    /// If it is the load of a body with another interface.
+    pub fn restore_load(&mut self, load: InterfaceLoad) {
+        self.check("the load", &load.condensed);
+        self.swap_load(load);
+    }
+
+    fn swap_load(&mut self, InterfaceLoad { condensed, mut forward }: InterfaceLoad) -> InterfaceLoad {
+        let start = self.forward_load.len() - forward.len();
+        self.forward_load[start..].swap_with_slice(&mut forward);
+        InterfaceLoad { condensed: std::mem::replace(&mut self.condensed_load, condensed), forward }
     }
 
     /// Computes the parts of nodal forces along the unknowns, N/m.
