@@ -4,7 +4,7 @@
 //! and step and the full sparse contact problem: neither a Schur complement nor a factor is shared with the program's iteration.
 
 use crate::model::{ContactProblem, Made, Vector};
-use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings};
+use contact_qp::{BoxQp, MatrixView, Place, QpSettings, SparseRows, solve_box};
 use fem_core::assembly::System;
 use fem_core::cholesky::{Cholesky, Front};
 use fem_core::ordering::ROOT;
@@ -21,7 +21,7 @@ pub struct Iteration {
     /// Trace of Ω₂.
     pub trace: Vec<f64>,
     /// Active bounds.
-    pub active: ActiveSet,
+    pub active: Vec<bool>,
     /// `2 ‖w¹‖`.
     pub eta_nndd: f64,
     /// `ε_t`.
@@ -63,10 +63,10 @@ pub fn iterate(
     let n = systems[1].dofs.len();
     let matrix = MatrixView::SparseUpper { n, column_starts: &columns, row_indices: &rows, values: &values };
     let linear: Vec<f64> = systems[1].load.iter().map(|f| -f).collect();
-    let bounded: Vec<usize> = (starts[1]..n).collect();
+    let (mut lower, upper, rows) = (vec![f64::NEG_INFINITY; n], vec![f64::INFINITY; n], SparseRows::new(n));
     let pairs = problem.contacts[0].interface.pairs();
     let mut lambda = vec![0.0; pairs.len()];
-    let (mut start, mut found): (Option<ActiveSet>, Vec<Iteration>) = (None, Vec::new());
+    let (mut start, mut found): (Option<Vec<Place>>, Vec<Iteration>) = (None, Vec::new());
     for _ in 0..iterations {
         // (8): K¹_II u_I = f_I − K¹_IC λ, r¹ = (K¹ u − f)_C.
         let System { stiffness, load, dofs } = &systems[0];
@@ -79,12 +79,16 @@ pub fn iterate(
         let forces = stiffness.multiply(&u);
         let reaction: Vec<f64> = (starts[0]..u.len()).map(|j| forces[j] - load[j]).collect();
         // (9): min ½ uᵀ K² u − fᵀ u, v² ≥ λ − g.
-        let lower: Vec<f64> = lambda.iter().zip(pairs).map(|(l, p)| l - p.gap).collect();
-        let qp = BoundQp { matrix, linear: &linear, bounded: &bounded, lower: &lower };
-        let contact = contact_qp::solve(&qp, start.as_ref(), settings)?;
-        start = Some(contact.active.clone());
+        let bounds = lambda.iter().zip(pairs).map(|(l, p)| l - p.gap);
+        lower[starts[1]..].iter_mut().zip(bounds).for_each(|(lower, bound)| *lower = bound);
+        let qp =
+            BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
+        let mut contact = solve_box(&qp, start.as_deref(), settings)?;
+        let force = contact.multipliers.split_off(starts[1]);
+        let active = contact.places[starts[1]..].iter().map(|place| *place == Place::Lower).collect();
+        start = Some(contact.places);
         // (10), (11): K w = ∓½ (r¹ + r²).
-        let imbalance: Vec<f64> = reaction.iter().zip(&contact.multipliers).map(|(a, b)| a + b).collect();
+        let imbalance: Vec<f64> = reaction.iter().zip(&force).map(|(a, b)| a + b).collect();
         let corrections = [0, 1].map(|b: usize| {
             let mut w = vec![0.0; systems[b].dofs.len()];
             let share = [-0.5, 0.5][b];
@@ -100,14 +104,14 @@ pub fn iterate(
         let next = lambda.iter().zip(w1.iter().zip(w2)).map(|(l, (a, b))| l + theta * (a - b)).collect();
         found.push(Iteration {
             lambda: std::mem::replace(&mut lambda, next),
-            precision: 2.0 * largest(&imbalance) / (largest(&reaction) + largest(&contact.multipliers)),
+            precision: 2.0 * largest(&imbalance) / (largest(&reaction) + largest(&force)),
             reaction,
-            contact_force: contact.multipliers,
+            contact_force: force,
             trace: contact.x[starts[1]..].to_vec(),
-            active: contact.active,
+            active,
             eta_nndd: work.sqrt(),
             displacement: [dofs.displacement(&u), systems[1].dofs.displacement(&contact.x)],
-            clarabel_calls: contact.clarabel_calls,
+            clarabel_calls: contact.counts.clarabel_calls(),
         });
     }
     Ok(found)

@@ -1,11 +1,11 @@
 //! Where the meshes of an adaptive run become finer, and by how much.
 
-use contact_qp::ActiveSet;
 use cre_estimator::Estimate;
 use cre_estimator::marking::{self, Contribution};
 use fem_core::body::Body;
 use fem_core::interface::{ContactProblem, RefineError, RefinedProblem};
 use fem_core::mesh::refine::RefinementEdges;
+use nndd::ActiveSet;
 use nndd::{Iterate, Start};
 
 /// A mesh grows by at most about this factor in one step. Growing faster skips the error information of the

@@ -32,7 +32,7 @@
 //! | formula | where |
 //! |---|---|
 //! | (8) | [`CondensedBody::reaction`](fem_core::condensation::CondensedBody::reaction) |
-//! | (9) | [`contact_qp::solve_with`] |
+//! | (9) | [`contact_qp::solve_box`] |
 //! | (10), (11) | [`CondensedBody::trace_from_force`](fem_core::condensation::CondensedBody::trace_from_force) |
 //! | the loop | [`nndd::solve`]; weights other than ½ and other updates: [`nndd::Weights`], [`nndd::Acceleration`] |
 //!

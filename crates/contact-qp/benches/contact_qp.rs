@@ -2,7 +2,7 @@
 // The macros of criterion make public functions without documentation.
 #![allow(missing_docs)]
 
-use contact_qp::{ActiveSet, BoundQp, MatrixView, QpMethod, QpSettings, solve};
+use contact_qp::{BoxQp, MatrixView, Place, QpMethod, QpSettings, SparseRows, solve_box};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -34,21 +34,23 @@ fn loads_and_bounds(n: usize, pressure: f64) -> (Vec<f64>, Vec<f64>) {
 fn roads(criterion: &mut Criterion) {
     for n in [81, 321, 641] {
         let matrix = half_plane(n);
-        let bounded: Vec<usize> = (0..n).collect();
+        let (upper, rows) = (vec![f64::INFINITY; n], SparseRows::new(n));
         let (linear, lower) = loads_and_bounds(n, 1.0);
         let (heavier, _) = loads_and_bounds(n, 1.02);
         let matrix = MatrixView::Dense { n, values: &matrix };
-        let qp = BoundQp { matrix, linear: &linear, bounded: &bounded, lower: &lower };
-        let changed = BoundQp { linear: &heavier, ..qp };
-        let answer = solve(&qp, None, &QpSettings::default().with_method(QpMethod::ActiveSet));
-        let right = answer.map(|solution| solution.active).unwrap_or_default();
-        assert!(right.count() > n / 4, "{} of {n} nodes touch", right.count());
+        let qp =
+            BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
+        let changed = BoxQp { linear: &heavier, ..qp };
+        let answer = solve_box(&qp, None, &QpSettings::default().with_method(QpMethod::ActiveSet));
+        let right = answer.map(|solution| solution.places).unwrap_or_default();
+        let touching = right.iter().filter(|place| **place == Place::Lower).count();
+        assert!(touching > n / 4, "{touching} of {n} nodes touch");
 
         let mut group = criterion.benchmark_group("dense");
-        let mut time = |name: &str, qp: &BoundQp<'_>, start: Option<&ActiveSet>, method: QpMethod| {
+        let mut time = |name: &str, qp: &BoxQp<'_>, start: Option<&[Place]>, method: QpMethod| {
             let settings = QpSettings::default().with_method(method);
             group.bench_function(BenchmarkId::new(name, n), |bencher| {
-                bencher.iter(|| solve(black_box(qp), start, &settings));
+                bencher.iter(|| solve_box(black_box(qp), start, &settings));
             });
         };
         time("clarabel", &qp, None, QpMethod::Clarabel);

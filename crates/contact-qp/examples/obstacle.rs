@@ -7,7 +7,7 @@
 //! so that the obstacle carries `p = −f` inside the circle, in total `8π r⁴ (1 + r²/2)`.
 #![allow(clippy::print_stdout)]
 
-use contact_qp::{BoundQp, MatrixView, QpError, QpSettings, QpSolution, solve};
+use contact_qp::{BoxQp, BoxSolution, MatrixView, Place, QpError, QpSettings, SparseRows, solve_box};
 use std::f64::consts::PI;
 
 /// Radius² of the contact zone.
@@ -63,7 +63,7 @@ impl Membrane {
         Self { column_starts, row_indices, values, linear, exact: solution, spacing: h }
     }
 
-    fn solve(&self, load_factor: f64, warm_start: Option<&QpSolution>) -> Result<QpSolution, QpError> {
+    fn solve(&self, load_factor: f64, warm_start: Option<&BoxSolution>) -> Result<BoxSolution, QpError> {
         let n = self.linear.len();
         let matrix = MatrixView::SparseUpper {
             n,
@@ -72,17 +72,18 @@ impl Membrane {
             values: &self.values,
         };
         let linear: Vec<f64> = self.linear.iter().map(|q| load_factor * q).collect();
-        let bounded: Vec<usize> = (0..n).collect();
-        let qp = BoundQp { matrix, linear: &linear, bounded: &bounded, lower: &vec![0.0; n] };
-        solve(&qp, warm_start.map(|s| &s.active), &QpSettings::default())
+        let (lower, upper, rows) = (vec![0.0; n], vec![f64::INFINITY; n], SparseRows::new(n));
+        let qp =
+            BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
+        solve_box(&qp, warm_start.map(|s| s.places.as_slice()), &QpSettings::default())
     }
 
-    fn largest_error(&self, solution: &QpSolution) -> f64 {
+    fn largest_error(&self, solution: &BoxSolution) -> f64 {
         solution.x.iter().zip(&self.exact).map(|(x, u)| (x - u).abs()).fold(0.0, f64::max)
     }
 
-    fn contact_area(&self, solution: &QpSolution) -> f64 {
-        let touching = (0..self.linear.len()).filter(|k| solution.active.is_active(*k)).count();
+    fn contact_area(&self, solution: &BoxSolution) -> f64 {
+        let touching = solution.places.iter().filter(|place| **place == Place::Lower).count();
         touching as f64 * self.spacing * self.spacing
     }
 }
@@ -117,7 +118,7 @@ fn error_area_and_force_tend_to_the_closed_form() {
         let force: f64 = s.multipliers.iter().sum();
         assert!((force / exact_force() - 1.0).abs() < h, "{force}");
         let twice = membrane.solve(2.0, Some(&s)).unwrap();
-        assert_eq!((twice.path, twice.clarabel_calls), (contact_qp::QpPath::WarmStart, 0));
+        assert_eq!((twice.path, twice.counts.clarabel_calls()), (contact_qp::QpPath::WarmStart, 0));
         // Second order; the constant depends on the positions of the nodes relative to the circle.
         let error = membrane.largest_error(&s);
         assert!(error < 0.5 * h * h, "{error}");

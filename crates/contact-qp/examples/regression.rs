@@ -6,7 +6,7 @@
 //! The lines overlap, so plain least squares fits the noise with negative amounts.
 #![allow(clippy::print_stdout)]
 
-use contact_qp::{BoundQp, MatrixView, QpError, QpSettings, QpSolution, solve};
+use contact_qp::{BoxQp, BoxSolution, MatrixView, QpError, QpSettings, SparseRows, solve_box};
 
 const SPECTRA: usize = 5;
 const CHANNELS: usize = 60;
@@ -41,18 +41,19 @@ impl Mixture {
         Self { matrix, linear }
     }
 
-    /// Fits the amounts; `bounded` lists those that must not be negative.
-    fn fit(&self, bounded: &[usize]) -> Result<QpSolution, QpError> {
+    /// Fits the amounts, none less than a given one.
+    fn fit(&self, least: f64) -> Result<BoxSolution, QpError> {
         let matrix = MatrixView::Dense { n: SPECTRA, values: &self.matrix };
-        let lower = vec![0.0; bounded.len()];
-        let qp = BoundQp { matrix, linear: &self.linear, bounded, lower: &lower };
-        solve(&qp, None, &QpSettings::default())
+        let (lower, upper, rows) = ([least; SPECTRA], [f64::INFINITY; SPECTRA], SparseRows::new(SPECTRA));
+        let linear = &self.linear;
+        let qp = BoxQp { matrix, linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
+        solve_box(&qp, None, &QpSettings::default())
     }
 }
 
 fn main() -> Result<(), QpError> {
     let mixture = Mixture::new(0.3);
-    let (plain, bounded) = (mixture.fit(&[])?, mixture.fit(&[0, 1, 2, 3, 4])?);
+    let (plain, bounded) = (mixture.fit(f64::NEG_INFINITY)?, mixture.fit(0.0)?);
     println!("spectrum   true   plain fit   bounded fit   multiplier");
     for k in 0..SPECTRA {
         let (free, fit, r) = (plain.x[k], bounded.x[k], bounded.multipliers[k]);
@@ -65,10 +66,10 @@ fn main() -> Result<(), QpError> {
 #[test]
 fn bounds_remove_what_only_the_noise_asks_for() {
     let far = |fit: &[f64]| fit.iter().zip(AMOUNTS).map(|(c, a)| (c - a).powi(2)).sum::<f64>().sqrt();
-    let clean = Mixture::new(0.0).fit(&[0, 1, 2, 3, 4]).unwrap();
+    let clean = Mixture::new(0.0).fit(0.0).unwrap();
     assert!(far(&clean.x) < 1e-10, "{:?}", clean.x);
     let noisy = Mixture::new(0.3);
-    let (plain, bounded) = (noisy.fit(&[]).unwrap(), noisy.fit(&[0, 1, 2, 3, 4]).unwrap());
+    let (plain, bounded) = (noisy.fit(f64::NEG_INFINITY).unwrap(), noisy.fit(0.0).unwrap());
     assert!(plain.x.iter().any(|c| *c < 0.0), "{:?}", plain.x);
     assert!(bounded.status.is_solved() && bounded.kkt.max() < 1e-12);
     assert!(bounded.x.iter().all(|c| *c >= 0.0) && bounded.multipliers.iter().any(|r| *r > 0.0));

@@ -1,20 +1,14 @@
-//! Programmes with bounds on both sides and equality rows: an active set with a small system for the rows, and Clarabel
-//! behind it.
+//! The solution of a programme, by the first of a list of ways that leads to it.
 //!
-//! ```math
-//! min_x ½ xᵀ P x + qᵀ x   subject to   l ≤ x ≤ u,   G x = e
-//! ```
-//! `P` may be singular, and rows may depend on each other. If `P + c GᵀG` is singular on the unknowns that are not at a bound, some of
-//! them keep their values, and the solution is one of many. On a given set of unknowns at their bounds the rest `F` and the multipliers `a` solve
+//! On a given set of unknowns `B` at their bounds the others `F` and the multipliers `a` of the rows solve
 //! ```math
 //! (P_FF + c G_Fᵀ G_F) x_F − G_Fᵀ a  = −q_F − P_FB x_B + c G_Fᵀ (e − G_B x_B)
 //! G_F x_F                           = e − G_B x_B
 //! ```
 //! by a Cholesky factor of `P_FF + c G_Fᵀ G_F` and the eigenvalues of the Schur complement, whose zeros are the dependent rows.
+//! If `P + c GᵀG` is singular on `F`, some unknowns keep their values, and the solution is one of many.
 //! Large sets that differ in few unknowns from the last factorised one use its factor. A sparse `P`, as in a wall of bodies, stays sparse: the
 //! matrix of `x_F` and `a` is factorised with `η` on the diagonal of `x` and `−δ` on that of `a`, and solutions are corrected until these have no part in them.
-//! The multipliers are then the ones of least norm. If the bounds leave `x` no room, such as in a single feasible point, these may
-//! have wrong signs although others are right: then those are found by a least distance programme.
 
 mod active_set;
 mod augmented;
@@ -23,81 +17,61 @@ mod kept;
 mod residuals;
 
 use crate::error::QpError;
-use crate::interior_point;
+use crate::interior_point::{self, BoxedPoint};
 use crate::place::Place;
 use crate::programme::BoxQp;
+use crate::reduce;
 use crate::settings::{QpMethod, QpSettings};
-use crate::solution::{QpPath, QpStatus};
+use crate::solution::{BoxSolution, QpCounts, QpPath, QpStatus};
 use active_set::{Candidate, System};
 
-pub use residuals::{BoxResiduals, box_residuals};
+pub use residuals::{KktResiduals, kkt_residuals};
 
-/// The solution of a [`BoxQp`].
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct BoxSolution {
-    /// `x`, within its bounds exactly.
-    pub x: Vec<f64>,
-    /// `y = P x + q − Gᵀ a`: ≥ 0 at lower bounds, ≤ 0 at upper bounds, exactly 0 between them.
-    pub multipliers: Vec<f64>,
-    /// `a`, of least norm if rows depend on each other.
-    pub row_multipliers: Vec<f64>,
-    /// Where each unknown is.
-    pub places: Vec<Place>,
-    /// How the solve ended.
-    pub status: QpStatus,
-    /// Method that found this solution.
-    pub path: QpPath,
-    /// Sets tried, or iterations of Clarabel.
-    pub iterations: usize,
-    /// Number of calls of Clarabel.
-    pub clarabel_calls: usize,
-    /// How far it is from the KKT conditions.
-    pub kkt: BoxResiduals,
+/// A way to the solution. Each begins where the one before it ended, and the KKT residuals decide whether it has led there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Active sets from the given one, or from the set of the fixed unknowns: a solution of similar data is next to the right one.
+    ActiveSets,
+    /// Clarabel with few of the bounds, and active sets from its set: a full matrix that is large for Clarabel.
+    Shrunk,
+    /// Clarabel, and active sets from its set.
+    Clarabel,
+    /// Clarabel's set with multipliers that have the right signs. Those of least norm may have wrong ones if the set determines `x`
+    /// alone, such as in a single feasible point.
+    Multipliers,
+    /// A descent from Clarabel's point, which lowers the objective with every step: active sets may come back, and the rows may not hold
+    /// on Clarabel's set.
+    Descent,
 }
 
-/// Steps of a descent, at most, besides four per unknown.
-const MOST_DESCENTS: usize = 50;
+/// The ways in the order in which they are tried.
+const WAYS: [Way; 5] = [Way::ActiveSets, Way::Shrunk, Way::Clarabel, Way::Multipliers, Way::Descent];
 
-/// Sparse programmes with more unknowns than this are solved by active sets and Clarabel only.
+/// Sparse programmes with more unknowns than this have no descent, each step of which takes a factor, and no multipliers fitted.
 const MOST_DESCENDED: usize = 2000;
-
-/// Fractions of the largest unknown by which an unknown is clearly off its bounds; they are tried one after the other.
-const CLEARLY: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
-
-/// Places the unknowns that are within a fraction of the largest one of a bound at that bound.
-fn clearly_off(qp: &BoxQp<'_>, x: &[f64], places: &[Place], fraction: f64) -> Vec<Place> {
-    let least = fraction * x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let place = |i: usize| match places[i] {
-        _ if x[i] - qp.lower[i] <= least => Place::Lower,
-        _ if qp.upper[i] - x[i] <= least => Place::Upper,
-        _ => Place::Free,
-    };
-    (0..x.len()).map(place).collect()
-}
-
-/// Answers a programme without unknowns, which Clarabel does not take: its rows hold if their right sides are zero.
-fn without_unknowns(qp: &BoxQp<'_>, settings: &QpSettings) -> BoxSolution {
-    let empty = Candidate { x: Vec::new(), a: vec![0.0; qp.right_side.len()], places: Vec::new() };
-    let mut answer = empty.into_solution(qp, QpPath::ActiveSet, 0);
-    if answer.kkt.max() > settings.kkt_tolerance {
-        answer.status = QpStatus::Infeasible;
-    }
-    answer
-}
 
 /// Solves `min ½ xᵀP x + qᵀx` subject to `l ≤ x ≤ u`, `G x = e`, exactly on its active set.
 ///
-/// * `start`: the place of each unknown on the first set that is tried, n entries; `None`: all between their bounds, or at them if these
-///   are equal.
+/// * `start`: the place of each unknown on the first set that is tried, n entries, such as those of a similar programme; [`QpMethod`] says
+///   what happens without it.
 ///
-/// An active set that comes back, or on which the rows cannot hold, calls Clarabel, whose solution is polished; if that fails, the
-/// objective is lowered step by step from a vertex at which the rows hold.
+/// Active sets that come back, or on which the rows cannot hold, call Clarabel, whose solution is made exact. If a bound is only just
+/// reached, so that its multiplier is zero, it is usually reported as reached.
 ///
 /// # Errors
-/// Those of [`BoxQp::check`]; a `start` of the wrong length, settings out of range, and data that Clarabel rejects. No
-/// convergence is a [`QpStatus`], and so are rows that no `x` within the bounds satisfies: [`QpStatus::Infeasible`].
+/// Those of [`BoxQp::check`]; a `start` of the wrong length, settings out of range, a matrix with a negative direction, and data that
+/// Clarabel rejects. No convergence is a [`QpStatus`], and so are rows that no `x` within the bounds satisfies:
+/// [`QpStatus::Infeasible`].
 pub fn solve_box(
+    qp: &BoxQp<'_>,
+    start: Option<&[Place]>,
+    settings: &QpSettings,
+) -> Result<BoxSolution, QpError> {
+    solve_by(&WAYS, qp, start, settings)
+}
+
+fn solve_by(
+    ways: &[Way],
     qp: &BoxQp<'_>,
     start: Option<&[Place]>,
     settings: &QpSettings,
@@ -111,60 +85,153 @@ pub fn solve_box(
     if n == 0 {
         return Ok(without_unknowns(qp, settings));
     }
-    let system = System::new(qp);
-    if settings.method != QpMethod::Clarabel {
-        let fixed = |i: usize| if qp.lower[i] == qp.upper[i] { Place::Lower } else { Place::Free };
-        let start = start.map_or_else(|| (0..n).map(fixed).collect(), <[Place]>::to_vec);
-        let (found, steps) = system.active_set(start, &vec![0.0; n], settings.step_limit());
-        if let Some(candidate) = found {
-            let path = if steps == 1 { QpPath::WarmStart } else { QpPath::ActiveSet };
-            let answer = candidate.into_solution(qp, path, steps);
+    let [lower, upper] = qp.near_bounds();
+    let near = BoxQp { lower: &lower, upper: &upper, ..*qp };
+    let start = first_set(&near, start, settings.method);
+    let mut search = Search {
+        near,
+        system: System::new(qp, &near),
+        settings,
+        start,
+        point: None,
+        counts: QpCounts::default(),
+    };
+    for way in ways {
+        if let Some(candidate) = search.follow(*way)? {
+            let answer = search.answer(qp, candidate);
             if answer.kkt.max() <= settings.kkt_tolerance {
                 return Ok(answer);
             }
         }
     }
-    let guess = interior_point::solve_boxed(qp, settings)?;
-    let clarabel = |mut answer: BoxSolution| {
-        (answer.path, answer.iterations, answer.clarabel_calls) = (QpPath::Clarabel, guess.iterations, 1);
-        answer
-    };
-    let polished = |candidate: Candidate| {
-        let answer = clarabel(candidate.into_solution(qp, QpPath::Clarabel, guess.iterations));
-        Some(answer).filter(|answer| answer.kkt.max() <= settings.kkt_tolerance)
-    };
-    let (found, _) = system.active_set(guess.places.clone(), &guess.x, settings.max_iterations);
-    let found = found.and_then(polished);
-    let descended = || system.descend(&guess.x, &guess.places, MOST_DESCENTS + 4 * n).and_then(polished);
-    let fitting = || system.with_fitting_multipliers(&guess.places, &guess.x).and_then(polished);
-    // Where a set determines a vertex, sets about it follow each other without a step: the set of what is clearly off its bounds.
-    let clear = || {
-        CLEARLY.into_iter().find_map(|fraction| {
-            let places = clearly_off(qp, &guess.x, &guess.places, fraction);
-            let found =
-                system.active_set(places.clone(), &guess.x, settings.max_iterations).0.and_then(polished);
-            let small = n <= MOST_DESCENDED;
-            let fitting = || system.with_fitting_multipliers(&places, &guess.x).and_then(polished);
-            if small { found.or_else(fitting) } else { found }
-        })
-    };
-    let from_vertex = || system.descend_from_vertex(MOST_DESCENTS + 4 * n).and_then(polished);
-    // Large sparse programmes are not descended step by step: each step takes a factor.
-    let answer = if system.is_sparse() && n > MOST_DESCENDED {
-        found.or_else(clear)
-    } else {
-        found.or_else(descended).or_else(fitting).or_else(clear).or_else(from_vertex)
-    };
-    if let Some(answer) = answer {
-        return Ok(answer);
+    search.unsolved(qp)
+}
+
+/// Chooses the first set; `None` if the method begins with Clarabel.
+fn first_set(qp: &BoxQp<'_>, start: Option<&[Place]>, method: QpMethod) -> Option<Vec<Place>> {
+    let is_bounded = qp.lower.iter().chain(qp.upper).any(|bound| bound.is_finite());
+    match (method, start) {
+        (QpMethod::Clarabel, _) => None,
+        (_, Some(start)) => Some(start.to_vec()),
+        // A system of equations needs no interior-point method.
+        (QpMethod::Auto, None) if is_bounded => None,
+        (QpMethod::Auto | QpMethod::ActiveSet, None) => Some(qp.places_at_rest()),
     }
-    let candidate = Candidate { x: guess.x, a: guess.row_multipliers, places: guess.places };
-    let mut answer = clarabel(candidate.into_solution(qp, QpPath::Clarabel, guess.iterations));
-    answer.status = match guess.status {
-        QpStatus::Solved => QpStatus::PolishFailed,
-        other => other,
-    };
-    Ok(answer)
+}
+
+/// What the ways have in common, and what they leave for the next ones.
+struct Search<'a> {
+    /// The programme without far bounds.
+    near: BoxQp<'a>,
+    system: System<'a>,
+    settings: &'a QpSettings,
+    start: Option<Vec<Place>>,
+    /// What Clarabel has found for the whole programme.
+    point: Option<BoxedPoint>,
+    counts: QpCounts,
+}
+
+impl Search<'_> {
+    /// Follows one way; `None` if it does not apply or leads nowhere.
+    fn follow(&mut self, way: Way) -> Result<Option<Candidate>, QpError> {
+        match way {
+            Way::ActiveSets => Ok(self.active_sets()),
+            Way::Shrunk => self.shrunk(),
+            Way::Clarabel => self.clarabel(),
+            Way::Multipliers => Ok(self.multipliers()),
+            Way::Descent => Ok(self.descent()),
+        }
+    }
+
+    fn active_sets(&mut self) -> Option<Candidate> {
+        let start = self.start.take()?;
+        let origin = vec![0.0; start.len()];
+        let (found, sets) = self.system.active_set(start, &origin, self.settings.step_limit());
+        self.counts.active_sets = sets;
+        found
+    }
+
+    fn shrunk(&mut self) -> Result<Option<Candidate>, QpError> {
+        let Some((places, iterations)) = reduce::guess(&self.near, self.settings)? else { return Ok(None) };
+        self.counts.shrunk_calls = 1;
+        self.counts.interior_points += iterations;
+        let limit = self.settings.step_limit();
+        Ok(self.polished(places, &vec![0.0; self.near.linear.len()], limit))
+    }
+
+    fn clarabel(&mut self) -> Result<Option<Candidate>, QpError> {
+        let point = interior_point::solve_boxed(&self.near, self.settings)?;
+        self.counts.whole_calls = 1;
+        self.counts.interior_points += point.iterations;
+        let found = self.polished(point.places.clone(), &point.x, self.settings.max_iterations);
+        self.point = Some(point);
+        Ok(found)
+    }
+
+    fn polished(&mut self, places: Vec<Place>, from: &[f64], limit: usize) -> Option<Candidate> {
+        let (found, sets) = self.system.active_set(places, from, limit);
+        self.counts.polish_sets += sets;
+        found
+    }
+
+    fn descent(&mut self) -> Option<Candidate> {
+        let point = self.point.as_ref().filter(|_| self.is_small())?;
+        // The second one passes all bounds on its way, but finds no set on which the rows cannot hold.
+        for places in [point.places.clone(), self.near.places_at_rest()] {
+            let (found, steps) = self.system.descend(&point.x, places, self.settings.max_iterations);
+            self.counts.descent_steps += steps;
+            if found.is_some() {
+                return found;
+            }
+        }
+        None
+    }
+
+    fn multipliers(&mut self) -> Option<Candidate> {
+        let point = self.point.as_ref().filter(|_| self.is_small())?;
+        self.counts.fitted = 1;
+        self.system.with_fitting_multipliers(&point.places, &point.x)
+    }
+
+    fn is_small(&self) -> bool {
+        !self.system.is_sparse() || self.near.linear.len() <= MOST_DESCENDED
+    }
+
+    fn answer(&self, qp: &BoxQp<'_>, candidate: Candidate) -> BoxSolution {
+        let QpCounts { active_sets, interior_points, .. } = self.counts;
+        let (path, iterations) = match (self.counts.clarabel_calls(), active_sets) {
+            (0, 1) => (QpPath::WarmStart, 1),
+            (0, sets) => (QpPath::ActiveSet, sets),
+            _ => (QpPath::Clarabel, interior_points),
+        };
+        BoxSolution { path, iterations, counts: self.counts, ..candidate.into_solution(qp) }
+    }
+
+    /// Returns what Clarabel has found, and how it ended.
+    fn unsolved(&mut self, qp: &BoxQp<'_>) -> Result<BoxSolution, QpError> {
+        self.system.check_semi_definite()?;
+        let n = qp.linear.len();
+        let point = self.point.take();
+        let status = match point.as_ref().map(|point| point.status) {
+            Some(QpStatus::Solved) | None => QpStatus::PolishFailed,
+            Some(other) => other,
+        };
+        let candidate = match point {
+            Some(point) => Candidate { x: point.x, a: point.row_multipliers, places: point.places },
+            None => {
+                Candidate { x: vec![0.0; n], a: vec![0.0; qp.right_side.len()], places: qp.places_at_rest() }
+            }
+        };
+        Ok(BoxSolution { status, ..self.answer(qp, candidate) })
+    }
+}
+
+/// Answers a programme without unknowns, which Clarabel does not take: its rows hold if their right sides are zero.
+fn without_unknowns(qp: &BoxQp<'_>, settings: &QpSettings) -> BoxSolution {
+    let empty = Candidate { x: Vec::new(), a: vec![0.0; qp.right_side.len()], places: Vec::new() };
+    let answer = empty.into_solution(qp);
+    let holds = answer.kkt.max() <= settings.kkt_tolerance;
+    BoxSolution { status: if holds { QpStatus::Solved } else { QpStatus::Infeasible }, ..answer }
 }
 
 /// Solves a programme by active sets alone; `None` if they come back.
@@ -175,14 +242,14 @@ pub fn solve_box(
 /// Those of [`BoxQp::check`].
 pub(crate) fn solve_on_sets(qp: &BoxQp<'_>, start: Vec<Place>) -> Result<Option<Vec<f64>>, QpError> {
     qp.check()?;
-    let (found, _) =
-        System::new(qp).active_set(start, &vec![0.0; qp.linear.len()], QpSettings::default().max_iterations);
-    Ok(found.map(|candidate| candidate.into_solution(qp, QpPath::ActiveSet, 0).x))
+    let origin = vec![0.0; qp.linear.len()];
+    let (found, _) = System::new(qp, qp).active_set(start, &origin, QpSettings::default().max_iterations);
+    Ok(found.map(|candidate| candidate.into_solution(qp).x))
 }
 
 impl Candidate {
     /// Makes bounds and signs exact, provided that the errors are round-off.
-    fn into_solution(self, qp: &BoxQp<'_>, path: QpPath, iterations: usize) -> BoxSolution {
+    fn into_solution(self, qp: &BoxQp<'_>) -> BoxSolution {
         let Self { mut x, a, mut places } = self;
         for i in 0..x.len() {
             if places[i] == Place::Free && x[i] <= qp.lower[i] {
@@ -201,23 +268,21 @@ impl Candidate {
                 *place = if *y < 0.0 { Place::Upper } else { Place::Lower };
             }
             *y = match place {
-                Place::Lower => y.max(0.0),
-                Place::Upper => y.min(0.0),
-                Place::Free => 0.0,
+                Place::Lower if *y > 0.0 => *y,
+                Place::Upper if *y < 0.0 => *y,
+                _ => 0.0,
             };
         }
-        let kkt = box_residuals(qp, &x, &multipliers, &a);
-        let status = QpStatus::Solved;
-        let row_multipliers = a;
+        let kkt = kkt_residuals(qp, &x, &multipliers, &a);
         BoxSolution {
             x,
             multipliers,
-            row_multipliers,
+            row_multipliers: a,
             places,
-            status,
-            path,
-            iterations,
-            clarabel_calls: 0,
+            status: QpStatus::Solved,
+            path: QpPath::ActiveSet,
+            iterations: 0,
+            counts: QpCounts::default(),
             kkt,
         }
     }

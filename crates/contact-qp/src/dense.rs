@@ -15,6 +15,13 @@ pub(crate) fn norm(v: &[f64]) -> f64 {
     dot(v, v).sqrt()
 }
 
+/// Returns `max |v_i|`; NaN if an entry is NaN, so that it does not count as a small value.
+pub(crate) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    let larger =
+        |most: f64, value: f64| if value.abs() > most || value.is_nan() { value.abs() } else { most };
+    values.into_iter().fold(0.0, larger)
+}
+
 /// Solves `min |Σ x_j c_j − b|` by a QR factorisation with pivots. Columns that depend on others to round-off are left out.
 ///
 /// * `columns`: c, each as long as `right_side`.

@@ -21,7 +21,7 @@ pub enum QpError {
     },
     /// A number is infinite or NaN.
     ///
-    /// An absent bound is expressed by leaving its index out of `bounded`, not by `-inf`.
+    /// Only bounds may be infinite.
     #[error("`{what}[{place}]` is {found}, expected a finite number")]
     NotFinite {
         /// Name of the array.
@@ -78,26 +78,6 @@ pub enum QpError {
         /// Row found.
         found: usize,
     },
-    /// `bounded` is unsorted or has a repeated index.
-    #[error("`bounded[{place}]` is {found} after {previous}, expected a larger index")]
-    BoundedOrder {
-        /// Place in `bounded`.
-        place: usize,
-        /// Index stored just before.
-        previous: usize,
-        /// Index found.
-        found: usize,
-    },
-    /// `bounded` names an unknown that does not exist.
-    #[error("`bounded[{place}]` is {found}, expected an index below {size}")]
-    BoundedRange {
-        /// Place in `bounded`.
-        place: usize,
-        /// Index found.
-        found: usize,
-        /// Number of unknowns.
-        size: usize,
-    },
     /// The bounds of an unknown exclude each other, or one of them is NaN.
     #[error("`lower[{place}]` is {lower} and `upper[{place}]` is {upper}, expected lower <= upper")]
     Bounds {
@@ -108,12 +88,10 @@ pub enum QpError {
         /// Its upper bound.
         upper: f64,
     },
-    /// The matrix is not positive definite on the unknowns that are free to move.
-    ///
-    /// A mechanical cause is a body that can move rigidly without closing any contact.
-    #[error("the matrix is not positive definite, found at unknown {index}")]
+    /// The matrix has a negative direction, in which the objective has no minimum.
+    #[error("the matrix is not positive semi-definite, found at unknown {index}")]
     NotPositiveDefinite {
-        /// Unknown whose pivot was not positive (0 ≤ `index` < n).
+        /// Unknown whose pivot was negative (0 ≤ `index` < n).
         index: usize,
     },
     /// A setting is out of its range.

@@ -1,73 +1,69 @@
-//! Convex quadratic programmes with lower bounds: Clarabel, an exact active-set polish, and verified warm starts.
+//! Convex quadratic programmes with bounds and equality rows: verified starts, Clarabel, and an exact active-set polish.
 //!
 //! ```math
-//! min_x ½ xᵀ P x + qᵀ x   subject to   x_i ≥ l_i, i ∈ B
+//! min_x ½ xᵀ P x + qᵀ x   subject to   l ≤ x ≤ u,   G x = e
 //! ```
 //! | symbol | what | size |
 //! |---|---|---|
-//! | P | symmetric, positive definite | `n × n` |
+//! | P | symmetric, positive semi-definite, dense or sparse | `n × n` |
 //! | q | linear term | `n` |
-//! | B, l | sorted indices of the bounded unknowns, their bounds | `m ≤ n` |
+//! | l, u | bounds, infinite for none | `n` |
+//! | G, e | equality rows, which may depend on each other | `m × n`, `m` |
 //!
-//! The solution is the only pair of `x` (n) and multipliers `r` (m) that satisfies the KKT conditions
-//!
-//! ```math
-//! P x + q = ∑_{i ∈ B} r_i e_i,   x_i ≥ l_i,   r_i ≥ 0,   r_i (x_i − l_i) = 0
-//! ```
-//!
-//! In unilateral contact `P` is a stiffness, `−q` the loads, `l` the gaps and `r` the contact forces, but this
-//! crate does not depend on contact: it has no meshes and no normals.
-//!
-//! An interior-point solution satisfies bounds and signs only to its tolerance. Here Clarabel only *identifies* the
-//! bounds that hold with equality, the active set `A`. The solution itself comes from the linear system on the
-//! other unknowns `I`,
+//! The solution satisfies the KKT conditions with multipliers `a` of the rows and `y` of the bounds,
 //!
 //! ```math
-//! x_A = l_A,   P_II x_I = −q_I − P_IA l_A,   r_A = (P x + q)_A
+//! P x + q − Gᵀ a = y,   y_i ≥ 0 if x_i = l_i,   y_i ≤ 0 if x_i = u_i,   y_i = 0 between
 //! ```
 //!
-//! with primal-dual active-set steps if a sign is wrong. So `x ≥ l`, `r ≥ 0` and `r (x − l) = 0` hold *exactly*
-//! in the returned numbers, the balance of forces holds to round-off, and four residuals measure it. If the active
-//! set of a similar problem is known, it is tried first, and Clarabel is not called if it is correct.
+//! In unilateral contact `P` is a stiffness, `−q` the loads, `l` the gaps and `y` the contact forces; or `P` is a flexibility, `x ≥ 0`
+//! the contact forces, `y` the openings, and `G` the rigid motions. But this crate does not depend on contact: it has no meshes and no
+//! normals.
+//!
+//! An interior-point solution satisfies bounds and signs only to its tolerance. Here Clarabel only *identifies* the unknowns that are at
+//! their bounds. The solution itself comes from the linear system of the others and the rows, on a set whose signs are right. So `x` is
+//! within its bounds and the signs hold *exactly* in the returned numbers, the balance of forces holds to round-off, and five residuals
+//! measure it. If the set of a similar programme is known, it is tried first, and Clarabel is not called if it leads to the solution.
 //!
 //! # Types, in the order one meets them
-//! - [`MatrixView`] and [`BoundQp`] borrow `P`, `q`, `B` and `l`, dense or sparse, and check them;
+//! - [`MatrixView`], [`SparseRows`] and [`BoxQp`] are the data;
 //! - [`QpSettings`] and [`QpMethod`] say how to solve;
-//! - [`ActiveSet`] is a warm start, and part of the answer;
-//! - [`solve`] returns a [`QpSolution`], with its [`QpStatus`], the method used ([`QpPath`]) and its
-//!   accuracy ([`KktResiduals`]); [`kkt_residuals`] measures any other pair;
-//! - [`CheckedMatrix`] and [`solve_with`] check a matrix once for many programmes;
-//! - [`QpError`] says why a programme is invalid.
+//! - [`Place`] says where an unknown is: a start, and part of the answer;
+//! - [`solve_box`] returns a [`BoxSolution`], with its [`QpStatus`], the method used ([`QpPath`]), how often each way to a solution was
+//!   taken ([`QpCounts`]), and its accuracy ([`KktResiduals`]); [`kkt_residuals`] measures any other point;
+//! - [`QpError`] says why a programme is invalid;
+//! - [`RowSelection`] and [`IndependentRows`] choose among rows that depend on each other; [`nearest_balanced`], [`unbalanced_load`] and
+//!   [`bounded_least_squares`] answer related questions about rows and bounds.
 //!
 //! `examples/` solves an obstacle problem whose contact zone is known, and a regression with bounds.
 //!
 //! # Example
 //! Two masses on springs, the first above a floor at 0.5; without it the loads would move them to (0, 1).
 //! ```
-//! use contact_qp::{BoundQp, MatrixView, QpPath, QpSettings, QpStatus, solve};
+//! use contact_qp::{BoxQp, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows, solve_box};
 //!
-//! let p = [4.0, -2.0, -2.0, 4.0];
-//! let q = [2.0, -4.0];
-//! let qp = BoundQp {
+//! let (p, rows) = ([4.0, -2.0, -2.0, 4.0], SparseRows::new(2));
+//! let qp = BoxQp {
 //!     matrix: MatrixView::Dense { n: 2, values: &p },
-//!     linear: &q,
-//!     bounded: &[0],
-//!     lower: &[0.5],
+//!     linear: &[2.0, -4.0],
+//!     lower: &[0.5, f64::NEG_INFINITY],
+//!     upper: &[f64::INFINITY; 2],
+//!     rows: &rows,
+//!     right_side: &[],
 //! };
-//! let first = solve(&qp, None, &QpSettings::default())?;
-//! assert_eq!(first.status, QpStatus::Solved);
+//! let first = solve_box(&qp, None, &QpSettings::default())?;
+//! assert_eq!((first.status, first.path), (QpStatus::Solved, QpPath::Clarabel));
 //! assert_eq!(first.x, [0.5, 1.25]);
-//! assert_eq!(first.multipliers, [1.5]); // 4·0.5 − 2·1.25 + 2
-//! assert_eq!(first.path, QpPath::Clarabel);
+//! assert_eq!(first.multipliers, [1.5, 0.0]); // 4·0.5 − 2·1.25 + 2
+//! assert_eq!(first.places, [Place::Lower, Place::Free]);
 //!
-//! // A slightly different load: the same bound is active, so no interior point is needed.
-//! let heavier = BoundQp { linear: &[2.0, -4.2], ..qp };
-//! let second = solve(&heavier, Some(&first.active), &QpSettings::default())?;
-//! assert_eq!((second.path, second.clarabel_calls), (QpPath::WarmStart, 0));
+//! // A slightly different load: the same bound is reached, so no interior point is needed.
+//! let heavier = BoxQp { linear: &[2.0, -4.2], ..qp };
+//! let second = solve_box(&heavier, Some(&first.places), &QpSettings::default())?;
+//! assert_eq!((second.path, second.counts.clarabel_calls()), (QpPath::WarmStart, 0));
 //! # Ok::<(), contact_qp::QpError>(())
 //! ```
 
-mod active_set;
 mod balance;
 mod box_qp;
 mod cholesky;
@@ -75,35 +71,28 @@ mod dense;
 mod error;
 mod independent;
 mod interior_point;
-mod kkt;
 mod least_squares;
 mod matrix;
 mod place;
-mod polish;
-mod primal_dual;
 mod problem;
 mod programme;
 mod reduce;
 mod selection;
 mod settings;
 mod solution;
-mod solve;
 mod sparse;
 
-pub use active_set::ActiveSet;
 pub use balance::{Balanced, nearest_balanced, unbalanced_load};
-pub use box_qp::{BoxResiduals, BoxSolution, box_residuals, solve_box};
+pub use box_qp::{KktResiduals, kkt_residuals, solve_box};
 pub use error::QpError;
 pub use independent::IndependentRows;
-pub use kkt::{CheckedMatrix, KktResiduals, kkt_residuals};
 pub use least_squares::{bounded_least_squares, nonnegative_least_squares};
 pub use place::Place;
-pub use problem::{BoundQp, MatrixView};
+pub use problem::MatrixView;
 pub use programme::BoxQp;
 pub use selection::{Combination, RowSelection};
 pub use settings::{QpMethod, QpSettings};
-pub use solution::{QpPath, QpSolution, QpStatus};
-pub use solve::{solve, solve_with};
+pub use solution::{BoxSolution, QpCounts, QpPath, QpStatus};
 pub use sparse::SparseRows;
 
 /// The examples of README.md, run as tests.

@@ -62,39 +62,22 @@ impl MatrixView<'_> {
         }
     }
 
-    /// Returns `max_i s_i Σ_j |P_ij| s_j` for positive scales `s` (n entries).
-    pub(crate) fn scaled_norm(&self, scales: &[f64]) -> f64 {
+    /// Adds `|P| |x|` to `y` (n entries each).
+    pub(crate) fn add_magnitudes(&self, x: &[f64], y: &mut [f64]) {
         match *self {
-            // By symmetry the sums of the rows are those of the columns, which are contiguous.
-            Self::Dense { n, values } => (0..n)
-                .map(|j| scales[j] * sum_of_magnitudes(&values[j * n..(j + 1) * n], scales))
-                .fold(0.0, f64::max),
-            Self::SparseUpper { n, column_starts, row_indices, values } => {
-                let mut sums = vec![0.0; n];
-                for j in 0..n {
-                    for k in column_starts[j]..column_starts[j + 1] {
-                        let i = row_indices[k];
-                        sums[j] += values[k].abs() * scales[i];
-                        if i != j {
-                            sums[i] += values[k].abs() * scales[j];
-                        }
-                    }
+            Self::Dense { n, values } => {
+                for (column, x) in values.chunks_exact(n.max(1)).zip(x).filter(|(_, x)| **x != 0.0) {
+                    y.iter_mut().zip(column).for_each(|(y, p)| *y += (p * x).abs());
                 }
-                sums.iter().zip(scales).map(|(sum, scale)| sum * scale).fold(0.0, f64::max)
             }
+            Self::SparseUpper { .. } => self.for_each_upper(|i, j, value| {
+                y[i] += (value * x[j]).abs();
+                if i != j {
+                    y[j] += (value * x[i]).abs();
+                }
+            }),
         }
     }
-}
-
-/// Adds up `|v_i| s_i` in four interleaved parts, which vectorises; the order is fixed.
-fn sum_of_magnitudes(values: &[f64], scales: &[f64]) -> f64 {
-    let mut parts = [0.0; 4];
-    for (values, scales) in values.chunks(4).zip(scales.chunks(4)) {
-        for ((part, value), scale) in parts.iter_mut().zip(values).zip(scales) {
-            *part += value.abs() * scale;
-        }
-    }
-    (parts[0] + parts[1]) + (parts[2] + parts[3])
 }
 
 /// Adds `P x` to `y` four columns at a time, so that `y` is read and written a quarter as often; columns whose
@@ -146,9 +129,9 @@ mod tests {
             let mut y = vec![1.0; n];
             matrix.add_product(&[1.0, 2.0, 3.0, 4.0, 5.0], &mut y);
             assert_eq!(y, [13.0, 5.0, 7.0, 9.0, 19.0]);
-            assert_eq!(matrix.scaled_norm(&[1.0; 5]), 7.0);
-            // Row 3: 2 (1·1 + 4·2 + 1·0.5); row 4: 0.5 (2·1 + 1·2 + 4·0.5); the others less.
-            assert_eq!(matrix.scaled_norm(&[1.0, 1.0, 1.0, 2.0, 0.5]), 19.0);
+            let mut sizes = vec![0.0; n];
+            matrix.add_magnitudes(&[1.0, -2.0, 3.0, 4.0, 5.0], &mut sizes);
+            assert_eq!(sizes, [16.0, 12.0, 18.0, 24.0, 26.0]);
             assert_eq!(matrix.diagonal(3), 4.0);
         }
         let mut y = vec![0.0; n];

@@ -1,9 +1,10 @@
-//! The programme given by the caller (borrowed data), and its checks.
+//! A borrowed matrix, and the checks of what a caller gives.
 
 use crate::error::QpError;
 
-/// Largest asymmetry of a dense matrix, relative to `√(|P_ii| |P_jj|)`.
-const SYMMETRY_TOLERANCE: f64 = 1e-12;
+/// Largest asymmetry of a dense matrix, and largest negative entry of a diagonal, over the largest entry of the diagonal: computed
+/// flexibilities have the rounding of their factors.
+const ROUNDING: f64 = 1e-8;
 
 /// A borrowed symmetric n × n matrix.
 #[derive(Clone, Copy, Debug)]
@@ -28,71 +29,29 @@ pub enum MatrixView<'a> {
     },
 }
 
-/// The borrowed data of `min ½ xᵀP x + qᵀx` subject to `x_i ≥ l_i` for `i` in `bounded`.
-#[derive(Clone, Copy, Debug)]
-pub struct BoundQp<'a> {
-    /// `P`, symmetric positive definite, n × n.
-    pub matrix: MatrixView<'a>,
-    /// `q`, n entries.
-    pub linear: &'a [f64],
-    /// Unknowns that have a lower bound, sorted and unique; m ≤ n entries.
-    pub bounded: &'a [usize],
-    /// `l`, finite, m entries in the order of `bounded`.
-    pub lower: &'a [f64],
-}
-
-impl BoundQp<'_> {
-    /// Checks everything except positive definiteness: lengths, finite numbers, symmetry or triangle, order, range,
-    /// and the sign of the diagonal. Costs one pass over the data.
-    ///
-    /// # Errors
-    /// Any [`QpError`] except `Setting` and `Library`; [`QpError::NotPositiveDefinite`] for a diagonal entry that
-    /// is not positive.
-    pub fn check(&self) -> Result<(), QpError> {
-        self.matrix.check()?;
-        self.check_vectors()
-    }
-
-    /// Checks everything except the matrix.
-    pub(crate) fn check_vectors(&self) -> Result<(), QpError> {
-        let n = self.matrix.size();
-        check_length("linear", n, self.linear.len())?;
-        check_length("lower", self.bounded.len(), self.lower.len())?;
-        check_finite("linear", self.linear)?;
-        check_finite("lower", self.lower)?;
-        self.check_bounded(n)
-    }
-
-    fn check_bounded(&self, size: usize) -> Result<(), QpError> {
-        for (place, &found) in self.bounded.iter().enumerate() {
-            if found >= size {
-                return Err(QpError::BoundedRange { place, found, size });
-            }
-            if place > 0 && self.bounded[place - 1] >= found {
-                return Err(QpError::BoundedOrder { place, previous: self.bounded[place - 1], found });
-            }
-        }
-        Ok(())
-    }
-}
-
 impl MatrixView<'_> {
-    /// Checks a matrix for everything except positive definiteness.
+    /// Checks lengths, order, finite numbers, symmetry, and the signs of the diagonal.
     pub(crate) fn check(&self) -> Result<(), QpError> {
         self.check_entries()?;
-        match (0..self.size()).find(|&i| self.diagonal(i) <= 0.0) {
+        let tolerance = ROUNDING * self.largest_diagonal();
+        match (0..self.size()).find(|&i| self.diagonal(i) < -tolerance) {
             Some(index) => Err(QpError::NotPositiveDefinite { index }),
             None => Ok(()),
         }
     }
 
-    pub(crate) fn check_entries(&self) -> Result<(), QpError> {
+    /// Returns `max |P_ii|`.
+    fn largest_diagonal(&self) -> f64 {
+        (0..self.size()).map(|i| self.diagonal(i).abs()).fold(0.0, f64::max)
+    }
+
+    fn check_entries(&self) -> Result<(), QpError> {
         match *self {
             Self::Dense { n, values } => {
                 // A size whose square overflows cannot match any slice.
                 check_length("values", n.saturating_mul(n), values.len())?;
                 check_finite("values", values)?;
-                check_symmetric(n, values)
+                check_symmetric(n, values, ROUNDING * self.largest_diagonal())
             }
             Self::SparseUpper { n, column_starts, row_indices, values } => {
                 check_length("column_starts", n.saturating_add(1), column_starts.len())?;
@@ -130,7 +89,7 @@ pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), QpE
     }
 }
 
-fn check_symmetric(n: usize, values: &[f64]) -> Result<(), QpError> {
+fn check_symmetric(n: usize, values: &[f64], tolerance: f64) -> Result<(), QpError> {
     // By tiles: a plain sweep would read one triangle with a stride of n and miss the cache each time.
     const TILE: usize = 32;
     for first_column in (0..n).step_by(TILE) {
@@ -138,25 +97,15 @@ fn check_symmetric(n: usize, values: &[f64]) -> Result<(), QpError> {
         for first_row in (first_column..n).step_by(TILE) {
             for column in first_column..last_column {
                 for row in first_row.max(column + 1)..n.min(first_row + TILE) {
-                    if values[column * n + row] != values[row * n + column] {
-                        check_mirrored(n, values, row, column)?;
+                    let (found, expected) = (values[column * n + row], values[row * n + column]);
+                    if (found - expected).abs() > tolerance {
+                        return Err(QpError::NotSymmetric { row, column, found, expected, tolerance });
                     }
                 }
             }
         }
     }
     Ok(())
-}
-
-fn check_mirrored(n: usize, values: &[f64], row: usize, column: usize) -> Result<(), QpError> {
-    let (found, expected) = (values[column * n + row], values[row * n + column]);
-    let scale = (values[column * n + column].abs() * values[row * n + row].abs()).sqrt();
-    let tolerance = SYMMETRY_TOLERANCE * scale;
-    if (found - expected).abs() <= tolerance {
-        Ok(())
-    } else {
-        Err(QpError::NotSymmetric { row, column, found, expected, tolerance })
-    }
 }
 
 fn check_column_starts(starts: &[usize], entries: usize) -> Result<(), QpError> {

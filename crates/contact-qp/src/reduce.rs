@@ -1,8 +1,8 @@
 //! Shrinks a large programme for Clarabel, whose factorisation handles one number at a time and is slow on large dense
 //! matrices.
 //!
-//! Some bounds `K` are kept, spread evenly over their order, and the others are dropped. All unknowns `F` outside `K`
-//! are free then and are eliminated:
+//! Some bounded unknowns `K` are kept, spread evenly over their order, and the bounds of the others are dropped. All unknowns `F` outside
+//! `K` are free then and are eliminated:
 //!
 //! ```math
 //! S = P_KK − P_KF P_FF⁻¹ P_FK,   t = q_K − P_KF P_FF⁻¹ q_F,   x_F = −P_FF⁻¹ (q_F + P_FK x_K)
@@ -11,195 +11,145 @@
 //! The solution violates dropped bounds between active ones and no others, except near the end of a contact zone. So its
 //! active set, with the violated bounds, is a few primal-dual steps from the right one.
 
-use crate::active_set::ActiveSet;
 use crate::cholesky::{Factor, eliminate};
 use crate::error::QpError;
 use crate::interior_point;
-use crate::kkt::CheckedMatrix;
-use crate::polish::Prepared;
+use crate::place::Place;
 use crate::problem::MatrixView;
+use crate::programme::BoxQp;
 use crate::settings::QpSettings;
+use crate::sparse::SparseRows;
 
-/// One in this many bounds is kept.
+/// One in this many bounded unknowns is kept.
 const BOUNDS_PER_KEPT: usize = 8;
-/// At least this many bounds are kept, and programmes with fewer unknowns are not shrunk.
+/// At least this many are kept, and programmes with fewer unknowns are not shrunk.
 const FEWEST: usize = 48;
-/// At most this many bounds are kept: Clarabel solves such a dense programme in a hundredth of a second.
+/// At most this many are kept: Clarabel solves such a dense programme in a hundredth of a second.
 const MOST: usize = 160;
 
-/// A sparse programme is shrunk if at most one unknown in this many has a bound. Otherwise the shrunk matrix would have
-/// more entries than the sparse one.
-const UNKNOWNS_PER_BOUND: usize = 10;
-
-/// What Clarabel finds for the shrunk programme.
-pub(crate) struct Guess {
-    /// Active set of the whole programme.
-    pub(crate) active: ActiveSet,
-    /// Interior-point iterations.
-    pub(crate) iterations: usize,
-}
-
-/// Shrinks a programme and calls Clarabel; `None` if it need not be shrunk, or cannot be because `P_FF` is not positive
-/// definite.
+/// Shrinks a programme, calls Clarabel, and returns the set of the whole programme and the iterations; `None` if it need not be shrunk, or
+/// cannot be: its matrix is sparse, it has rows, or `P_FF` is not positive definite.
 ///
 /// # Errors
 /// [`QpError::Library`] when Clarabel rejects the data.
-pub(crate) fn guess(problem: &Prepared<'_>, settings: &QpSettings) -> Result<Option<Guess>, QpError> {
-    match Reduced::new(problem) {
-        Some(reduced) => reduced.guess(problem, settings),
-        None => Ok(None),
+pub(crate) fn guess(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Option<(Vec<Place>, usize)>, QpError> {
+    let MatrixView::Dense { n, values } = qp.matrix else { return Ok(None) };
+    let is_bounded = |i: &usize| qp.lower[*i].is_finite() || qp.upper[*i].is_finite();
+    let bounded: Vec<usize> = (0..n).filter(is_bounded).collect();
+    if n <= FEWEST || bounded.is_empty() || !qp.rows.is_empty() {
+        return Ok(None);
     }
-}
+    let kept = spread(&bounded, (bounded.len() / BOUNDS_PER_KEPT).clamp(FEWEST, MOST));
+    let rest: Vec<usize> = (0..n).filter(|i| kept.binary_search(i).is_err()).collect();
+    let Ok(factor) = Factor::of_block(n, values, &rest) else { return Ok(None) };
+    let mut coupling: Vec<f64> =
+        kept.iter().flat_map(|k| rest.iter().map(move |i| values[k * n + i])).collect();
+    coupling.extend(rest.iter().map(|i| qp.linear[*i]));
+    let size = kept.len();
+    let (solved, product) = eliminate(|sides| factor.solve(sides), &coupling, size + 1);
+    let mut matrix = vec![0.0; size * size];
+    for b in 0..size {
+        for a in 0..=b {
+            matrix[b * size + a] = values[kept[b] * n + kept[a]] - product[b * (size + 1) + a];
+            matrix[a * size + b] = matrix[b * size + a];
+        }
+    }
+    let of_kept = |values: &[f64]| -> Vec<f64> { kept.iter().map(|k| values[*k]).collect() };
+    let mut linear = of_kept(qp.linear);
+    linear.iter_mut().zip(&product[size * (size + 1)..]).for_each(|(t, part)| *t -= part);
+    let small = BoxQp {
+        matrix: MatrixView::Dense { n: size, values: &matrix },
+        linear: &linear,
+        lower: &of_kept(qp.lower),
+        upper: &of_kept(qp.upper),
+        rows: &SparseRows::new(size),
+        right_side: &[],
+    };
+    let found = interior_point::solve_boxed(&small, settings)?;
 
-struct Reduced {
-    /// Places in `bounded` of the bounds that are kept.
-    kept: Vec<usize>,
-    /// Unknowns that are eliminated, `F`.
-    free: Vec<usize>,
-    /// `P_FF⁻¹ P_FK` column by column, then `P_FF⁻¹ q_F`.
-    solved: Vec<f64>,
-    /// `S`, column by column.
-    matrix: Vec<f64>,
-    /// `t`.
-    linear: Vec<f64>,
-    /// Bounds of `K`.
-    lower: Vec<f64>,
-}
-
-impl Reduced {
-    fn new(problem: &Prepared<'_>) -> Option<Self> {
-        let qp = &problem.qp;
-        let (n, bounds) = (qp.linear.len(), problem.bounds());
-        let few_bounds = match qp.matrix {
-            MatrixView::Dense { .. } => true,
-            MatrixView::SparseUpper { .. } => UNKNOWNS_PER_BOUND * bounds <= n,
+    let mut places = vec![Place::Free; n];
+    kept.iter().zip(&found.places).for_each(|(k, place)| places[*k] = *place);
+    let mut x = vec![0.0; rest.len()];
+    for (column, weight) in solved.chunks_exact(rest.len().max(1)).zip(found.x.iter().chain([&1.0])) {
+        x.iter_mut().zip(column).for_each(|(x, value)| *x -= weight * value);
+    }
+    for (&i, x) in rest.iter().zip(x) {
+        places[i] = match x {
+            x if x < qp.lower[i] => Place::Lower,
+            x if x > qp.upper[i] => Place::Upper,
+            _ => Place::Free,
         };
-        if n <= FEWEST || bounds == 0 || !few_bounds {
-            return None;
-        }
-        let kept = spread(bounds, (bounds / BOUNDS_PER_KEPT).clamp(FEWEST, MOST));
-        let size = kept.len();
-        let mut place = vec![None; n];
-        for (local, &k) in kept.iter().enumerate() {
-            place[qp.bounded[k]] = Some(local);
-        }
-        let free: Vec<usize> = (0..n).filter(|&i| place[i].is_none()).collect();
-        let mut row = vec![0; n];
-        for (local, &i) in free.iter().enumerate() {
-            row[i] = local;
-        }
-
-        let mut matrix = vec![0.0; size * size];
-        let mut coupling = vec![0.0; size * free.len()];
-        qp.matrix.for_each_upper(|i, j, value| match (place[i], place[j]) {
-            (Some(a), Some(b)) => {
-                matrix[b * size + a] = value;
-                matrix[a * size + b] = value;
-            }
-            (Some(a), None) => coupling[a * free.len() + row[j]] = value,
-            (None, Some(b)) => coupling[b * free.len() + row[i]] = value,
-            (None, None) => {}
-        });
-        coupling.extend(free.iter().map(|&i| qp.linear[i]));
-
-        let factor = Factor::of_block(&qp.matrix, &free).ok()?;
-        let (solved, product) = eliminate(|rhs| factor.solve(rhs), &coupling, size + 1);
-        for b in 0..size {
-            for a in 0..=b {
-                matrix[b * size + a] -= product[b * (size + 1) + a];
-                matrix[a * size + b] = matrix[b * size + a];
-            }
-        }
-        let linear =
-            (0..size).map(|a| qp.linear[qp.bounded[kept[a]]] - product[size * (size + 1) + a]).collect();
-        let lower = kept.iter().map(|&k| qp.lower[k]).collect();
-        Some(Self { kept, free, solved, matrix, linear, lower })
     }
-
-    fn guess(&self, problem: &Prepared<'_>, settings: &QpSettings) -> Result<Option<Guess>, QpError> {
-        let n = self.kept.len();
-        let bounded: Vec<usize> = (0..n).collect();
-        // Without a correct digit of S its diagonal can be negative.
-        let Ok(matrix) = CheckedMatrix::new(MatrixView::Dense { n, values: &self.matrix }) else {
-            return Ok(None);
-        };
-        let small = Prepared::new(&matrix, &self.linear, &bounded, &self.lower)?;
-        let found = interior_point::solve(&small, settings)?;
-
-        let qp = &problem.qp;
-        let mut x = vec![0.0; qp.linear.len()];
-        for (local, &k) in self.kept.iter().enumerate() {
-            x[qp.bounded[k]] = found.iterate.x[local];
-        }
-        let weights = found.iterate.x.iter().chain([&1.0]);
-        for (column, weight) in self.solved.chunks_exact(self.free.len()).zip(weights) {
-            for (&i, value) in self.free.iter().zip(column) {
-                x[i] -= weight * value;
-            }
-        }
-        let mut flags: Vec<bool> = qp.bounded.iter().zip(qp.lower).map(|(&i, &lower)| x[i] < lower).collect();
-        for (local, &k) in self.kept.iter().enumerate() {
-            flags[k] = found.iterate.active.is_active(local);
-        }
-        Ok(Some(Guess { active: ActiveSet::new(flags), iterations: found.iterations }))
-    }
+    Ok(Some((places, found.iterations)))
 }
 
-/// Chooses at most `most` of the numbers below `count`, evenly spread, with the first and the last.
-fn spread(count: usize, most: usize) -> Vec<usize> {
-    if count <= most {
-        return (0..count).collect();
+/// Chooses at most `most` of some numbers, evenly spread, with the first and the last.
+fn spread(all: &[usize], most: usize) -> Vec<usize> {
+    if all.len() <= most {
+        return all.to_vec();
     }
-    (0..most).map(|k| k * (count - 1) / (most - 1)).collect()
+    (0..most).map(|k| all[k * (all.len() - 1) / (most - 1)]).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::problem::BoundQp;
 
     #[test]
     fn kept_bounds_are_spread_evenly() {
-        assert_eq!(spread(3, 5), [0, 1, 2]);
-        assert_eq!(spread(9, 5), [0, 2, 4, 6, 8]);
-        assert_eq!(spread(8, 5), [0, 1, 3, 5, 7]);
-    }
-
-    /// A string of `n` masses, the first and last held by springs, pulled down by 1 each; upper triangle in columns.
-    fn string(n: usize) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
-        let (mut starts, mut rows, mut values) = (vec![0], vec![], vec![]);
-        for j in 0..n {
-            if j > 0 {
-                rows.push(j - 1);
-                values.push(-1.0);
-            }
-            rows.push(j);
-            values.push(2.0);
-            starts.push(rows.len());
-        }
-        (starts, rows, values)
+        let numbers = |count: usize| (0..count).collect::<Vec<usize>>();
+        assert_eq!(spread(&numbers(3), 5), [0, 1, 2]);
+        assert_eq!(spread(&numbers(9), 5), [0, 2, 4, 6, 8]);
+        assert_eq!(spread(&numbers(8), 5), [0, 1, 3, 5, 7]);
     }
 
     #[test]
-    fn without_contact_the_eliminated_unknowns_are_those_of_the_whole() {
+    fn few_bounds_determine_the_set_of_all() {
+        // A string of masses, the first and last held by springs, pulled down by 1 each. Sag at mass i: −(i + 1)(n − i)/2.
         let n = 320;
-        let (starts, rows, values) = string(n);
-        let matrix =
-            MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &rows, values: &values };
-        // Sag at mass i: −(i + 1)(n − i)/2.
+        let mut values = vec![0.0; n * n];
+        for i in 0..n {
+            values[i * (n + 1)] = 2.0;
+            if i > 0 {
+                (values[i * n + i - 1], values[(i - 1) * n + i]) = (-1.0, -1.0);
+            }
+        }
+        let matrix = MatrixView::Dense { n, values: &values };
         let sag = |i: usize| -((i + 1) as f64) * (n - i) as f64 / 2.0;
-        for (bounded, allowed, wanted) in [([40, 200], 1.01, [false; 2]), ([40, 200], 0.5, [true; 2])] {
-            let lower = bounded.map(|i| allowed * sag(i));
-            let qp = BoundQp { matrix, linear: &vec![1.0; n], bounded: &bounded, lower: &lower };
-            let found = guess(&Prepared::of(&qp).unwrap(), &QpSettings::default()).unwrap().unwrap();
-            assert_eq!(found.active.as_slice(), wanted);
+        let (rows, upper) = (SparseRows::new(n), vec![f64::INFINITY; n]);
+        for (allowed, wanted) in [(1.01, Place::Free), (0.5, Place::Lower)] {
+            let mut lower = vec![f64::NEG_INFINITY; n];
+            [40, 200].into_iter().for_each(|i| lower[i] = allowed * sag(i));
+            let linear = vec![1.0; n];
+            let qp =
+                BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
+            let (places, iterations) = guess(&qp, &QpSettings::default()).unwrap().unwrap();
+            assert!(iterations > 0);
+            for (i, place) in places.into_iter().enumerate() {
+                assert_eq!(place, if [40, 200].contains(&i) { wanted } else { Place::Free }, "{i}");
+            }
         }
     }
 
     #[test]
-    fn small_programmes_are_left_alone() {
-        let matrix = MatrixView::Dense { n: 1, values: &[1.0] };
-        let qp = BoundQp { matrix, linear: &[1.0], bounded: &[0], lower: &[0.0] };
-        assert!(guess(&Prepared::of(&qp).unwrap(), &QpSettings::default()).unwrap().is_none());
+    fn small_programmes_and_those_with_rows_are_left_alone() {
+        let (n, values) = (60, [vec![1.0], vec![0.0; 60]].concat().repeat(60)[..3600].to_vec());
+        let matrix = MatrixView::Dense { n, values: &values };
+        let (zero, upper, none) = (vec![0.0; n], vec![1.0; n], SparseRows::new(n));
+        let row = SparseRows::from_dense(n, &vec![1.0; n]);
+        let guessed = |qp: &BoxQp<'_>| guess(qp, &QpSettings::default()).unwrap().is_some();
+        let whole =
+            BoxQp { matrix, linear: &zero, lower: &zero, upper: &upper, rows: &none, right_side: &[] };
+        assert!(guessed(&whole));
+        assert!(!guessed(&BoxQp { rows: &row, right_side: &[1.0], ..whole }));
+        let (one, small) = (SparseRows::new(1), MatrixView::Dense { n: 1, values: &[1.0] });
+        assert!(!guessed(&BoxQp {
+            matrix: small,
+            linear: &[0.0],
+            lower: &[0.0],
+            upper: &[1.0],
+            rows: &one,
+            right_side: &[]
+        }));
     }
 }

@@ -5,17 +5,16 @@ use crate::error::QpError;
 /// The method that finds the active set; the solution is polished on it in every case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum QpMethod {
-    /// With a warm start: check it, then primal-dual active-set steps from it, then Clarabel.
-    /// Without: Clarabel.
+    /// With a start: active sets from it, then Clarabel. Without: Clarabel, unless nothing is bounded.
     #[default]
     Auto,
-    /// Always Clarabel; the polish then checks and corrects its active set; the warm start is not used.
+    /// Always Clarabel; the polish then checks and corrects its active set; the start is not used.
     Clarabel,
-    /// Primal-dual active-set steps from the warm start, or from the empty set; Clarabel when they fail.
+    /// Active sets from the start, or from all unknowns between their bounds; Clarabel when they fail.
     ActiveSet,
 }
 
-/// The settings of [`solve`](crate::solve). Start from [`QpSettings::default`] and use the `with_`
+/// The settings of [`solve_box`](crate::solve_box). Start from [`QpSettings::default`] and use the `with_`
 /// functions.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -32,7 +31,7 @@ pub struct QpSettings {
     /// Maximum iterations of each inner method: Clarabel, and the active-set steps that polish its solution;
     /// default 200.
     pub max_iterations: usize,
-    /// Maximum number of active sets tried before Clarabel is called, including the warm start; default 50. The smaller
+    /// Maximum number of active sets tried before Clarabel is called, including the start; default 50. The smaller
     /// of this and `max_iterations` applies.
     pub max_active_set_steps: usize,
     /// Largest [`KktResiduals::max`](crate::KktResiduals::max) of a solved problem;

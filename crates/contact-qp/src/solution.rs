@@ -1,7 +1,7 @@
-//! The result: the solution, the method that found it, and its accuracy.
+//! The solution of a programme, the way that led to it, and its accuracy.
 
-use crate::active_set::ActiveSet;
-use crate::kkt::KktResiduals;
+use crate::box_qp::KktResiduals;
+use crate::place::Place;
 use std::fmt;
 
 /// How the solve ended. Only [`QpStatus::Solved`] is a solution.
@@ -71,31 +71,58 @@ impl fmt::Display for QpPath {
     }
 }
 
-/// The result of [`solve`](crate::solve).
+/// How often each way to a solution was taken; `0` for the ones that were not needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct QpCounts {
+    /// Active sets tried before Clarabel was called.
+    pub active_sets: usize,
+    /// Calls of Clarabel with few of the bounds of a large programme.
+    pub shrunk_calls: usize,
+    /// Calls of Clarabel with the whole programme.
+    pub whole_calls: usize,
+    /// Iterations of Clarabel in all its calls.
+    pub interior_points: usize,
+    /// Active sets tried from the ones of Clarabel: 1 if its set was right.
+    pub polish_sets: usize,
+    /// Steps that lowered the objective, one unknown at a time.
+    pub descent_steps: usize,
+    /// Programmes for multipliers with the right signs.
+    pub fitted: usize,
+}
+
+impl QpCounts {
+    /// Returns the number of calls of Clarabel.
+    #[must_use]
+    pub fn clarabel_calls(&self) -> usize {
+        self.shrunk_calls + self.whole_calls
+    }
+}
+
+/// The solution of a [`BoxQp`](crate::BoxQp).
 ///
-/// For every status: `x ≥ l` and `multipliers ≥ 0` exactly, `x_i == l_i` bit for bit on active bounds, and a
-/// multiplier of exactly 0 on the others. When the status is not [`QpStatus::Solved`] the values are the last
-/// iterate of Clarabel moved onto the bounds, and `kkt` measures how far from a solution they are.
+/// For every status `x` is within its bounds exactly, at a bound bit for bit if its place says so, and multipliers have the right signs.
+/// If the status is not [`QpStatus::Solved`], the values are the last ones of Clarabel moved into the bounds, and `kkt` measures how far
+/// from a solution they are.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct QpSolution {
-    /// Minimiser `x`, n entries.
+pub struct BoxSolution {
+    /// `x`, n entries.
     pub x: Vec<f64>,
-    /// Multipliers `r = P x + q` of the bounds, ≥ 0, one per bounded index, in the order of `bounded`.
+    /// `y = P x + q − Gᵀ a`: ≥ 0 at lower bounds, ≤ 0 at upper bounds, exactly 0 between them.
     pub multipliers: Vec<f64>,
-    /// Bounds that hold with equality.
-    pub active: ActiveSet,
+    /// `a`, of least norm if rows depend on each other.
+    pub row_multipliers: Vec<f64>,
+    /// Where each unknown is.
+    pub places: Vec<Place>,
     /// How the solve ended.
     pub status: QpStatus,
     /// Method that found this solution.
     pub path: QpPath,
-    /// Iterations of that method: interior-point iterations for [`QpPath::Clarabel`], else active sets tried (1 for
-    /// a correct warm start). 0 when there are no unknowns.
+    /// Iterations of that method: active sets tried, 1 for a right start, or iterations of Clarabel. 0 without unknowns.
     pub iterations: usize,
-    /// Active sets tried after Clarabel to polish its solution; 1 if its set was correct, 0 for the other methods.
-    pub polish_steps: usize,
-    /// Number of calls of Clarabel: 1, or 0 if the active-set steps had found the solution.
-    pub clarabel_calls: usize,
-    /// The four KKT residuals of the values returned here.
+    /// How often each way was taken.
+    pub counts: QpCounts,
+    /// How far it is from the KKT conditions.
     pub kkt: KktResiduals,
 }

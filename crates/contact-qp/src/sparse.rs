@@ -1,6 +1,5 @@
 //! Rows most of whose entries are zero, and the factor of `G S Gᵀ + ρ I`.
 
-use crate::cholesky::solve_sparse;
 use crate::error::QpError;
 use clarabel::algebra::CscMatrix;
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
@@ -193,6 +192,25 @@ impl SparseFactor {
             solve_sparse(factor, rhs);
         }
     }
+}
+
+/// Solves with `L D Lᵀ` and its order. Clarabel's own function needs the factor for itself.
+fn solve_sparse(factor: &QDLDLFactorisation, rhs: &mut [f64]) {
+    let (l, order) = (&factor.L, &factor.perm);
+    let mut x: Vec<f64> = order.iter().map(|&unknown| rhs[unknown]).collect();
+    let column = |j: usize| {
+        let entries = l.colptr[j]..l.colptr[j + 1];
+        l.rowval[entries.clone()].iter().zip(&l.nzval[entries])
+    };
+    for j in 0..x.len() {
+        let value = x[j];
+        column(j).for_each(|(&i, l)| x[i] -= l * value);
+    }
+    for j in (0..x.len()).rev() {
+        let known: f64 = column(j).map(|(&i, l)| l * x[i]).sum();
+        x[j] = x[j] * factor.Dinv[j] - known;
+    }
+    order.iter().zip(x).for_each(|(&unknown, x)| rhs[unknown] = x);
 }
 
 /// `G S Gᵀ + ρ I` for any diagonal `S`, in one order.

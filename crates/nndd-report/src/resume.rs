@@ -6,8 +6,8 @@ use case_io::checkpoint::{self, Checkpoint, CheckpointError, FinerMesh, Progress
 use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::{BrokenLink, Case};
 use certified_contact::{RoleReason, Step};
-use contact_qp::ActiveSet;
 use fem_core::interface::Roles;
+use nndd::ActiveSet;
 use nndd::Start;
 use serde_json::{Value, json};
 use std::path::Path;

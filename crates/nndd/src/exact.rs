@@ -20,8 +20,8 @@ use crate::friction::{NodeState, PairFriction};
 use crate::recovery;
 use crate::rows::{BodyRow, Rows, sign};
 use contact_qp::{
-    BoxQp, BoxResiduals, IndependentRows, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows,
-    solve_box,
+    BoxQp, IndependentRows, KktResiduals, MatrixView, Place, QpMethod, QpPath, QpSettings, QpStatus,
+    SparseRows, solve_box,
 };
 use fem_core::body::RigidMotion;
 use fem_core::geometry::Vector;
@@ -60,7 +60,7 @@ pub struct ExactSolution {
     /// Number of calls of Clarabel.
     pub clarabel_calls: usize,
     /// Residuals of its KKT conditions.
-    pub kkt: BoxResiduals,
+    pub kkt: KktResiduals,
 }
 
 impl ExactSolution {
@@ -275,6 +275,9 @@ impl<'a> Programme<'a> {
         let own: Vec<f64> =
             limits.iter().zip(&self.imposed).map(|(s, imposed)| if *imposed { 0.0 } else { *s }).collect();
         let [lower, upper] = rows.bounds(&own);
+        // Clarabel is for the contact problems of the bodies.
+        let method = if settings.method == QpMethod::Auto { QpMethod::ActiveSet } else { settings.method };
+        let settings = settings.clone().with_method(method);
         let qp = BoxQp {
             matrix: self.flexibility.view(rows.len()),
             linear: &self.linear,
@@ -283,7 +286,7 @@ impl<'a> Programme<'a> {
             rows: &self.lines.rows,
             right_side: &self.lines.loads,
         };
-        let mut found = solve_box(&qp, start, settings)?;
+        let mut found = solve_box(&qp, start, &settings)?;
         let amounts = balance.independent.expanded(&self.lines.expanded(&found.row_multipliers));
         let motions = balance.motions.iter().zip(amounts);
         let motions: Vec<(usize, RigidMotion, f64)> =
@@ -313,7 +316,7 @@ impl<'a> Programme<'a> {
             status: found.status,
             path: found.path,
             iterations: found.iterations,
-            clarabel_calls: found.clarabel_calls,
+            clarabel_calls: found.counts.clarabel_calls(),
             kkt: found.kkt,
         };
         Ok((solution, found.places))

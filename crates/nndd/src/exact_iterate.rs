@@ -1,5 +1,6 @@
 //! The exact solution as one iteration.
 
+use crate::active_set::ActiveSet;
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, solve_exactly};
 use crate::friction::PairFriction;
@@ -8,7 +9,6 @@ use crate::iteration::Exact;
 use crate::response::residuals;
 use crate::rows::Rows;
 use crate::settings::NewtonSettings;
-use contact_qp::ActiveSet;
 use fem_core::geometry::Vector;
 use fem_core::norm::from_squared;
 use fem_core::prepared::PreparedProblem;
@@ -90,7 +90,7 @@ impl ExactSolution {
                 path: self.path,
                 iterations: self.iterations,
                 clarabel_calls: self.clarabel_calls,
-                kkt: residuals(&self.kkt),
+                kkt: residuals(self.kkt),
             },
             opening,
         }

@@ -1,7 +1,8 @@
 //! The data of one iteration, and the part that is kept as history.
 
+use crate::active_set::ActiveSet;
 use crate::recovery;
-use contact_qp::{ActiveSet, KktResiduals, QpPath, QpStatus};
+use contact_qp::{KktResiduals, QpPath, QpStatus};
 use fem_core::body::RigidMotion;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, NodePair};

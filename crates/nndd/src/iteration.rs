@@ -1,6 +1,7 @@
 //! The algorithm of the paper, for any number of bodies, and the method that takes over if it fails.
 
 use crate::acceleration::Accelerator;
+use crate::active_set::ActiveSet;
 use crate::error::NnddError;
 use crate::iterate::{Iterate, IterationRow};
 use crate::monitor::Monitor;
@@ -9,7 +10,7 @@ use crate::solution::{NnddSolution, NnddStatus, Switch};
 use crate::spectrum::Spectrum;
 use crate::steps::Steps;
 use crate::stopping::{Decision, StoppingCriterion};
-use contact_qp::{ActiveSet, QpStatus};
+use contact_qp::QpStatus;
 
 /// The initial values of an iteration.
 #[derive(Clone, Debug)]

@@ -76,6 +76,7 @@
 //! clock or the environment.
 
 mod acceleration;
+mod active_set;
 mod balance;
 mod correction;
 mod coulomb;
@@ -102,6 +103,7 @@ mod subdomain;
 mod unheld;
 mod vector;
 
+pub use active_set::ActiveSet;
 pub use balance::{Support, free_motions, support, without_spin};
 pub use contact_qp;
 pub use coulomb::{

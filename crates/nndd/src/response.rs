@@ -17,8 +17,7 @@
 use crate::error::NnddError;
 use crate::subdomain::{Carrier, Subdomain};
 use contact_qp::{
-    ActiveSet, BoxQp, BoxResiduals, CheckedMatrix, KktResiduals, MatrixView, Place, QpPath, QpSettings,
-    QpStatus, SparseRows, solve_box,
+    BoxQp, KktResiduals, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows, solve_box,
 };
 use nalgebra::DVector;
 
@@ -44,7 +43,7 @@ pub(crate) struct Response {
 /// The programme of a body, without λ.
 pub(crate) enum Unilateral<'a> {
     /// In the traces of the unilateral rows, with `S` of these rows.
-    Traces(CheckedMatrix<'a>),
+    Traces(&'a [f64]),
     /// In the forces of all rows.
     Forces {
         /// `Φ`, column-major.
@@ -60,21 +59,14 @@ impl<'a> Unilateral<'a> {
     /// Sets up the programme; `None` if the body carries λ in all its rows.
     ///
     /// * `bounds`: of the forces in the unilateral rows, by row of the assembly, N/m.
-    ///
-    /// # Errors
-    /// A stiffness that is not one.
-    pub(crate) fn new(
-        body: &'a Subdomain<'_>,
-        [lower, upper]: &[Vec<f64>; 2],
-    ) -> Result<Option<Self>, NnddError> {
+    pub(crate) fn new(body: &'a Subdomain<'_>, [lower, upper]: &[Vec<f64>; 2]) -> Option<Self> {
         let unilateral = &body.unilateral;
         if unilateral.is_empty() {
-            return Ok(None);
+            return None;
         }
         let presses = |i: &usize| lower[body.rows[*i]] == 0.0 && upper[body.rows[*i]] == f64::INFINITY;
         if let Some(values) = body.held_stiffness.as_deref().filter(|_| unilateral.iter().all(presses)) {
-            let view = MatrixView::Dense { n: unilateral.len(), values };
-            return Ok(Some(Self::Traces(CheckedMatrix::new(view)?)));
+            return Some(Self::Traces(values));
         }
         let of_rows = |bounds: &[f64], none: f64| {
             let bound = |(carrier, row): (&Carrier, &usize)| match carrier {
@@ -83,12 +75,12 @@ impl<'a> Unilateral<'a> {
             };
             body.carriers.iter().zip(&body.rows).map(bound).collect()
         };
-        Ok(Some(Self::Forces {
+        Some(Self::Forces {
             flexibility: body.flexibility_matrix(),
             balance: SparseRows::from_dense(body.len(), body.balanced.basis.as_slice()),
             lower: of_rows(lower, f64::NEG_INFINITY),
             upper: of_rows(upper, f64::INFINITY),
-        }))
+        })
     }
 
     /// Solves it.
@@ -102,7 +94,7 @@ impl<'a> Unilateral<'a> {
         settings: &QpSettings,
     ) -> Result<Response, NnddError> {
         match self {
-            Self::Traces(matrix) => in_traces(matrix, body, bounds, places, settings),
+            Self::Traces(stiffness) => in_traces(stiffness, body, bounds, places, settings),
             Self::Forces { flexibility, balance, lower, upper } => {
                 let linear: Vec<f64> = bounds.iter().zip(body.free.iter()).map(|(c, v)| c - v).collect();
                 let qp = BoxQp {
@@ -123,8 +115,8 @@ impl<'a> Unilateral<'a> {
                     status: found.status,
                     path: found.path,
                     iterations: found.iterations,
-                    clarabel_calls: found.clarabel_calls,
-                    kkt: residuals(&found.kkt),
+                    clarabel_calls: found.counts.clarabel_calls(),
+                    kkt: residuals(found.kkt),
                 })
             }
         }
@@ -133,7 +125,7 @@ impl<'a> Unilateral<'a> {
 
 /// Solves the programme in the traces; its unknowns are `−v ≥ −c`.
 fn in_traces(
-    matrix: &CheckedMatrix<'_>,
+    stiffness: &[f64],
     body: &Subdomain<'_>,
     bounds: &DVector<f64>,
     places: Option<&[Place]>,
@@ -145,15 +137,25 @@ fn in_traces(
     let (rest, _) = body.forces_of_traces(&trace);
     let linear: Vec<f64> = unilateral.iter().map(|i| rest[*i]).collect();
     let lower: Vec<f64> = unilateral.iter().map(|i| -bounds[*i]).collect();
-    let all: Vec<usize> = (0..unilateral.len()).collect();
-    let start = places.map(|of| ActiveSet::new(unilateral.iter().map(|i| of[*i] == Place::Free).collect()));
-    let found = contact_qp::solve_with(matrix, &linear, &all, &lower, start.as_ref(), settings)?;
+    let n = unilateral.len();
+    let qp = BoxQp {
+        matrix: MatrixView::Dense { n, values: stiffness },
+        linear: &linear,
+        lower: &lower,
+        upper: &vec![f64::INFINITY; n],
+        rows: &SparseRows::new(n),
+        right_side: &[],
+    };
+    // A trace is at its bound if there may be a force.
+    let place = |of_force: Place| if of_force == Place::Free { Place::Lower } else { Place::Free };
+    let start = places.map(|of| unilateral.iter().map(|i| place(of[*i])).collect::<Vec<Place>>());
+    let found = solve_box(&qp, start.as_deref(), settings)?;
     unilateral.iter().zip(&found.x).for_each(|(i, x)| trace[*i] = -x);
     let (mut opening, mut places) = (vec![0.0; body.len()], vec![Place::Free; body.len()]);
     let mut force = if unilateral.len() == body.len() { rest } else { body.forces_of_traces(&trace).0 };
     for (k, &i) in unilateral.iter().enumerate() {
         (force[i], opening[i]) = (found.multipliers[k], bounds[i] - trace[i]);
-        if !found.active.is_active(k) {
+        if found.places[k] == Place::Free {
             places[i] = Place::Lower;
         }
     }
@@ -166,7 +168,7 @@ fn in_traces(
         status: found.status,
         path: found.path,
         iterations: found.iterations,
-        clarabel_calls: found.clarabel_calls,
+        clarabel_calls: found.counts.clarabel_calls(),
         kkt: found.kkt,
     })
 }
@@ -190,11 +192,6 @@ pub(crate) fn imposed(body: &Subdomain<'_>, traces: &DVector<f64>) -> Response {
 
 /// Names the residuals of the programme in the forces by what they are in the contact problem: its bounds are signs of forces
 /// there, and its multipliers the openings.
-pub(crate) fn residuals(dual: &BoxResiduals) -> KktResiduals {
-    KktResiduals {
-        stationarity: dual.stationarity.max(dual.rows),
-        primal: dual.dual,
-        dual: dual.primal,
-        complementarity: dual.complementarity,
-    }
+pub(crate) fn residuals(of_forces: KktResiduals) -> KktResiduals {
+    KktResiduals { primal: of_forces.dual, dual: of_forces.primal, ..of_forces }
 }

@@ -1,5 +1,6 @@
 //! What is called: checks what is given, sets the steps up, and iterates or solves exactly.
 
+use crate::active_set::ActiveSet;
 use crate::balance::Balance;
 use crate::correction::Correction;
 use crate::error::NnddError;
@@ -13,7 +14,6 @@ use crate::spectrum;
 use crate::steps::Steps;
 use crate::stopping::StoppingCriterion;
 use crate::subdomain::Subdomain;
-use contact_qp::ActiveSet;
 use fem_core::prepared::PreparedProblem;
 use fem_core::try_each_body;
 
@@ -76,7 +76,7 @@ fn iteration(
     let estimate = || spectrum::of_product(rows.len(), |v| correction.operator(v), |j| correction.apply(j));
     let fallback = FALLBACK / correction.scale();
     let (theta, chosen) = spectrum::choose_theta(settings.theta, fallback, estimate);
-    let mut steps = Steps::new(problem, &rows, &balance, (&bodies, &correction), &settings.qp)?;
+    let mut steps = Steps::new(problem, &rows, &balance, (&bodies, &correction), &settings.qp);
     if let Some(active) = &start.active {
         steps.start_from(active);
     }

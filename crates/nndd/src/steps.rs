@@ -5,6 +5,7 @@
 //! (step 1) and correct it at the same time (step 2): preconditioned descent on a convex function of λ whose gradient
 //! is the imbalance.
 
+use crate::active_set::ActiveSet;
 use crate::balance::Balance;
 use crate::correction::Correction;
 use crate::error::NnddError;
@@ -13,9 +14,7 @@ use crate::response::{Response, Unilateral, imposed};
 use crate::rows::Rows;
 use crate::subdomain::{Carrier, Subdomain};
 use crate::vector::dot;
-use contact_qp::{
-    ActiveSet, KktResiduals, Place, QpPath, QpSettings, QpStatus, SparseRows, nearest_balanced,
-};
+use contact_qp::{KktResiduals, Place, QpPath, QpSettings, QpStatus, SparseRows, nearest_balanced};
 use fem_core::body::RigidMotion;
 use fem_core::norm::from_squared;
 use fem_core::prepared::{BodyMotion, PreparedProblem};
@@ -64,17 +63,15 @@ pub(crate) struct Answers {
 }
 
 impl<'a> Steps<'a> {
-    /// # Errors
-    /// The stiffness of a body that is not one.
     pub(crate) fn new(
         problem: &'a PreparedProblem,
         rows: &'a Rows,
         balance: &Balance,
         (bodies, correction): (&'a [Subdomain<'a>], &'a Correction<'a>),
         qp: &'a QpSettings,
-    ) -> Result<Self, NnddError> {
+    ) -> Self {
         let bounds = rows.bounds(rows.limits());
-        Ok(Self {
+        Self {
             problem,
             lines: balance.resisted(),
             bodies,
@@ -84,10 +81,10 @@ impl<'a> Steps<'a> {
             gaps: rows.gaps(problem),
             weights: rows.lengths(problem).iter().map(|length| 1.0 / length).collect(),
             obstacles: rows.obstacles(problem),
-            programmes: try_each_body(bodies.len(), |b| Unilateral::new(&bodies[b], &bounds))?,
+            programmes: each_body(bodies.len(), |b| Unilateral::new(&bodies[b], &bounds)),
             bounds,
             places: vec![None; bodies.len()],
-        })
+        }
     }
 
     /// Starts with a known active set of all rows along normals, and full stick.
@@ -282,6 +279,7 @@ fn slowest(responses: &[Response]) -> QpPath {
 fn worst(responses: &[Response]) -> KktResiduals {
     responses.iter().fold(KktResiduals::default(), |worst, Response { kkt, .. }| KktResiduals {
         stationarity: worst.stationarity.max(kkt.stationarity),
+        rows: worst.rows.max(kkt.rows),
         primal: worst.primal.max(kkt.primal),
         dual: worst.dual.max(kkt.dual),
         complementarity: worst.complementarity.max(kkt.complementarity),

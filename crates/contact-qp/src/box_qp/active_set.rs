@@ -2,9 +2,9 @@
 
 use super::augmented::Augmented;
 use super::full::{CONTRADICTION, Full};
-use crate::dense::norm;
-use crate::kkt::largest;
-use crate::least_squares::{bounded_least_squares, nonnegative_least_squares};
+use crate::dense::{largest, norm};
+use crate::error::QpError;
+use crate::least_squares::nonnegative_least_squares;
 use crate::place::Place;
 use crate::problem::MatrixView;
 use crate::programme::BoxQp;
@@ -39,7 +39,8 @@ pub(super) struct Candidate {
 }
 
 impl<'a> System<'a> {
-    pub(super) fn new(qp: &'a BoxQp<'a>) -> Self {
+    /// * `near`: the programme without far bounds.
+    pub(super) fn new(qp: &'a BoxQp<'a>, near: &BoxQp<'_>) -> Self {
         let n = qp.linear.len();
         // A row of zeros stays one.
         let length = |length: f64| if length > 0.0 { length } else { 1.0 };
@@ -61,7 +62,7 @@ impl<'a> System<'a> {
         // Of a fixed unknown the stiffness may be rounding.
         let x = largest((0..n).filter(|i| qp.lower[*i] < qp.upper[*i]).map(alone))
             .max(largest(qp.right_side.iter().zip(&lengths).map(|(e, length)| e / length)))
-            .max(largest(qp.lower.iter().chain(qp.upper).map(finite)));
+            .max(largest(near.lower.iter().chain(near.upper).map(finite)));
         let y = largest(qp.linear.iter().copied());
         Self { qp, algebra, lengths, size: [x, y] }
     }
@@ -104,19 +105,24 @@ impl<'a> System<'a> {
         self.candidate(&places, from).filter(|other| self.next(other) == places).unwrap_or(candidate)
     }
 
-    /// Descends from a point within the bounds: the unknown that blocks a step stays at its bound, and the one whose multiplier is
+    /// Descends from a point, moved within the bounds and on a set: the unknown that blocks a step stays at its bound, and the one whose multiplier is
     /// most wrong leaves it. Every step lowers the objective, so that no set comes back; the limit is for round-off.
-    pub(super) fn descend(&self, start: &[f64], places: &[Place], limit: usize) -> Option<Candidate> {
+    ///
+    /// Returns the solution, if it was found, and the number of steps.
+    pub(super) fn descend(
+        &self,
+        start: &[f64],
+        mut places: Vec<Place>,
+        limit: usize,
+    ) -> (Option<Candidate>, usize) {
         let (lower, upper) = (self.qp.lower, self.qp.upper);
-        let mut places = places.to_vec();
-        let mut x: Vec<f64> = (0..start.len())
-            .map(|i| match places[i] {
-                Place::Free => start[i].clamp(lower[i], upper[i]),
-                place => self.qp.bound(i, place),
-            })
-            .collect();
-        for _ in 0..limit {
-            let candidate = self.candidate(&places, &x)?;
+        let place = |i: usize| match places[i] {
+            Place::Free => start[i].clamp(lower[i], upper[i]),
+            place => self.qp.bound(i, place),
+        };
+        let mut x: Vec<f64> = (0..start.len()).map(place).collect();
+        for step in 1..=limit {
+            let Some(candidate) = self.candidate(&places, &x) else { return (None, step) };
             let least = WRONG * largest(candidate.x.iter().copied()).max(self.size[0]);
             let blocks = |i: usize| {
                 let (from, to) = (x[i], candidate.x[i]);
@@ -148,29 +154,14 @@ impl<'a> System<'a> {
             };
             let worst = (0..x.len()).max_by(|a, b| wrong(*a).total_cmp(&wrong(*b)));
             match worst.filter(|i| wrong(*i) > slack) {
-                None => return Some(self.released(candidate, &x)),
+                None => return (Some(self.released(candidate, &x)), step),
                 Some(i) => {
                     places[i] = Place::Free;
                     x = candidate.x;
                 }
             }
         }
-        None
-    }
-
-    /// [`Self::descend`] from a vertex: a point within the bounds at which the rows hold, with at most as many unknowns between their
-    /// bounds as rows. `None` if the rows do not hold within the bounds, or if an unknown has no lower bound.
-    pub(super) fn descend_from_vertex(&self, limit: usize) -> Option<Candidate> {
-        let Self { qp, lengths, .. } = self;
-        let right_side: Vec<f64> = qp.right_side.iter().zip(lengths).map(|(e, length)| e / length).collect();
-        let (x, _) = bounded_least_squares(&self.unit_rows(), &right_side, [qp.lower, qp.upper]).ok()?;
-        let place = |i: usize| match x[i] {
-            x if x <= qp.lower[i] => Place::Lower,
-            x if x >= qp.upper[i] => Place::Upper,
-            _ => Place::Free,
-        };
-        let places: Vec<Place> = (0..x.len()).map(place).collect();
-        self.descend(&x, &places, limit)
+        (None, limit)
     }
 
     /// Returns `G` with rows of length one, row after row.
@@ -181,6 +172,17 @@ impl<'a> System<'a> {
             row.iter_mut().for_each(|g| *g /= length);
         }
         rows
+    }
+
+    /// Checks that the matrix has no negative direction, on which a programme has no solution.
+    ///
+    /// # Errors
+    /// [`QpError::NotPositiveDefinite`].
+    pub(super) fn check_semi_definite(&self) -> Result<(), QpError> {
+        match &self.algebra {
+            Algebra::Full(full) => full.check_semi_definite(),
+            Algebra::Sparse(_) => Ok(()),
+        }
     }
 
     /// Tells whether the equations are sparse.

@@ -1,9 +1,9 @@
 //! The equations of a set with a full matrix: a factor of `P_FF + c G_Fᵀ G_F` and the eigenvalues of the Schur complement of the rows.
 
 use super::kept::{DEPENDENT_COLUMN, Kept};
-use crate::cholesky::eliminate;
-use crate::dense::{SemiDefinite, dot};
-use crate::kkt::largest;
+use crate::cholesky::{Factor, PIVOT_FLOOR, eliminate};
+use crate::dense::{SemiDefinite, dot, largest};
+use crate::error::QpError;
 use crate::programme::BoxQp;
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -73,7 +73,7 @@ impl<'a> Full<'a> {
             *kept = Kept::new(n, &self.matrix, &free);
         }
         if kept.is_none() {
-            for i in self.dependent(&free) {
+            for i in self.dependent(&free)? {
                 x[i] = from[i].max(self.qp.lower[i]).min(self.qp.upper[i]);
                 free.retain(|j| *j != i);
             }
@@ -115,10 +115,19 @@ impl<'a> Full<'a> {
         Some(())
     }
 
+    /// Checks that the matrix has no negative direction beyond round-off.
+    pub(super) fn check_semi_definite(&self) -> Result<(), QpError> {
+        let n = self.qp.linear.len();
+        let mut shifted = self.matrix.to_vec();
+        let added = PIVOT_FLOOR * largest((0..n).map(|i| shifted[i * (n + 1)]));
+        (0..n).for_each(|i| shifted[i * (n + 1)] += added);
+        Factor::of_block(n, &shifted, &(0..n).collect::<Vec<_>>()).map(|_| ())
+    }
+
     /// Finds unknowns whose columns depend on those of others among some, by an elimination that skips them. In contact: at a corner
     /// friction on one side acts along the normal of the other. Unknowns with two bounds come last, so that a pressure is determined
-    /// before a friction.
-    fn dependent(&self, free: &[usize]) -> Vec<usize> {
+    /// before a friction. `None` if the matrix has a negative direction.
+    fn dependent(&self, free: &[usize]) -> Option<Vec<usize>> {
         let n = self.qp.linear.len();
         let (first, last): (Vec<usize>, Vec<usize>) =
             free.iter().partition(|i| self.qp.upper[**i].is_infinite() || self.qp.lower[**i].is_infinite());
@@ -132,6 +141,9 @@ impl<'a> Full<'a> {
                 let factor = part[0];
                 column.iter_mut().zip(part).for_each(|(c, l)| *c -= factor * l);
             }
+            if column[0] < -PIVOT_FLOOR * self.matrix[i * (n + 1)] {
+                return None;
+            }
             if column[0] <= DEPENDENT_COLUMN * self.matrix[i * (n + 1)] {
                 skipped.push(i);
                 continue;
@@ -140,6 +152,6 @@ impl<'a> Full<'a> {
             column.iter_mut().for_each(|c| *c /= pivot);
             kept.push((k, column));
         }
-        skipped
+        Some(skipped)
     }
 }

@@ -8,7 +8,6 @@
 
 use crate::cholesky::{Factor, PIVOT_FLOOR};
 use crate::dense::dot;
-use crate::problem::MatrixView;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use std::collections::HashMap;
 
@@ -45,7 +44,7 @@ pub(super) struct Changes {
 impl Kept {
     /// Factorises a block; `None` if it is not positive definite, or by round-off alone.
     pub(super) fn new(n: usize, values: &[f64], rows: &[usize]) -> Option<Self> {
-        let factor = Factor::of_block(&MatrixView::Dense { n, values }, rows).ok()?;
+        let factor = Factor::of_block(n, values, rows).ok()?;
         let depends = |(pivot, row): (f64, &usize)| pivot * pivot <= DEPENDENT_COLUMN * values[row * (n + 1)];
         if factor.pivots().zip(rows).any(depends) {
             return None;
@@ -153,7 +152,7 @@ mod tests {
             let sides: Vec<f64> = (0..2 * rows.len()).map(|k| (k as f64).sin()).collect();
             let [mut found, mut expected] = [sides.clone(), sides];
             kept.solve(&rows, &changes, &mut found);
-            Factor::of_block(&MatrixView::Dense { n, values: &values }, &rows).unwrap().solve(&mut expected);
+            Factor::of_block(n, &values, &rows).unwrap().solve(&mut expected);
             assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13), "{without:?}");
         }
         assert!(kept.changes(&values, &block(&(0..40).collect::<Vec<_>>())).is_none());

@@ -1,13 +1,13 @@
 //! How far a point and its multipliers are from the KKT conditions.
 
-use crate::dense::norm;
-use crate::kkt::largest;
+use crate::dense::{largest, norm};
 use crate::programme::BoxQp;
 
 /// Residuals of the KKT conditions, each over the scale of its terms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BoxResiduals {
-    /// `max |P x + q − Gᵀ a − y|` over the largest of its terms.
+pub struct KktResiduals {
+    /// `max |P x + q − Gᵀ a − y|` over the largest sum of the sizes of its terms, `max (|P| |x| + |q| + |Gᵀ| |a|)`: a few 1e-16 are
+    /// round-off, whatever the conditioning of `P`.
     pub stationarity: f64,
     /// `max |G x − e|` of a row `g` over `|g| |x| + |e|`.
     pub rows: f64,
@@ -19,7 +19,7 @@ pub struct BoxResiduals {
     pub complementarity: f64,
 }
 
-impl BoxResiduals {
+impl KktResiduals {
     /// Returns the largest of them.
     #[must_use]
     pub fn max(&self) -> f64 {
@@ -31,21 +31,23 @@ impl BoxResiduals {
 ///
 /// # Panics
 /// If a length does not fit the programme.
-pub fn box_residuals(
+pub fn kkt_residuals(
     qp: &BoxQp<'_>,
     x: &[f64],
     multipliers: &[f64],
     row_multipliers: &[f64],
-) -> BoxResiduals {
+) -> KktResiduals {
     let n = x.len();
     let gradient = qp.gradient(x, row_multipliers);
-    let mut product = vec![0.0; n];
-    qp.matrix.add_product(x, &mut product);
-    let terms = qp.rows.rows().zip(row_multipliers).map(|(row, a)| largest(row.map(|(_, g)| g)) * a.abs());
-    let force = largest(qp.linear.iter().copied()).max(largest(product)).max(terms.fold(0.0, f64::max));
+    let mut terms: Vec<f64> = qp.linear.iter().map(|q| q.abs()).collect();
+    qp.matrix.add_magnitudes(x, &mut terms);
+    for (row, a) in qp.rows.rows().zip(row_multipliers) {
+        row.for_each(|(i, g)| terms[i] += (g * a).abs());
+    }
+    let force = largest(terms);
     let length = largest(x.iter().copied());
     let over = |value: f64, scale: f64| if value == 0.0 { 0.0 } else { value / scale };
-    let mut found = BoxResiduals::default();
+    let mut found = KktResiduals::default();
     for i in 0..n {
         let y = multipliers[i];
         let below = (qp.lower[i] - x[i]).max(x[i] - qp.upper[i]).max(0.0);

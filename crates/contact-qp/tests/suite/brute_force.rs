@@ -1,7 +1,7 @@
 //! Small random problems against the exhaustive search over active sets.
 
-use crate::support::{Problem, Sparse, assert_close, assert_exact, brute_force};
-use contact_qp::{ActiveSet, QpMethod, QpSettings, QpStatus, solve};
+use crate::support::{Problem, Sparse, assert_close, assert_exact, at_bounds, brute_force};
+use contact_qp::{Place, QpMethod, QpSettings, QpStatus, solve_box};
 
 const METHODS: [QpMethod; 3] = [QpMethod::Auto, QpMethod::Clarabel, QpMethod::ActiveSet];
 
@@ -15,13 +15,13 @@ fn every_method_and_form_finds_the_answer() {
         let sparse = Sparse::new(problem.n, &problem.matrix);
         for qp in [problem.dense(), problem.with(sparse.view())] {
             for method in METHODS {
-                let solution = solve(&qp, None, &QpSettings::default().with_method(method)).unwrap();
+                let solution = solve_box(&qp, None, &QpSettings::default().with_method(method)).unwrap();
                 assert_eq!(solution.status, QpStatus::Solved, "seed {seed}, {method:?}");
                 assert_exact(&qp, &solution);
                 assert_close(&solution.x, &x, 1e-11);
                 assert_close(&solution.multipliers, &multipliers, 1e-10);
                 worst = worst.max(solution.kkt.max());
-                active_bounds += solution.active.count();
+                active_bounds += at_bounds(&solution);
             }
         }
     }
@@ -36,10 +36,12 @@ fn every_warm_start_gives_the_same_answer() {
     for seed in 1000..1030 {
         let problem = Problem::random(4, seed);
         let (x, _) = brute_force(&problem);
-        let bounds = problem.bounded.len();
-        for mask in 0..1usize << bounds {
-            let start = ActiveSet::new((0..bounds).map(|k| mask >> k & 1 == 1).collect());
-            let solution = solve(&problem.dense(), Some(&start), &QpSettings::default()).unwrap();
+        let bounded = problem.bounded();
+        for mask in 0..1usize << bounded.len() {
+            let mut start = vec![Place::Free; problem.n];
+            let active = bounded.iter().enumerate().filter(|(k, _)| mask >> k & 1 == 1);
+            active.for_each(|(_, i)| start[*i] = Place::Lower);
+            let solution = solve_box(&problem.dense(), Some(&start), &QpSettings::default()).unwrap();
             assert_eq!(solution.status, QpStatus::Solved);
             assert_exact(&problem.dense(), &solution);
             assert_close(&solution.x, &x, 1e-11);
@@ -54,11 +56,11 @@ fn dense_and_sparse_name_the_same_active_set() {
         let sparse = Sparse::new(problem.n, &problem.matrix);
         for method in METHODS {
             let settings = QpSettings::default().with_method(method);
-            let full = solve(&problem.dense(), None, &settings).unwrap();
-            let thin = solve(&problem.with(sparse.view()), None, &settings).unwrap();
+            let full = solve_box(&problem.dense(), None, &settings).unwrap();
+            let thin = solve_box(&problem.with(sparse.view()), None, &settings).unwrap();
             assert_eq!((full.status, thin.status), (QpStatus::Solved, QpStatus::Solved));
-            assert_eq!(full.active, thin.active);
-            assert!(full.active.count() > 5);
+            assert_eq!(full.places, thin.places);
+            assert!(at_bounds(&full) > 5);
             assert_close(&thin.multipliers, &full.multipliers, 1e-10);
             assert!(full.kkt.max() < 1e-13 && thin.kkt.max() < 1e-13);
         }

@@ -7,6 +7,8 @@ mod brute_force;
 mod input;
 mod obstacle;
 mod paths;
+mod rows;
 mod scaling;
 mod singular;
 mod support;
+mod ways;

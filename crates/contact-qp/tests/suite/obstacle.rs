@@ -8,7 +8,9 @@
 //! ```
 
 use crate::support::assert_exact;
-use contact_qp::{BoundQp, MatrixView, QpMethod, QpPath, QpSettings, QpSolution, QpStatus, solve};
+use contact_qp::{
+    BoxQp, BoxSolution, MatrixView, Place, QpMethod, QpPath, QpSettings, QpStatus, SparseRows, solve_box,
+};
 
 const LOAD: f64 = 2.0;
 const DEPTH: f64 = 0.0637;
@@ -18,8 +20,9 @@ struct StringOverObstacle {
     row_indices: Vec<usize>,
     values: Vec<f64>,
     linear: Vec<f64>,
-    bounded: Vec<usize>,
     lower: Vec<f64>,
+    upper: Vec<f64>,
+    rows: SparseRows,
     spacing: f64,
 }
 
@@ -37,18 +40,25 @@ impl StringOverObstacle {
             column_starts.push(values.len());
         }
         let linear = vec![LOAD * spacing; n];
-        let (bounded, lower) = ((0..n).collect(), vec![-DEPTH; n]);
-        Self { column_starts, row_indices, values, linear, bounded, lower, spacing }
+        let (lower, upper, rows) = (vec![-DEPTH; n], vec![f64::INFINITY; n], SparseRows::new(n));
+        Self { column_starts, row_indices, values, linear, lower, upper, rows, spacing }
     }
 
-    fn sparse(&self) -> BoundQp<'_> {
+    fn sparse(&self) -> BoxQp<'_> {
         let matrix = MatrixView::SparseUpper {
             n: self.linear.len(),
             column_starts: &self.column_starts,
             row_indices: &self.row_indices,
             values: &self.values,
         };
-        BoundQp { matrix, linear: &self.linear, bounded: &self.bounded, lower: &self.lower }
+        BoxQp {
+            matrix,
+            linear: &self.linear,
+            lower: &self.lower,
+            upper: &self.upper,
+            rows: &self.rows,
+            right_side: &[],
+        }
     }
 
     /// The same matrix in full.
@@ -64,11 +74,12 @@ impl StringOverObstacle {
         full
     }
 
-    fn assert_closed_form(&self, solution: &QpSolution) {
-        let active: Vec<usize> = (0..self.bounded.len()).filter(|&k| solution.active.is_active(k)).collect();
+    fn assert_closed_form(&self, solution: &BoxSolution) {
+        let active: Vec<usize> =
+            (0..self.lower.len()).filter(|&k| solution.places[k] == Place::Lower).collect();
         let (first, last) = (active[0], active[active.len() - 1]);
         assert_eq!(active.len(), last - first + 1, "the contact zone is one interval");
-        assert_eq!(first + last, self.bounded.len() - 1, "and symmetric");
+        assert_eq!(first + last, self.lower.len() - 1, "and symmetric");
         let edge = (2.0 * DEPTH / LOAD).sqrt();
         let found = (first + 1) as f64 * self.spacing;
         assert!((found - edge).abs() <= self.spacing, "edge at {found}, expected {edge}");
@@ -87,10 +98,10 @@ impl StringOverObstacle {
 fn the_contact_zone_is_that_of_the_closed_form() {
     let problem = StringOverObstacle::new(200);
     let full = problem.full();
-    let dense = BoundQp { matrix: MatrixView::Dense { n: 200, values: &full }, ..problem.sparse() };
+    let dense = BoxQp { matrix: MatrixView::Dense { n: 200, values: &full }, ..problem.sparse() };
     for qp in [problem.sparse(), dense] {
         for method in [QpMethod::Clarabel, QpMethod::ActiveSet] {
-            let solution = solve(&qp, None, &QpSettings::default().with_method(method)).unwrap();
+            let solution = solve_box(&qp, None, &QpSettings::default().with_method(method)).unwrap();
             assert_eq!(solution.status, QpStatus::Solved, "{method:?}");
             assert_exact(&qp, &solution);
             assert!(solution.kkt.max() < 1e-15, "{:?}", solution.kkt);
@@ -103,8 +114,11 @@ fn the_contact_zone_is_that_of_the_closed_form() {
 #[test]
 fn a_long_string_is_solved_in_the_sparse_form() {
     let problem = StringOverObstacle::new(20_000);
-    let solution = solve(&problem.sparse(), None, &QpSettings::default()).unwrap();
-    println!("{} {} {} {:?}", solution.status, solution.iterations, solution.polish_steps, solution.kkt);
+    let solution = solve_box(&problem.sparse(), None, &QpSettings::default()).unwrap();
+    println!(
+        "{} {} {} {:?}",
+        solution.status, solution.iterations, solution.counts.polish_sets, solution.kkt
+    );
     assert_eq!((solution.status, solution.path), (QpStatus::Solved, QpPath::Clarabel));
     assert_exact(&problem.sparse(), &solution);
     assert!(solution.kkt.max() < 1e-14, "{:?}", solution.kkt);

@@ -1,7 +1,7 @@
 //! Neither units nor distant bounds must change the result.
 
-use crate::support::{Problem, assert_close, assert_exact};
-use contact_qp::{QpMethod, QpSettings, QpStatus, solve};
+use crate::support::{Problem, assert_close, assert_exact, at_bounds};
+use contact_qp::{QpMethod, QpSettings, QpStatus, solve_box};
 
 const METHODS: [QpMethod; 2] = [QpMethod::Clarabel, QpMethod::ActiveSet];
 
@@ -9,7 +9,7 @@ const METHODS: [QpMethod; 2] = [QpMethod::Clarabel, QpMethod::ActiveSet];
 fn other_units_give_the_same_answer() {
     for seed in 0..10 {
         let problem = Problem::random(30, 300 + seed);
-        let reference = solve(&problem.dense(), None, &QpSettings::default()).unwrap();
+        let reference = solve_box(&problem.dense(), None, &QpSettings::default()).unwrap();
         for stiffness in [1e-9, 1.0, 1e9] {
             for force in [1e-9, 1.0, 1e9] {
                 let length = force / stiffness;
@@ -21,10 +21,10 @@ fn other_units_give_the_same_answer() {
                 };
                 for method in METHODS {
                     let settings = QpSettings::default().with_method(method);
-                    let solution = solve(&scaled.dense(), None, &settings).unwrap();
+                    let solution = solve_box(&scaled.dense(), None, &settings).unwrap();
                     assert_eq!(solution.status, QpStatus::Solved, "P × {stiffness:e}, q × {force:e}");
                     assert_exact(&scaled.dense(), &solution);
-                    assert_eq!(solution.active, reference.active);
+                    assert_eq!(solution.places, reference.places);
                     let x: Vec<f64> = solution.x.iter().map(|value| value / length).collect();
                     let r: Vec<f64> = solution.multipliers.iter().map(|value| value / force).collect();
                     assert_close(&x, &reference.x, 1e-11);
@@ -40,19 +40,16 @@ fn far_away_bounds_count_for_nothing() {
     for seed in 0..10 {
         let near = Problem::random(20, 900 + seed);
         let mut far = near.clone();
-        far.bounded = (0..near.n).collect();
         for distance in [1e6, 1e12, 1e20, 1e300] {
-            far.lower = vec![-distance; near.n];
-            for (&i, &lower) in near.bounded.iter().zip(&near.lower) {
-                far.lower[i] = lower;
-            }
+            far.lower = near.lower.iter().map(|lower| lower.max(-distance)).collect();
+            far.upper = vec![distance; near.n];
             for method in METHODS {
                 let settings = QpSettings::default().with_method(method);
-                let wanted = solve(&near.dense(), None, &settings).unwrap();
-                let solution = solve(&far.dense(), None, &settings).unwrap();
+                let wanted = solve_box(&near.dense(), None, &settings).unwrap();
+                let solution = solve_box(&far.dense(), None, &settings).unwrap();
                 assert_eq!(solution.status, QpStatus::Solved, "{distance:e}");
                 assert_exact(&far.dense(), &solution);
-                assert_eq!(solution.active.count(), wanted.active.count());
+                assert_eq!(at_bounds(&solution), at_bounds(&wanted));
                 assert_close(&solution.x, &wanted.x, 1e-13);
             }
         }
@@ -72,17 +69,15 @@ fn stiffnesses_of_different_size_are_solved() {
                 problem.matrix[j * n + i] *= scale(i) * scale(j);
             }
         }
-        for (&i, lower) in problem.bounded.iter().zip(&mut problem.lower) {
-            *lower /= scale(i);
-        }
+        problem.lower.iter_mut().enumerate().for_each(|(i, lower)| *lower /= scale(i));
         let answers = METHODS.map(|method| {
             let settings = QpSettings::default().with_method(method);
-            solve(&problem.dense(), None, &settings).unwrap()
+            solve_box(&problem.dense(), None, &settings).unwrap()
         });
         for solution in &answers {
             assert_eq!(solution.status, QpStatus::Solved, "seed {seed}");
             assert_exact(&problem.dense(), solution);
         }
-        assert_eq!(answers[0].active, answers[1].active);
+        assert_eq!(answers[0].places, answers[1].places);
     }
 }

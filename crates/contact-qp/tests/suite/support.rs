@@ -1,6 +1,6 @@
 //! Random problems, a sparse copy of a dense one, exhaustive search, and the exactness that every solution must have.
 
-use contact_qp::{BoundQp, MatrixView, QpSolution};
+use contact_qp::{BoxQp, BoxSolution, MatrixView, Place, SparseRows};
 
 /// Numbers that look random and are the same on every machine.
 pub(crate) struct Random(u64);
@@ -29,11 +29,20 @@ pub(crate) struct Problem {
     pub(crate) n: usize,
     pub(crate) matrix: Vec<f64>,
     pub(crate) linear: Vec<f64>,
-    pub(crate) bounded: Vec<usize>,
     pub(crate) lower: Vec<f64>,
+    pub(crate) upper: Vec<f64>,
+    pub(crate) rows: SparseRows,
+    pub(crate) right_side: Vec<f64>,
 }
 
 impl Problem {
+    /// A problem without rows and upper bounds.
+    pub(crate) fn below(matrix: Vec<f64>, linear: Vec<f64>, lower: Vec<f64>) -> Self {
+        let n = linear.len();
+        let (upper, rows) = (vec![f64::INFINITY; n], SparseRows::new(n));
+        Self { n, matrix, linear, lower, upper, rows, right_side: Vec::new() }
+    }
+
     /// `P = B Bᵀ + 0.05 I` with entries of `B` left out at random, three unknowns in four bounded.
     pub(crate) fn random(n: usize, seed: u64) -> Self {
         let mut random = Random::new(seed);
@@ -47,16 +56,61 @@ impl Problem {
             }
         }
         let bounded: Vec<usize> = (0..n).filter(|_| random.chance(0.75)).collect();
-        let lower = bounded.iter().map(|_| random.number()).collect();
-        Self { n, matrix, linear: (0..n).map(|_| random.number()).collect(), bounded, lower }
+        let mut lower = vec![f64::NEG_INFINITY; n];
+        bounded.iter().for_each(|i| lower[*i] = random.number());
+        Self::below(matrix, (0..n).map(|_| random.number()).collect(), lower)
     }
 
-    pub(crate) fn dense(&self) -> BoundQp<'_> {
+    /// A problem with bounds on both sides and rows that has a solution: `e = G x` of some `x` within the bounds.
+    ///
+    /// * `rank`: of the matrix; with fewer than `n` the rows must hold it.
+    pub(crate) fn boxed(random: &mut Random, n: usize, m: usize, rank: usize) -> Self {
+        let factor: Vec<f64> = (0..n * rank).map(|_| random.number()).collect();
+        let entry = |i: usize, j: usize| -> f64 {
+            (0..rank).map(|k| factor[k * n + i] * factor[k * n + j]).sum::<f64>()
+        };
+        let matrix = (0..n * n).map(|k| entry(k % n, k / n)).collect();
+        let mut rows: Vec<f64> = (0..n * m).map(|_| random.number()).collect();
+        if m > 2 {
+            // Dependent rows.
+            for i in 0..n {
+                rows[2 * n + i] = rows[i] - 2.0 * rows[n + i];
+            }
+        }
+        let inside: Vec<f64> = (0..n).map(|_| 0.5 + (0.5 * (1.0 + random.number()))).collect();
+        let right_side = (0..m).map(|k| (0..n).map(|i| rows[k * n + i] * inside[i]).sum()).collect();
+        let upper =
+            (0..n).map(|_| if (0.5 * (1.0 + random.number())) < 0.5 { 2.0 } else { f64::INFINITY }).collect();
+        let linear = (0..n).map(|_| 3.0 * random.number()).collect();
+        let rows = SparseRows::from_dense(n, &rows);
+        Self { n, matrix, linear, lower: vec![0.0; n], upper, rows, right_side }
+    }
+
+    /// Computes `½ xᵀP x + qᵀx`.
+    pub(crate) fn objective(&self, x: &[f64]) -> f64 {
+        let n = x.len();
+        let product = |i: usize| (0..n).map(|j| self.matrix[j * n + i] * x[j]).sum::<f64>();
+        (0..n).map(|i| x[i] * (0.5 * product(i) + self.linear[i])).sum()
+    }
+
+    /// Lists the unknowns that have a bound.
+    pub(crate) fn bounded(&self) -> Vec<usize> {
+        (0..self.n).filter(|i| self.lower[*i].is_finite() || self.upper[*i].is_finite()).collect()
+    }
+
+    pub(crate) fn dense(&self) -> BoxQp<'_> {
         self.with(MatrixView::Dense { n: self.n, values: &self.matrix })
     }
 
-    pub(crate) fn with<'a>(&'a self, matrix: MatrixView<'a>) -> BoundQp<'a> {
-        BoundQp { matrix, linear: &self.linear, bounded: &self.bounded, lower: &self.lower }
+    pub(crate) fn with<'a>(&'a self, matrix: MatrixView<'a>) -> BoxQp<'a> {
+        BoxQp {
+            matrix,
+            linear: &self.linear,
+            lower: &self.lower,
+            upper: &self.upper,
+            rows: &self.rows,
+            right_side: &self.right_side,
+        }
     }
 }
 
@@ -106,14 +160,45 @@ fn eliminate(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
     (0..n).map(|i| rows[i][n] / rows[i][i]).collect()
 }
 
-/// Tries every active set; returns `x` and the multipliers of the one with correct signs.
+/// A wall of `courses` of `width` blocks, each on two of the course below: the forces on it along two directions and about its middle,
+/// from two joints at each end of each face.
+pub(crate) fn wall(courses: usize, width: usize) -> SparseRows {
+    let mut columns: Vec<Vec<(usize, f64)>> = Vec::new();
+    let block = |course: usize, k: usize| course * width + k;
+    for course in 0..courses {
+        for k in 0..width {
+            for (below, at) in [(k, -0.5), (k, -0.1), (k + 1, 0.1), (k + 1, 0.5)] {
+                let upper = 3 * block(course, k);
+                let mut column = vec![(upper + 1, -1.0), (upper + 2, -at)];
+                if course > 0 && below < width {
+                    let lower = 3 * block(course - 1, below);
+                    column.extend([(lower + 1, 1.0), (lower + 2, at + if below == k { 0.5 } else { -0.5 })]);
+                }
+                columns.push(column);
+            }
+            // The heads of neighbours.
+            if k + 1 < width {
+                columns.push(vec![(3 * block(course, k), 1.0), (3 * block(course, k + 1), -1.0)]);
+            }
+        }
+    }
+    let mut entries = SparseRows::new(3 * courses * width);
+    columns.iter_mut().for_each(|column| {
+        column.sort_by_key(|(row, _)| *row);
+        entries.push(column.iter().copied());
+    });
+    entries.transposed()
+}
+
+/// Tries every active set of lower bounds; returns `x` and the multipliers of the one with correct signs.
 pub(crate) fn brute_force(problem: &Problem) -> (Vec<f64>, Vec<f64>) {
-    let Problem { n, matrix, linear, bounded, lower } = problem;
+    let Problem { n, matrix, linear, lower, .. } = problem;
+    let bounded = problem.bounded();
     for mask in 0..1usize << bounded.len() {
         let mut x = vec![0.0; *n];
         let mut free = vec![true; *n];
-        for (k, &i) in bounded.iter().enumerate().filter(|&(k, _)| mask >> k & 1 == 1) {
-            x[i] = lower[k];
+        for (_, &i) in bounded.iter().enumerate().filter(|&(k, _)| mask >> k & 1 == 1) {
+            x[i] = lower[i];
             free[i] = false;
         }
         let gradient =
@@ -130,32 +215,32 @@ pub(crate) fn brute_force(problem: &Problem) -> (Vec<f64>, Vec<f64>) {
         for (&i, value) in inside.iter().zip(eliminate(rows)) {
             x[i] = value;
         }
-        let multipliers: Vec<f64> =
-            bounded.iter().map(|&i| if free[i] { 0.0 } else { gradient(&x, i) }).collect();
-        let signs = bounded
-            .iter()
-            .enumerate()
-            .all(|(k, &i)| if free[i] { x[i] >= lower[k] } else { multipliers[k] >= 0.0 });
-        if signs {
+        let multipliers: Vec<f64> = (0..*n).map(|i| if free[i] { 0.0 } else { gradient(&x, i) }).collect();
+        if (0..*n).all(|i| if free[i] { x[i] >= lower[i] } else { multipliers[i] >= 0.0 }) {
             return (x, multipliers);
         }
     }
     panic!("no active set has the right signs: {problem:?}");
 }
 
+/// Counts the unknowns at their bounds.
+pub(crate) fn at_bounds(solution: &BoxSolution) -> usize {
+    solution.places.iter().filter(|place| **place != Place::Free).count()
+}
+
 /// Asserts the properties of every solution, bit for bit.
-pub(crate) fn assert_exact(qp: &BoundQp<'_>, solution: &QpSolution) {
-    assert_eq!(solution.x.len(), qp.linear.len());
-    assert_eq!(solution.multipliers.len(), qp.bounded.len());
-    assert_eq!(solution.active.len(), qp.bounded.len());
-    for (k, (&i, &lower)) in qp.bounded.iter().zip(qp.lower).enumerate() {
-        let (x, r) = (solution.x[i], solution.multipliers[k]);
-        assert!(x >= lower && r >= 0.0 && r.is_sign_positive(), "bound {k}: x = {x}, l = {lower}, r = {r}");
-        if solution.active.is_active(k) {
-            assert_eq!(x.to_bits(), lower.to_bits(), "bound {k} is active");
-        } else {
-            assert_eq!(r.to_bits(), 0.0f64.to_bits(), "bound {k} is inactive");
-        }
+pub(crate) fn assert_exact(qp: &BoxQp<'_>, solution: &BoxSolution) {
+    let n = qp.linear.len();
+    assert_eq!([solution.x.len(), solution.multipliers.len(), solution.places.len()], [n; 3]);
+    for i in 0..n {
+        let (x, y) = (solution.x[i], solution.multipliers[i]);
+        assert!((qp.lower[i]..=qp.upper[i]).contains(&x), "{i}: {x} outside its bounds");
+        let (bound, right) = match solution.places[i] {
+            Place::Lower => (qp.lower[i], y >= 0.0 && y.is_sign_positive()),
+            Place::Upper => (qp.upper[i], y <= 0.0),
+            Place::Free => (x, y.to_bits() == 0),
+        };
+        assert!(x.to_bits() == bound.to_bits() && right, "{i}: {:?}, x = {x}, y = {y}", solution.places[i]);
     }
     assert_eq!((solution.kkt.primal, solution.kkt.dual, solution.kkt.complementarity), (0.0, 0.0, 0.0));
 }

@@ -1,0 +1,73 @@
+//! Every way to a solution is needed: programmes that are not solved as said without it. A right start, a cycle, and what Clarabel leaves
+//! half done are in `paths`.
+
+use crate::support::{Problem, Random, assert_close, assert_exact};
+use contact_qp::{BoxSolution, QpMethod, QpSettings, QpStatus, SparseRows, solve_box};
+
+fn solved(problem: &Problem, method: QpMethod) -> BoxSolution {
+    let found = solve_box(&problem.dense(), None, &QpSettings::default().with_method(method)).unwrap();
+    assert_eq!(found.status, QpStatus::Solved, "{method:?} {:?} {:?}", found.counts, found.kkt);
+    assert!(found.kkt.max() <= 1e-12, "{:?}", found.kkt);
+    assert_exact(&problem.dense(), &found);
+    found
+}
+
+#[test]
+fn clarabel_is_called_with_few_of_the_bounds_of_a_large_full_matrix() {
+    // A string over a flat obstacle, joined to the ground by springs.
+    let n = 300;
+    let mut matrix = vec![0.0; n * n];
+    for i in 0..n {
+        matrix[i * (n + 1)] = 2.001;
+        if i > 0 {
+            (matrix[i * n + i - 1], matrix[(i - 1) * n + i]) = (-1.0, -1.0);
+        }
+    }
+    let mut problem = Problem::below(matrix, vec![1.0; n], vec![-100.0; n]);
+    let large = solved(&problem, QpMethod::Clarabel);
+    assert_eq!((large.counts.shrunk_calls, large.counts.whole_calls), (1, 0));
+    assert!(large.counts.polish_sets > 1, "{:?}", large.counts);
+    let judge = solved(&problem, QpMethod::ActiveSet);
+    assert_eq!((judge.counts.clarabel_calls(), &judge.places), (0, &large.places));
+    assert_close(&large.x, &judge.x, 1e-13);
+    // With rows Clarabel takes the whole.
+    (problem.rows, problem.right_side) = (SparseRows::from_dense(n, &vec![1.0; n]), vec![-2.0e4]);
+    let whole = solved(&problem, QpMethod::Clarabel);
+    assert_eq!((whole.counts.shrunk_calls, whole.counts.whole_calls), (0, 1));
+}
+
+#[test]
+fn a_single_feasible_point_is_solved_although_its_multipliers_are_not_unique() {
+    let (mut random, mut fitted) = (Random::new(23), 0);
+    for case in 0..200 {
+        let (n, m) = (1 + case % 7, 1 + case % 3);
+        let mut programme = Problem::boxed(&mut random, n, m, n);
+        // Positive rows that add up to zero: only x = 0 is feasible.
+        let mut rows = programme.rows.dense();
+        rows[..n].iter_mut().for_each(|g| *g = g.abs() + 0.1);
+        programme.rows = SparseRows::from_dense(n, &rows);
+        programme.right_side.fill(0.0);
+        for method in [QpMethod::ActiveSet, QpMethod::Clarabel] {
+            let found = solved(&programme, method);
+            assert_eq!(found.x, vec![0.0; n]);
+            fitted += found.counts.fitted;
+        }
+    }
+    assert!(fitted > 50, "{fitted}");
+}
+
+#[test]
+fn rows_that_cannot_hold_on_the_set_of_clarabel_are_reached_by_a_descent() {
+    // The rows, or those and the bounds that are reached, leave nearly no room, so that Clarabel takes too many unknowns for fixed.
+    let (mut random, mut descents) = (Random::new(29), 0);
+    for (n, m) in [(2, 1), (2, 2), (2, 3), (3, 2), (3, 3)] {
+        for _ in 0..300 {
+            let problem = Problem::boxed(&mut random, n, m, 1);
+            let [a, b] = [QpMethod::ActiveSet, QpMethod::Clarabel].map(|method| solved(&problem, method));
+            let [least, other] = [&a, &b].map(|found| problem.objective(&found.x));
+            assert!((least - other).abs() <= 1e-9 * (1.0 + least.abs()), "{least} {other}");
+            descents += [a, b].iter().filter(|found| found.counts.descent_steps > 0).count();
+        }
+    }
+    assert!(descents > 30, "{descents}");
+}
