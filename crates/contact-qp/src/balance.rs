@@ -9,7 +9,7 @@ use crate::error::QpError;
 use crate::place::Place;
 use crate::problem::{MatrixView, check_length, check_values};
 use crate::programme::BoxQp;
-use crate::settings::{QpMethod, QpSettings};
+use crate::settings::QpSettings;
 use crate::sparse::{Normal, SparseRows};
 
 /// The rows are in balance if they hold to this fraction of the largest terms.
@@ -146,7 +146,7 @@ fn on_its_active_set(
     let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: weights };
     let linear: Vec<f64> = target.iter().zip(weights).map(|(t, w)| -w * t).collect();
     let qp = BoxQp { matrix, linear: &linear, lower, upper, rows, right_side };
-    let found = solve_box(&qp, None, &QpSettings::default().with_method(QpMethod::ActiveSet))?;
+    let found = solve_box(&qp, None, &QpSettings::default().active_sets_first())?;
     let balanced =
         Balanced { values: found.x, row_multipliers: found.row_multipliers, steps: found.iterations };
     Ok(found.status.is_solved().then_some(balanced))

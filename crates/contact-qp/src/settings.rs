@@ -59,6 +59,13 @@ impl QpSettings {
         Self { method, ..self }
     }
 
+    /// Begins with active sets if [`QpMethod::Auto`] would begin with Clarabel.
+    #[must_use]
+    pub fn active_sets_first(self) -> Self {
+        let method = if self.method == QpMethod::Auto { QpMethod::ActiveSet } else { self.method };
+        self.with_method(method)
+    }
+
     /// Sets Clarabel's tolerance (> 0, dimensionless).
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {

@@ -11,9 +11,7 @@
 use crate::error::EstimatorError;
 use crate::imposed_slip;
 use crate::pressure;
-use contact_qp::{
-    BoxQp, MatrixView, QpMethod, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box,
-};
+use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{
     ContactEdge, ContactInterface, ContactPair, ContactProblem, ContactState, PairState,
@@ -244,7 +242,7 @@ fn nearest_in_cones(
     let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: &values };
     let (rows, right_side) = (&lines.transposed(), loads);
     let qp = BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows, right_side };
-    let mut found = solve_box(&qp, None, &QpSettings::default().with_method(QpMethod::ActiveSet))?;
+    let mut found = solve_box(&qp, None, &QpSettings::default().active_sets_first())?;
     if !found.status.is_solved() {
         return Ok(None);
     }

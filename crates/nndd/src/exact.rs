@@ -20,8 +20,8 @@ use crate::friction::{NodeState, PairFriction};
 use crate::recovery;
 use crate::rows::{BodyRow, Rows, sign};
 use contact_qp::{
-    BoxQp, IndependentRows, KktResiduals, MatrixView, Place, QpMethod, QpPath, QpSettings, QpStatus,
-    SparseRows, solve_box,
+    BoxQp, IndependentRows, KktResiduals, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows,
+    solve_box,
 };
 use fem_core::body::RigidMotion;
 use fem_core::geometry::Vector;
@@ -275,9 +275,6 @@ impl<'a> Programme<'a> {
         let own: Vec<f64> =
             limits.iter().zip(&self.imposed).map(|(s, imposed)| if *imposed { 0.0 } else { *s }).collect();
         let [lower, upper] = rows.bounds(&own);
-        // Clarabel is for the contact problems of the bodies.
-        let method = if settings.method == QpMethod::Auto { QpMethod::ActiveSet } else { settings.method };
-        let settings = settings.clone().with_method(method);
         let qp = BoxQp {
             matrix: self.flexibility.view(rows.len()),
             linear: &self.linear,
@@ -286,7 +283,7 @@ impl<'a> Programme<'a> {
             rows: &self.lines.rows,
             right_side: &self.lines.loads,
         };
-        let mut found = solve_box(&qp, start, &settings)?;
+        let mut found = solve_box(&qp, start, &settings.clone().active_sets_first())?;
         let amounts = balance.independent.expanded(&self.lines.expanded(&found.row_multipliers));
         let motions = balance.motions.iter().zip(amounts);
         let motions: Vec<(usize, RigidMotion, f64)> =

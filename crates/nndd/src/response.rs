@@ -105,7 +105,8 @@ impl<'a> Unilateral<'a> {
                     rows: balance,
                     right_side: body.balanced.loads(),
                 };
-                let found = solve_box(&qp, places, settings)?;
+                // Clarabel takes a programme with rows whole, which on a large body costs more than all iterations.
+                let found = solve_box(&qp, places, &settings.clone().active_sets_first())?;
                 Ok(Response {
                     force: found.x,
                     opening: found.multipliers,
