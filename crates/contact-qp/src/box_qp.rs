@@ -14,18 +14,16 @@ mod active_set;
 mod augmented;
 mod full;
 mod kept;
-mod residuals;
 
 use crate::error::QpError;
 use crate::interior_point::{self, BoxedPoint};
 use crate::place::Place;
 use crate::programme::BoxQp;
 use crate::reduce;
+use crate::residuals::kkt_residuals;
 use crate::settings::{QpMethod, QpSettings};
 use crate::solution::{BoxSolution, QpCounts, QpPath, QpStatus};
 use active_set::{Candidate, System};
-
-pub use residuals::{KktResiduals, kkt_residuals};
 
 /// A way to the solution. Each begins where the one before it ended, and the KKT residuals decide whether it has led there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! The solution of a programme, the way that led to it, and its accuracy.
 
-use crate::box_qp::KktResiduals;
 use crate::place::Place;
+use crate::residuals::KktResiduals;
 use std::fmt;
 
 /// How the solve ended. Only [`QpStatus::Solved`] is a solution.

@@ -31,7 +31,7 @@ impl ActiveSet {
         self.flags.len()
     }
 
-    /// Tells whether there are none.
+    /// Tells whether there is no pair of nodes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.flags.is_empty()

@@ -72,7 +72,9 @@ impl<'a> System<'a> {
         self.qp.gradient(x, a)
     }
 
-    /// Tries at most `limit` sets. Returns the solution, if it was found, and the number of sets tried.
+    /// Tries at most `limit` sets, each the one that the signs of the one before ask for: semi-smooth Newton steps for the KKT conditions
+    /// (Hintermüller, Ito and Kunisch 2002). They end on M-matrices and, in practice, on operators of elastic bodies, but sets may come back
+    /// on other matrices. Returns the solution, if it was found, and the number of sets tried.
     ///
     /// * `from`: a point, see [`Self::candidate`].
     pub(super) fn active_set(
