@@ -33,7 +33,7 @@
 //!   taken ([`QpCounts`]), and its accuracy ([`KktResiduals`]); [`kkt_residuals`] measures any other point;
 //! - [`QpError`] says why a programme is invalid;
 //! - [`RowSelection`] and [`IndependentRows`] choose among rows that depend on each other; [`nearest_balanced`], [`unbalanced_load`] and
-//!   [`bounded_least_squares`] answer related questions about rows and bounds.
+//!   [`nonnegative_least_squares`] answer related questions about rows and bounds.
 //!
 //! `examples/` solves an obstacle problem whose contact zone is known, and a regression with bounds.
 //!
@@ -87,7 +87,7 @@ pub use balance::{Balanced, nearest_balanced, unbalanced_load};
 pub use box_qp::solve_box;
 pub use error::QpError;
 pub use independent::IndependentRows;
-pub use least_squares::{bounded_least_squares, nonnegative_least_squares};
+pub use least_squares::nonnegative_least_squares;
 pub use place::Place;
 pub use problem::MatrixView;
 pub use programme::BoxQp;
