@@ -45,6 +45,9 @@ enum Way {
 /// The ways in the order in which they are tried.
 const WAYS: [Way; 5] = [Way::ActiveSets, Way::Shrunk, Way::Clarabel, Way::Multipliers, Way::Descent];
 
+/// Steps of a descent, at most, besides four per unknown.
+const MOST_DESCENTS: usize = 50;
+
 /// Sparse programmes with more unknowns than this have no descent, each step of which takes a factor, and no multipliers fitted.
 const MOST_DESCENDED: usize = 2000;
 
@@ -176,7 +179,8 @@ impl Search<'_> {
         let point = self.point.as_ref().filter(|_| self.is_small())?;
         // The second one passes all bounds on its way, but finds no set on which the rows cannot hold.
         for places in [point.places.clone(), self.near.places_at_rest()] {
-            let (found, steps) = self.system.descend(&point.x, places, self.settings.max_iterations);
+            let limit = MOST_DESCENTS + 4 * places.len();
+            let (found, steps) = self.system.descend(&point.x, places, limit);
             self.counts.descent_steps += steps;
             if found.is_some() {
                 return found;

@@ -28,8 +28,7 @@ pub struct QpSettings {
     /// Clarabel's static regularisation of its scaled KKT matrix; dimensionless, default 1e-12. Clarabel's own
     /// 1e-8 is too much for a tight tolerance.
     pub static_regularization: f64,
-    /// Maximum iterations of each inner method: Clarabel, and the active-set steps that polish its solution;
-    /// default 200.
+    /// Maximum iterations of Clarabel, and of the active-set steps that polish its solution; a descent has a limit of its own. Default 200.
     pub max_iterations: usize,
     /// Maximum number of active sets tried before Clarabel is called, including the start; default 50. The smaller
     /// of this and `max_iterations` applies.
