@@ -272,13 +272,14 @@ mod tests {
 
     #[test]
     fn a_sweep_has_its_key_first() {
-        let row = SweepRow { value: "0.1".into(), status: "completed".into(), ..SweepRow::default() };
+        let (value, status) = ("0.1".into(), "completed".into());
+        let row = SweepRow { value, status, round_off: Some(0.5), ..SweepRow::default() };
         let settings = vec!["a=[1,2]".to_owned(), "b=3".to_owned()];
         let panel = SweepPanel { settings, name: "9 nodes".into(), nodes: 9, rows: vec![row] };
         let text = sweep_csv("solver.theta", &panel).unwrap();
         assert!(text.starts_with("solver.theta,status,valid,iteration,theta,"), "{text}");
         assert!(text.contains("\n0.1,completed,false,0,,"), "{text}");
-        assert!(text.ends_with(",9 nodes,\"a=[1,2]; b=3\"\n"), "{text}");
+        assert!(text.ends_with(",9 nodes,\"a=[1,2]; b=3\",0.5\n"), "{text}");
     }
 
     #[test]
