@@ -170,7 +170,7 @@ struct Steps<'a, 'h> {
     follower: Follower<'h>,
     case: &'a Case,
     directory: &'a mut OutputDirectory,
-    /// What went wrong in writing; the run then ends.
+    /// The error in writing that ends the run.
     failure: Option<Failure>,
     /// When each mesh had been solved, in seconds of work.
     seconds: Vec<f64>,
@@ -239,7 +239,7 @@ impl Observer for Steps<'_, '_> {
 ///
 /// * `memory`: why there is not enough memory for the next mesh.
 fn judge(case: &Case, adapt: &Adapt, answer: &Course, ended: Option<Ended>, memory: Option<&str>) -> Status {
-    // The best certificate may be that of an earlier mesh.
+    // The best certificate may belong to an earlier mesh.
     let last = answer.step == answer.history.len();
     let mut status = match &answer.end {
         AdaptiveEnd::Iteration(_) | AdaptiveEnd::FixedPoint(_) | AdaptiveEnd::NotCertified { .. } if last => {
@@ -276,7 +276,7 @@ fn reached(answer: &Course) -> String {
         .map_or_else(|| alone.into(), |relative| format!("{named} {}", words::rounded_up(relative)))
 }
 
-/// What to say of a target if the bodies hold no strain energy.
+/// The reason why a relative target cannot be met if the bodies hold no strain energy.
 const NO_ENERGY: &str = "the bodies hold no strain energy, and a relative target has no meaning here";
 
 fn missed(adapt: &Adapt, answer: &Course, reason: &str) -> Status {

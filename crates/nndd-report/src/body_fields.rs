@@ -1,4 +1,4 @@
-//! The fields of a body, each by its name: those of its file for ParaView.
+//! The fields of a body by name, as its ParaView file has them.
 
 use crate::figures;
 use crate::solved::Fields;
@@ -34,7 +34,7 @@ pub(crate) const IN_CELLS: [&str; 10] = [
     "von_mises",
 ];
 
-/// What the fields of a body are made of.
+/// The data from which the fields of a body are computed.
 pub(crate) struct BodyFields<'a> {
     pub(crate) case: &'a Case,
     pub(crate) solution: &'a Fields<'a>,
@@ -121,7 +121,7 @@ impl BodyFields<'_> {
         })
     }
 
-    /// Returns the recovered stress at each node, with the material it is that of.
+    /// Returns the recovered stress at each node, with its material.
     fn recovered(&self) -> Option<Vec<(&LinearElastic, SymTensor2)>> {
         let model = self.model();
         let recovered = self.solution.results.as_ref()?.recovered.get(self.body)?;

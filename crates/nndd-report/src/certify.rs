@@ -74,7 +74,8 @@ fn meshes(case: &Case) -> Result<Vec<TriMesh>, Failure> {
     (0..case.bodies.len()).map(|b| Ok(case.mesh_of(b)?)).collect()
 }
 
-/// Finds the field of a file on one of two meshes: that of the case, or that of the problem, on which a run of this program writes it.
+/// Matches the field of a file to the mesh of the case or, if that fails, to the refined mesh of the problem, on which
+/// a run of this program writes its fields.
 fn field_of<'a>(
     case: &Case,
     b: usize,
@@ -290,7 +291,7 @@ pub fn summary(case: &Case, found: &FieldCertificate) -> Value {
     })
 }
 
-/// Says that a file has another field than that of the nodes of the mesh.
+/// Makes the failure for a file whose value at a point is not interpolated from the nodes of the mesh.
 fn other_field(case: &Case, b: usize, file: &Path, point: Vector) -> Failure {
     Failure::invalid(format!(
         "{}: the value at the point ({}, {}) is not that of a linear field between the nodes of the mesh of body \"{}\"\n  expected: \

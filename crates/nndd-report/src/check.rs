@@ -15,7 +15,7 @@ use fem_core::prepared::PrepareError;
 use nndd::NnddError;
 use serde_json::{Value, json};
 
-/// What a body of a case consists of.
+/// The parts of a body of a case.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CheckedBody {
@@ -73,7 +73,7 @@ fn resultant_of(forces: &[Vector]) -> Option<Vector> {
     size.is_finite().then_some(exact)
 }
 
-/// Computes the resultant of all loads of a case, those of obstacles among them, N/m.
+/// Computes the resultant of all loads of a case, loads of obstacles included, N/m.
 pub fn resultant(problem: &ContactProblem, bodies: &[CheckedBody]) -> Vector {
     let of_obstacles = problem.obstacles.iter().map(|obstacle| obstacle.force);
     bodies.iter().map(|body| body.resultant).chain(of_obstacles).sum()

@@ -8,7 +8,7 @@ use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
 use nndd::{Acceleration, CoulombSettings, NewtonSettings, NnddSettings, Weights};
 
-/// Makes the settings of a solve from those of a case.
+/// Makes the settings of a solve from the settings in a case.
 pub fn settings(case: &Case) -> Settings {
     let solver = &case.solver;
     let mut settings = Settings::default();
@@ -46,7 +46,7 @@ pub fn relaxation(case: &Case) -> Relaxation {
     }
 }
 
-/// Makes the settings of a solve with Coulomb friction from those of a case.
+/// Makes the settings of a solve with Coulomb friction from the settings in a case.
 pub fn coulomb(case: &Case) -> CoulombSettings {
     let mut settings = CoulombSettings::default();
     settings.tolerance = case.solver.friction_tolerance;

@@ -42,7 +42,7 @@ const SUPPORT: Cause = "the end of a support";
 const CONTACT: Cause = "a sharp contact edge";
 const LOAD: Cause = "the end of a roller, where a tangential load ends,";
 
-/// What holds a boundary edge.
+/// The support of a boundary edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Held {
     Free,
@@ -89,7 +89,7 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
     notes
 }
 
-/// Below this relative error the exact stress is that of the mesh, so that it is not infinite anywhere.
+/// Below this relative error the stress of the mesh is exact, so that it is not infinite anywhere.
 const EXACT: f64 = 1e-6;
 
 fn is_exact(fields: &Fields<'_>) -> bool {

@@ -27,9 +27,9 @@ use std::path::Path;
 pub struct Failure {
     /// Exit status.
     pub code: u8,
-    /// What to say, each with its place if there is one.
+    /// The messages, each with its place if there is one.
     pub diagnostics: Vec<Diagnostic>,
-    /// What to say without a place.
+    /// The message that has no place.
     pub message: Option<String>,
 }
 
@@ -37,11 +37,11 @@ pub struct Failure {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Finding {
-    /// Where it is, if it is in a case.
+    /// The place of the error, if it is in a case.
     pub place: Option<Place>,
-    /// What was found.
+    /// The value or fact that is wrong.
     pub found: String,
-    /// What was expected there.
+    /// The value or fact expected there.
     pub expected: Option<String>,
     /// One fix.
     pub fix: Option<String>,

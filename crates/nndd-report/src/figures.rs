@@ -25,7 +25,7 @@ use std::collections::BTreeSet;
 pub(crate) struct Picture {
     pub(crate) name: String,
     pub(crate) svg: String,
-    /// What there is to see, for the page.
+    /// The text below the picture on the page.
     pub(crate) caption: String,
     /// The file with its numbers.
     pub(crate) numbers: Option<&'static str>,
@@ -101,7 +101,7 @@ fn density(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<Pictur
     })
 }
 
-/// The errors against the iteration. A single solution, as that of the exact method, has nothing to converge.
+/// Draws the errors against the iteration; `None` if there is a single solution, as with the exact method.
 fn convergence(case: &Case, report: &Report, labels: &Labels) -> Option<Picture> {
     let title = match case.adapt {
         Some(_) => "Errors against the iteration, last mesh",
@@ -396,7 +396,7 @@ fn between_materials(body: &Body) -> Vec<[Vector; 2]> {
     edges.map(|(ends, _)| ends.map(|v| mesh.points()[v])).collect()
 }
 
-/// What is imposed on the boundary edges of a body, and on single nodes.
+/// Lists the conditions on the boundary edges of a body and on single nodes, for the sketch.
 fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
     let mesh = body.mesh();
     let nodes_of = mesh.topology().edges();

@@ -1,4 +1,4 @@
-//! What a run leaves on disk.
+//! The files that a run writes.
 
 use crate::failure::Failure;
 use crate::figures;
@@ -17,7 +17,7 @@ use case_io::report::{CASE_HASH, Report};
 use case_io::table::{self, ContactRow};
 use serde_json::{Map, Value, json};
 
-/// What a run left on disk.
+/// The report of a run and the files that it wrote.
 #[non_exhaustive]
 pub struct Written {
     /// The contents of report.json.
@@ -81,7 +81,7 @@ fn describe(case: &Case, solved: &Solved) -> Map<String, Value> {
     if solved.status.word == "limit"
         && let Some((step, seconds)) = solved.longest_step
     {
-        // What kept the run from ending at the limit of its time.
+        // This step kept the run from ending at its time limit.
         run_info.insert("longest_step".into(), json!({ "step": step, "seconds": seconds }));
     }
     if case.adapt.is_some() {

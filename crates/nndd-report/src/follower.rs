@@ -17,7 +17,7 @@ pub(crate) struct Follower<'a> {
     pub(crate) host: &'a mut dyn Host,
     output: Presence,
     limit: Option<f64>,
-    /// What is being done, and when the clock was last checked, in seconds.
+    /// The present phase, and the time at which the clock was last checked, in seconds.
     step: (Phase, f64),
     /// The longest step between two checks of the clock: its name and its seconds.
     pub(crate) longest: Option<(&'static str, f64)>,
@@ -52,7 +52,7 @@ impl<'a> Follower<'a> {
 
     /// Tells the program around what happens.
     pub(crate) fn tell(&mut self, event: Event<'_>) {
-        // What cannot be shown must not cost the run its result.
+        // An event that cannot be shown must not cost the run its result.
         let _ = self.host.event(event);
     }
 
@@ -110,13 +110,13 @@ impl Observer for Follower<'_> {
         self.tell(Event::Iteration(row));
     }
 
-    /// Whether the run should end with what it has, at its next certificate.
+    /// Tells if the run should end at its next certificate.
     fn should_stop(&mut self) -> bool {
         let signal = self.host.interrupted().map(Ended::Signal);
         self.end(signal, 0.0)
     }
 
-    /// Whether the run must end, with or without a certificate.
+    /// Tells if the run must end now, with or without a certificate.
     fn must_stop(&mut self) -> bool {
         self.end(None, GRACE)
     }

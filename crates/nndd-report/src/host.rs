@@ -1,4 +1,4 @@
-//! What a run needs from the program around it.
+//! The interface between a run and the program around it.
 
 use crate::failure::Failure;
 use crate::solved::{Answer, Solved};
@@ -37,20 +37,20 @@ pub trait Host {
 pub struct Room {
     /// Bytes; 0 if nothing is left.
     pub bytes: f64,
-    /// What limits it: `this machine has 3.2 GiB free`.
+    /// The limit in words: `this machine has 3.2 GiB free`.
     pub words: String,
-    /// What helps, if it is not a smaller problem.
+    /// The fix, if it is not a smaller problem.
     pub fix: Option<&'static str>,
 }
 
 impl Room {
-    /// Makes one of bytes, words and what helps.
+    /// Makes one from bytes, words and the fix.
     pub fn new(bytes: f64, words: String, fix: Option<&'static str>) -> Self {
         Self { bytes, words, fix }
     }
 }
 
-/// What happens in a run.
+/// Something that happens in a run.
 #[non_exhaustive]
 pub enum Event<'a> {
     /// A phase begins.
@@ -67,7 +67,7 @@ pub enum Event<'a> {
         step: usize,
         /// How many there are.
         of: usize,
-        /// What was found.
+        /// The solution of this step.
         answer: &'a Answer,
     },
     /// A panel of a sweep begins.
@@ -83,7 +83,7 @@ pub enum Event<'a> {
         value: &'a str,
         /// The case with this value.
         case: &'a Case,
-        /// What was found.
+        /// The result of its run.
         solved: &'a Solved,
     },
 }

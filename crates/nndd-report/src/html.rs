@@ -94,7 +94,7 @@ fn head(case: &Case) -> String {
     )
 }
 
-/// What is needed to reproduce this page. Times and the machine are not on it, so that it is the same every time.
+/// Writes how to reproduce this page. Times and the machine are left out, so that the page is the same every time.
 fn reproduce(page: &mut String, case: &Case, report: &Report) {
     let mut command = format!("nndd solve {}", shell_word(case.file_name()));
     let overrides = report.run.get("overrides").and_then(Value::as_array);
@@ -222,7 +222,7 @@ fn verdict(page: &mut String, report: &Report) {
     }
 }
 
-/// What a reader of the numbers must know.
+/// Writes the notes that a reader of the numbers must know.
 fn notes(page: &mut String, report: &Report) {
     if report.notes.is_empty() {
         return;
@@ -256,7 +256,7 @@ fn figures(page: &mut String, pictures: &[Picture]) {
     page.push_str("</div>\n");
 }
 
-/// What the bound is made of.
+/// Writes the table of the parts of the bound.
 fn parts(page: &mut String, case: &Case, certificate: &Certificate) {
     page.push_str(
         "<h2>Parts of the bound</h2>\n<p>The squares of all but round-off add up to the square of the bound without \
@@ -324,7 +324,7 @@ fn certified(report: &Report) -> Option<f64> {
     report.valid_certificate()?.relative
 }
 
-/// What the certificate says about other quantities.
+/// Writes the bounds of other quantities that follow from the certificate.
 fn bounds(page: &mut String, case: &Case, report: &Report) {
     let Some(b) = report.certificate.as_ref().map(|found| &found.bounds) else { return };
     let rows = [

@@ -17,7 +17,7 @@
 //! | compare values of one setting | [`sweep::sweep`] |
 //! | bound the error of another code's field | [`certify::certify`], [`certify::of_fields`] |
 //! | answer how much memory there is, as a [`Host`] | [`room::smallest`] |
-//! | make the library's settings of those of a case | [`convert::settings`] |
+//! | convert the settings of a case to the library's | [`convert::settings`] |
 //!
 //! Nothing is printed here, no signal and no clock is read, and the process is never ended. What a run needs from outside
 //! comes from a [`Host`]: the time, whether to end, how much memory there is; it is told what happens by [`Event`]s.

@@ -10,7 +10,7 @@ use fem_core::interface::ContactProblem;
 /// Memory that must be available, over the estimate, which is right within 8 %.
 const MARGIN: f64 = 1.1;
 
-/// What is kept of a solved mesh while the next one is solved, bytes per node: mesh, fields and stresses.
+/// Memory of a solved mesh with its fields and stresses, kept while the next one is solved, bytes per node.
 const KEPT_PER_NODE: f64 = 950.0;
 
 /// Bytes of the program itself; of the factor per n log₂ n; of mesh and fields per unknown; of three dense matrices per
@@ -42,7 +42,7 @@ pub(crate) fn estimate_finer(problem: &ContactProblem, kept: usize) -> f64 {
     estimate(problem) + KEPT_PER_NODE * kept as f64
 }
 
-/// What the memory of a body depends on.
+/// The sizes of a body that determine its memory.
 struct Size {
     nodes: u64,
     /// Contact nodes.

@@ -104,7 +104,7 @@ fn uncertified(solution: &CertifiedSolution) -> String {
 fn failed_checks(found: (&ContactProblem, Option<&Results>), estimate: &Estimate, so: &str) -> String {
     let failed: Vec<_> = estimate.admissibility.failed().collect();
     let pin = loaded_node(found);
-    // What explains the others comes first.
+    // A violated balance explains the other failed checks, so it is named first.
     let first = failed.iter().find(|(name, _)| *name == "rigid_balance").or(failed.first());
     let fix = match first {
         Some(("supports", ..)) => {

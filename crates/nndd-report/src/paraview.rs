@@ -24,7 +24,7 @@ pub(crate) fn step_file(part: &str, step: usize) -> String {
     format!("fields/{part}-step-{step:02}.vtu")
 }
 
-/// Writes bodies and contact line on the last mesh, and the collections of those of all meshes or load steps.
+/// Writes bodies and contact line on the last mesh, and the collections of the files of all meshes or load steps.
 ///
 /// * `collections`: names, with the numbers of the meshes or load steps; those without any are not written.
 pub(crate) fn write(
@@ -102,8 +102,9 @@ fn write_collections(
     Ok(())
 }
 
-/// What the whole state has: `(e_cre − round_off)²`, with Coulomb friction `(e_b − round_off)²`, is the integral of `error_density` over bodies and contact line. An
-/// iteration without θ has none here, and only a mesh of a series has a time.
+/// Returns the values of the whole state. `(e_cre − round_off)²`, with Coulomb friction `(e_b − round_off)²`, is the
+/// integral of `error_density` over bodies and contact line. An iteration without θ has none here, and only a mesh of a
+/// series has a time.
 fn field_data(solution: &Fields<'_>, estimate: &Estimate, step: Option<usize>) -> Vec<VtuArray> {
     let last = solution.last;
     let one = |name: &str, value: f64| VtuArray::scalars(name, vec![value]);
@@ -111,7 +112,7 @@ fn field_data(solution: &Fields<'_>, estimate: &Estimate, step: Option<usize>) -
     let found = estimate.unchecked();
     let mut data = vec![one("iteration", last.iteration as f64)];
     if solution.is_residual() {
-        // No bound, and nothing of what bounds consist of.
+        // Without a bound there are no parts of it either.
         data.push(one("e_b", found.e_cre));
     } else {
         let bounds = [("e_cre", found.e_cre), ("eta_dis", found.eta_dis), ("eta_nndd", found.eta_nndd)];

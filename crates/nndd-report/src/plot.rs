@@ -3,7 +3,7 @@
 //!
 //! Every function returns a whole SVG document. Numbers that cannot be drawn (not
 //! finite, or not positive on a logarithmic axis) are left out; if nothing is left the figure says
-//! `no data`. Colours are those of Okabe and Ito and of the viridis map, which remain distinct to
+//! `no data`. Colours are taken from Okabe and Ito and from the viridis map, which remain distinct to
 //! colour-blind readers, and series differ by marker and dash as well.
 
 mod adaptive;

@@ -286,7 +286,7 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
     let first = solution.last.blocks(solution.problem).nth(pair).map_or(0, |block| block.start);
     let tangents = solution.last.tangential_blocks(solution.problem).nth(pair).unwrap_or_default();
     let tangential = &solution.last.tangential;
-    // The bound for another problem is that of this limit.
+    // With Coulomb friction the bound holds for the problem with these frozen limits.
     let given = solution.problem.contacts[pair].friction.coulomb().is_none();
     let frozen = solution.frozen_limit.as_ref().filter(|_| !given).map(|limits| limits[pair]);
     let friction = |k: usize, pressed: bool, (length, normal): (f64, f64)| {

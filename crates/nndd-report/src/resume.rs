@@ -12,7 +12,7 @@ use nndd::Start;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Where a run writes, and the state it resumes from.
+/// The directory of a run, and the state from which it resumes.
 pub struct Place {
     pub(crate) directory: OutputDirectory,
     /// How far it had come; `None` if no mesh had been solved.
@@ -64,8 +64,8 @@ impl Place {
     }
 }
 
-/// Returns what must be the same to resume a run: the case, this program, whose numbers it is about, and whether
-/// ParaView files are written, since those of earlier meshes cannot be written later.
+/// Returns the settings that must be the same to resume a run: the case, the version of this program, which its numbers
+/// depend on, and `output.vtu`, since ParaView files of earlier meshes cannot be written later.
 fn identity(case: &Case) -> Value {
     let mut identity = case.identity();
     identity["output"] = json!({ "vtu": case.output.vtu });

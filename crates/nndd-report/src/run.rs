@@ -102,7 +102,7 @@ pub fn build_last(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Fa
 
 /// Solves a case, adaptively if it has a target.
 ///
-/// * `problem`: that of [`build`].
+/// * `problem`: the result of [`build`].
 /// * `place`: where the meshes of an adaptive run are written to, and the state it resumes from.
 ///
 /// # Errors

@@ -25,13 +25,13 @@ pub struct Solved {
     pub notes: Vec<String>,
     /// Seconds from the start to the end of each of these meshes.
     pub step_seconds: Vec<f64>,
-    /// The load steps that were solved; empty if the case has none. The answer is that of the last one.
+    /// The load steps that were solved; empty if the case has none. `answer` belongs to the last one.
     pub steps: Vec<SolvedStep>,
     /// The longest step between two checks of the clock: its name and its seconds.
     pub longest_step: Option<(&'static str, f64)>,
 }
 
-/// What is kept of a load step.
+/// The results of a load step that are kept.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SolvedStep {
@@ -39,7 +39,7 @@ pub struct SolvedStep {
     pub summary: StepSummary,
     /// The rows of contact.csv, pair by pair.
     pub rows: Vec<Vec<ContactRow>>,
-    /// Whether its fields were written for ParaView, if the case asks for that.
+    /// True if its fields were written for ParaView.
     pub has_fields: bool,
 }
 
@@ -60,7 +60,7 @@ impl Solved {
     }
 }
 
-/// What was found: a solution with its certificate, or with Coulomb friction one without.
+/// The solution of a run, with its certificate or, with Coulomb friction, without one.
 #[derive(Clone, Debug)]
 pub enum Answer {
     /// A solution with its certificate.
@@ -100,7 +100,7 @@ impl Answer {
     }
 }
 
-/// What tables, figures and ParaView files show of a solution, whether it is certified or not.
+/// The parts of a solution that tables, figures and ParaView files show, certified or not.
 #[derive(Clone)]
 pub(crate) struct Fields<'a> {
     pub(crate) problem: &'a ContactProblem,

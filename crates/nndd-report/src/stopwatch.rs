@@ -3,7 +3,7 @@
 use case_io::report::Timings;
 use certified_contact::Phase;
 
-/// What the time goes to.
+/// An activity that takes time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Activity {
     /// Reading the case, making meshes, pairing.
@@ -14,7 +14,7 @@ pub(crate) enum Activity {
     Write,
 }
 
-/// Attributes every moment from its start to exactly one activity. It has no clock: all times are those of
+/// Attributes every moment from its start to exactly one activity. It has no clock: all times come from
 /// [`Host::elapsed`](crate::Host::elapsed).
 #[derive(Clone, Debug)]
 pub struct Stopwatch {

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// The key that a sweep sets itself.
 const MAX_ITERATIONS: &str = "solver.max_iterations";
 
-/// What is varied, and where the result goes.
+/// The setting that is varied, its values, and the directory of the result.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct SweepOptions {
@@ -35,9 +35,9 @@ pub struct SweepOptions {
     pub iterations: usize,
     /// Further panels with other settings, each `KEY=VALUE; KEY=VALUE`.
     pub panel: Vec<String>,
-    /// Where to write, instead of the case's output directory with `-sweep` behind it.
+    /// The directory to write to, instead of the case's output directory with `-sweep` behind it.
     pub out: Option<PathBuf>,
-    /// Whether to write even if the directory contains something else.
+    /// Set if the result is written even to a directory that contains something else.
     pub force: bool,
 }
 
@@ -51,7 +51,7 @@ impl SweepOptions {
     }
 }
 
-/// What a sweep found and wrote.
+/// The result of a sweep, and the files that it wrote.
 #[non_exhaustive]
 pub struct Swept {
     /// The contents of sweep.json.
@@ -111,7 +111,7 @@ pub fn sweep_of(source: &dyn Source, options: &SweepOptions, host: &mut dyn Host
             .map_err(|failure| of_panel(failure, variant))?;
     }
     let path = options.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
-    // Each sweep has its own mark, so that its directory differs from that of a solve.
+    // Each sweep has its own mark, so that its directory is not taken for the directory of a solve.
     let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
     let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.force)?;
     let mut panels: Vec<SweepPanel> = Vec::new();
@@ -213,7 +213,7 @@ fn written(settings: &[(String, String)]) -> Vec<String> {
 
 /// Adds the rows of a panel one by one; a request to end or a value that cannot be run ends it with the rows there are.
 ///
-/// * `settings`: of all panels, and of the panel itself, which tell it from those of its size.
+/// * `settings`: of all panels, then of this panel alone; the name has these if an earlier panel has as many nodes.
 /// * `before`: the panels before it.
 /// * `output`: the directory that must stay until the end.
 fn fill_panel(

@@ -152,7 +152,7 @@ mod tests {
             read.points.push(Vector::new(0.25, 0.5));
             read.values.push(Vector::new(moved, moved - 5e-4 + 1e-4 * moved.max(1.0)));
             assert!(matches!(matched(&read, &mesh), Err(Mismatch::Point(15))), "{moved}");
-            // What is left for rounding enters the bound.
+            // A deviation that can be rounding enters the bound.
             read.values[15] = Vector::new(moved, moved - 5e-4 + 1e-8);
             let spread = matched(&read, &mesh).ok().unwrap().spread;
             assert!(spread > (1e-8f64 / 0.5).powi(2) * 0.125, "{moved}: {spread}");

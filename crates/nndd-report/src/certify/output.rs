@@ -31,7 +31,7 @@ pub fn write(
     (path, force): (&Path, bool),
 ) -> Result<Vec<String>, Failure> {
     let named: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
-    // So that the directory differs from those of other fields and of a solve.
+    // The mark tells this directory from the directories of other fields and of a solve.
     let mark = format!("certify {named:?} {}", case.hash());
     let mut directory = OutputDirectory::open(path, ResultKind::Solve, &mark, force)?;
     let densities: Vec<Vec<f64>> = (problem.bodies.iter().zip(&found.estimate.cre.by_cell))

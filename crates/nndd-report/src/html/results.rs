@@ -170,7 +170,8 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
     balance(page, case, report);
 }
 
-/// The stretches of each pair; those of all pairs follow each other, each with its number of pairs of nodes.
+/// Splits the stretches of all pairs, which follow each other, into the stretches of each pair of bodies, by the number
+/// of node pairs.
 fn stretches<'a>(contacts: &[ContactSummary], all: &'a [ContactStretch]) -> Vec<&'a [ContactStretch]> {
     let mut left = all;
     let of_pair = |contact: &ContactSummary| {
@@ -200,7 +201,7 @@ fn balance(page: &mut String, case: &Case, report: &Report) {
 /// Number of kinds.
 const KINDS: usize = Kind::Moment as usize + 1;
 
-/// What a value of the table of results is, for its unit.
+/// The quantity of a value in the table of results, which determines its unit.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Length,

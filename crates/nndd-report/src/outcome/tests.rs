@@ -1,4 +1,4 @@
-//! What no case file brings about: a certificate that fails its checks, a contact problem that is not solved.
+//! Outcomes that no case file brings about: a certificate that fails its checks, a contact problem that is not solved.
 
 use super::*;
 use crate::host::Host;

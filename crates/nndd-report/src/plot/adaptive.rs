@@ -12,7 +12,7 @@ const RATE: Look = Look::new("N^(-1/2)", GREY, THIN, Marker::None).dashed("36 24
 const TARGET: Look = Look::new("target", VERMILLION, THIN, Marker::None).dashed("12 16");
 const HEIGHT: f64 = 280.0 * PIXEL;
 
-/// What an adaptive run measures.
+/// The quantity that an adaptive run measures.
 #[derive(Clone, Copy)]
 pub(crate) enum Measure {
     /// A certified relative error.

@@ -5,12 +5,12 @@ const LARGEST: f64 = 1e100;
 /// How far from an axis, in its lengths, a place may be.
 const BEYOND: f64 = 10.0;
 
-/// Whether a number can be drawn on a linear axis.
+/// Tells if a number can be drawn on a linear axis.
 pub(super) fn drawable(v: f64) -> bool {
     v.is_finite() && v.abs() <= LARGEST
 }
 
-/// Whether a number can be drawn on a logarithmic axis.
+/// Tells if a number can be drawn on a logarithmic axis.
 pub(super) fn drawable_log(v: f64) -> bool {
     drawable(v) && v >= LARGEST.recip()
 }
@@ -131,7 +131,7 @@ impl Axis {
         Axis::log(lo / factor, hi * factor, ticks)
     }
 
-    /// Where a value lies between the ends of the axis, 0 to 1 within it.
+    /// Returns the position of a value on the axis: 0 at its beginning, 1 at its end.
     pub(super) fn position(&self, v: f64) -> f64 {
         let t = match self.kind {
             Kind::Log => (v.max(LARGEST.recip()) / self.lo).ln() / (self.hi / self.lo).ln(),

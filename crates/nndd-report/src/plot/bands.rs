@@ -1,7 +1,7 @@
 //! A field that is linear in each triangle, as filled bands between equal steps of a colour scale.
 //!
 //! Band `k` is the region where the field is at least `k / BANDS`, drawn over the bands below it: so there are no seams, and the
-//! lines between the bands are those of the field itself. Inner edges of a region cancel; the file grows with
+//! lines between the bands are level lines of the field itself. Inner edges of a region cancel; the file grows with
 //! the length of these lines, not with the number of triangles.
 
 use super::colour::viridis;
@@ -89,7 +89,7 @@ impl<'a> Surface<'a> {
     fn above(&self, band: usize) -> String {
         let inside = |v: u32| usize::from(self.bands[v as usize]) >= band;
         let between = |a: u32, b: u32| [a.min(b), a.max(b)];
-        // Where each piece of the boundary begins and ends.
+        // The two ends of each piece of the boundary.
         let mut pieces: Vec<(Place, Place)> = Vec::new();
         for [a, b] in self.rim.iter().copied() {
             match (inside(a), inside(b)) {

@@ -60,7 +60,7 @@ pub(crate) fn contact(
     all.retain(|r| near.is_none_or(|[from, to]| r.s >= from && r.s <= to));
     let slips: Vec<Option<bool>> =
         all.iter().map(|r| r.friction.as_ref().map(|f| f.state == "slip")).collect();
-    // What touches is known by the forces; the pressure drawn is the recovered one.
+    // Nodes are in contact if their forces are positive; the pressure drawn is the recovered one.
     let forces: Vec<[f64; 2]> = all.iter().map(|r| [r.s, r.pressure]).collect();
     let nodes: Vec<[f64; 3]> = all.iter().map(|r| [r.s, recovered(r), r.opening]).collect();
     let touching = zones(&forces, |_| true);
@@ -71,7 +71,7 @@ pub(crate) fn contact(
     };
     let x_axis = lines::linear_axis(extent(nodes.iter().map(|n| n[0])));
     let ends = [1, 2].map(|c| extent(nodes.iter().map(|n| n[c]).chain([0.0])).unwrap_or_default());
-    // The tables have the largest nodal pressure, the axis that of what is drawn: two numbers, if it is recovered.
+    // The tables have the largest nodal pressure, the axis the largest drawn one. They differ if the pressure is recovered.
     let nodal = with_digits(forces.iter().map(|n| n[1]).fold(0.0, f64::max), digits);
     let drawn = with_digits(ends[0].1, digits);
     let is_recovered = all.iter().any(|row| row.pressure_recovered.is_some());
@@ -104,7 +104,7 @@ pub(crate) fn contact(
     };
     let [s, pressure] = [labels.length(&places), labels.stress("pressure", "stress units")];
     let opening = labels.length("opening");
-    // Where the bodies touch everywhere, or nothing is known, there is no opening to see.
+    // If the bodies touch everywhere, or nothing is known, there is no opening to see.
     let open = ends[1] != (0.0, 0.0);
     let count = if open { 2 } else { 1 };
     let rubs = friction(&all);
@@ -148,7 +148,7 @@ pub(crate) fn contact(
     (svg, caption.join(" "))
 }
 
-/// Whether there is friction without pressure.
+/// Tells if there is friction without pressure.
 fn rubs_apart(row: &ContactRow) -> bool {
     row.pressure <= 0.0 && row.friction.as_ref().is_some_and(|friction| friction.tangential != 0.0)
 }
@@ -192,7 +192,7 @@ fn both_ways((lo, hi): (f64, f64)) -> Axis {
     Axis::linear(lo - margin, hi + margin, TICKS)
 }
 
-/// Where the axis of the pressures ends if a peak on a small part of the contact must be cut.
+/// Returns the end of the pressure axis if a peak on a small part of the contact must be cut.
 fn cap(nodes: &[[f64; 3]]) -> Option<f64> {
     let last = nodes.len().checked_sub(1)?;
     let length = |i: usize| 0.5 * (nodes[(i + 1).min(last)][0] - nodes[i.saturating_sub(1)][0]);

@@ -152,7 +152,7 @@ fn means(body: &BodyPicture<'_>) -> Vec<NodalPatch> {
     vec![NodalPatch { triangles: body.mesh.triangles().to_vec(), values }]
 }
 
-/// Where the points of a body go, `None` for those that cannot be drawn.
+/// Returns the displaced points of a body, `None` for a point that cannot be drawn.
 fn places(body: &BodyPicture<'_>, factor: f64) -> impl Iterator<Item = Option<Vector>> {
     body.mesh.points().iter().zip(body.displacement).map(move |(p, u)| {
         let q = *p + factor * *u;

@@ -31,7 +31,7 @@ fn entry_width(entry: &Look) -> f64 {
     SAMPLE + BEHIND_SAMPLE + width_of(entry.name, SMALL) + BEHIND_ENTRY
 }
 
-/// Where a legend below the title ends.
+/// Returns the height at which a legend below the title ends.
 pub(super) fn end(entries: &[Look]) -> f64 {
     TITLE + ROW * rows(entries).len() as f64
 }

@@ -42,7 +42,7 @@ impl Series {
     pub(super) fn present(&self) -> impl Iterator<Item = Vector> + '_ {
         self.points.iter().flatten().copied()
     }
-    /// Whether there is nothing to draw.
+    /// Tells if there is nothing to draw.
     pub(super) fn is_empty(&self) -> bool {
         self.present().next().is_none()
     }
@@ -55,7 +55,7 @@ pub(super) struct LinePanel<'a> {
     pub(super) axes: [&'a Axis; 2],
     pub(super) series: &'a [Series],
     pub(super) bands: &'a [Band],
-    /// What is remarkable about the data.
+    /// A remark about the data.
     pub(super) remark: Option<String>,
     /// A place of the horizontal axis at which the values go beyond the vertical one, and what is written there.
     pub(super) peak: Option<(f64, String)>,

@@ -1,4 +1,4 @@
-//! What distinguishes series: colour, dash and marker.
+//! The look of a series: colour, dash and marker.
 
 use super::sheet::{PIXEL, Sheet, path};
 use fem_core::geometry::Vector;

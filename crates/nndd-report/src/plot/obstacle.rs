@@ -40,7 +40,8 @@ impl Motion {
 }
 
 pub(super) const OBSTACLE: Look = Look::new("rigid obstacle", INK, 2.0 * PIXEL, Marker::None);
-/// The part of the contact's length by which the line is longer than it, at each end, and that of the bodies' size, at least.
+/// The line extends beyond the contact at each end by this part of the contact's length, and at least by the second part
+/// of the bodies' size.
 const BEYOND: f64 = 0.15;
 const LEAST_BEYOND: f64 = 0.05;
 /// Parts of an arc for each turn.

@@ -18,7 +18,7 @@ pub(crate) struct BodyPicture<'a> {
     pub(crate) mesh: &'a TriMesh,
     /// The displacement of each point.
     pub(crate) displacement: &'a [Vector],
-    /// What its colours show.
+    /// The field that its colours show.
     pub(crate) field: Field<'a>,
 }
 
@@ -31,7 +31,7 @@ pub(crate) enum Field<'a> {
     Nodes(&'a [NodalPatch]),
 }
 
-/// What the colours of a picture show.
+/// The quantity that the colours of a picture show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     /// The certified squared error over the area, on a logarithmic scale.

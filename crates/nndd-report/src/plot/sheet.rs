@@ -267,7 +267,7 @@ pub(super) struct Panel<'a> {
 }
 
 impl Panel<'_> {
-    /// Where a point is on the sheet.
+    /// Maps a point to the sheet, rounded to whole units.
     pub(super) fn place(&self, p: impl Into<Vector>) -> Vector {
         let p = p.into();
         let (f, [x, y]) = (self.frame, self.axes);

@@ -25,7 +25,7 @@ pub(crate) struct SketchBody<'a> {
     pub(crate) mesh: &'a TriMesh,
     /// The edges between two materials.
     pub(crate) materials: Vec<[Vector; 2]>,
-    /// What is imposed on its boundary edges.
+    /// The conditions on its boundary edges.
     pub(crate) edges: Vec<SketchEdge>,
     /// The body force on it; zero if there is no such force.
     pub(crate) body_force: Vector,
@@ -46,7 +46,7 @@ pub(crate) struct SketchLoad {
     pub(crate) moment: f64,
 }
 
-/// What is imposed on a boundary edge.
+/// The conditions on a boundary edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SketchEdge {
     /// Its two ends.
@@ -107,8 +107,8 @@ const RATIOS: [f64; 2] = [0.4, 1.2];
 
 /// Draws the bodies at rest with how they are held, what is imposed, what is rigid, and where they may touch.
 ///
-/// Arrows of tractions are as long as these are large; those of imposed displacements are all alike, and so are those of the
-/// loads of rigid sides and obstacles.
+/// Arrows of tractions have a length in proportion to the traction. Arrows of imposed displacements all have the same
+/// length, and so do the loads of rigid sides and obstacles.
 pub(crate) fn sketch(
     title: &str,
     bodies: &[SketchBody<'_>],
@@ -312,7 +312,7 @@ fn unit(v: Vector) -> Option<Vector> {
 struct Spaced(Vec<Vector>);
 
 impl Spaced {
-    /// Whether a mark has room here; if so, it takes it.
+    /// Takes the place of a mark if it is free, and tells if it was.
     fn has_room(&mut self, at: Vector) -> bool {
         let free = self.0.iter().all(|p| norm(*p - at) >= APART);
         if free {

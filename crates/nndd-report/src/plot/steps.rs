@@ -15,7 +15,7 @@ const TICKS: usize = 10;
 /// The forces of a contact line: its name, and in each step the contact force and, with friction, the tangential one, N/m.
 pub(crate) type Forces<'a> = (&'a str, Vec<[Option<f64>; 2]>);
 
-/// What the horizontal axis shows.
+/// The quantity of the horizontal axis.
 pub(crate) enum Along<'a> {
     /// The number of the step, from 1.
     Step,

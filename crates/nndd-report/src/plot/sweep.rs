@@ -19,7 +19,7 @@ const HEIGHT: f64 = 230.0 * PIXEL;
 
 /// Draws the indicators against a swept setting, one panel below the other, on a common logarithmic scale.
 ///
-/// `values` are those of the setting; an interrupted sweep has no row for the last ones. Values that are missing, not
+/// `values`: of the setting; an interrupted sweep has no row for the last ones. Values that are missing, not
 /// finite or not positive are left out and break the line, and so are runs that diverged or whose certificate is not valid; the
 /// heading of a panel says how many values are left out, and where η_NNDD is smallest.
 pub(crate) fn sweep(title: &str, key: &str, values: &[f64], panels: &[SweepPanel]) -> String {

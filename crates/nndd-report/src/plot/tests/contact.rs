@@ -47,7 +47,7 @@ fn a_peak_of_the_pressure_is_cut_and_its_value_written() {
     let cut = profile(s, [0.0; 30], pressure);
     assert_whole(&cut);
     assert!(cut.contains(">peak 40</text>"), "{cut}");
-    // What the axis shows ends a little above the others, and nothing is drawn above it.
+    // The axis ends a little above the other values, and nothing is drawn above it.
     assert!(cut.contains(">1.0</text>") && !cut.contains(">40</text>"), "{cut}");
     // Its words keep off the line that comes down from it.
     let number = |text: &str, key: &str| -> f64 {
@@ -92,7 +92,7 @@ fn friction_has_a_panel_with_its_limit() {
     assert_whole(&svg);
     assert!(svg.contains("friction limit") && svg.contains("friction (stress units)"), "{svg}");
     assert!(!drawn(&[row(0, None), row(1, None)]).contains("friction"));
-    // What sticks and what slips have two shades; without friction there is one.
+    // Sticking and slipping stretches have two shades; without friction there is one.
     let slips = rubs(4.0).map(|of| FrictionRow { slip: 0.1, state: "slip".into(), ..of });
     let svg = drawn(&[row(0, rubs(1.0)), row(1, rubs(2.0)), row(2, slips.clone()), row(3, slips)]);
     assert!(svg.contains("It sticks: 0 to 1.5. It slips: 1.5 to 3."), "{svg}");
@@ -133,7 +133,7 @@ fn the_figure_says_which_pressure_it_draws() {
             "coarser side, at most 2.50. The largest nodal pressure, which the tables have, is 4.00."
         )
     );
-    // Its peak is not that of the tables either.
+    // Its peak differs from the peak of the tables, too.
     let mut peak: Vec<ContactRow> = (0..60).map(row).collect();
     peak[0].pressure_recovered = Some(40.0);
     assert!(contact("Contact", &peak, None, 3, &Labels::default()).0.contains(">recovered peak 40.0</text>"));
