@@ -19,8 +19,8 @@
 //! | answer how much memory there is, as a [`Host`] | [`room::smallest`] |
 //! | convert the settings of a case to the library's | [`convert::settings`] |
 //!
-//! Nothing is printed here, no signal and no clock is read, and the process is never ended. What a run needs from outside
-//! comes from a [`Host`]: the time, whether to end, how much memory there is; it is told what happens by [`Event`]s.
+//! Nothing is printed here, no signal and no clock is read, and the process is never ended. A run gets everything
+//! from outside by a [`Host`]: the time, the wish to end, the free memory. It tells the host what happens by [`Event`]s.
 //! A run that ends without a result is a [`Failure`], with the exit status of the command and the words for it.
 //!
 //! # Example

@@ -4,7 +4,7 @@ use crate::words::json;
 use serde_json::{Map, Value};
 use std::fmt::Write as _;
 
-/// Writes settings in the structure of the case file as TOML that a case file may hold. What has no value is left out.
+/// Writes settings in the structure of the case file as TOML that a case file may hold. Keys without a value are left out.
 pub(crate) fn toml(settings: &Value) -> String {
     let mut text = String::new();
     if let Value::Object(root) = settings {

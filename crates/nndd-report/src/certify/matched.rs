@@ -9,7 +9,7 @@ use mesh_io::vtu::PointVectors;
 /// Points closer than this fraction of the body's diagonal are the same.
 const SAME: f64 = 1e-6;
 /// A point between the nodes may be off by this fraction of the largest difference of displacement in its cell: numbers are written with
-/// few digits. What it is off by is part of the bound.
+/// few digits. The deviation is part of the bound.
 const LINEAR: f64 = 1e-4;
 /// Rounding of displacements in single precision, over their size.
 const SINGLE: f64 = 2e-7;
