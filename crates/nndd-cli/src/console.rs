@@ -1,4 +1,4 @@
-//! What the console shows: results on stdout, errors on stderr.
+//! The console: results on stdout, errors on stderr.
 
 mod excerpt;
 mod fit;
@@ -279,7 +279,7 @@ fn scientific(x: f64, width: usize, digits: usize) -> String {
     format!("{text:>width$}")
 }
 
-/// What was chosen and why, for `--verbose`.
+/// Lists the choices that were made and why, for `--verbose`.
 pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
     let mut text = String::new();
     let solution = match &solved.answer {

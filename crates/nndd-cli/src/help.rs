@@ -1,11 +1,11 @@
-//! What `--help` and the manual page say beside the options: examples, exit status, files.
+//! The texts of `--help` and of the manual page beside the options: examples, exit status, files.
 
 use std::fmt::Write as _;
 
 /// A name or a command line, and what it means.
 pub(crate) type Pair = (&'static str, &'static str);
 
-/// The examples, each with its command; those of `nndd` itself are the first steps.
+/// The examples, each with its command; the examples of `nndd` itself are the first steps.
 const EXAMPLES: &str = include_str!("help/examples.txt");
 /// The exit status and what it means.
 pub(crate) const EXIT_STATUS: &str = include_str!("help/exit_status.txt");
@@ -38,7 +38,7 @@ pub(crate) fn of_command(name: &str) -> String {
     listed(name) + "\n" + MANUAL
 }
 
-/// Where the meaning of an example begins.
+/// The column at which the meaning of an example begins.
 const COLUMN: usize = 54;
 
 const MANUAL: &str = "The whole manual: nndd man > nndd.1 && man ./nndd.1";

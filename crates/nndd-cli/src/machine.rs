@@ -1,4 +1,4 @@
-//! What a run needs to know of this process: its clock, its signals, and the memory it may take.
+//! The host of a run in this process: its clock, its signals, and the memory it may take.
 
 use crate::signals::Signals;
 use nndd_report::room;

@@ -51,7 +51,7 @@ pub(crate) fn page() -> String {
     page + &roff.to_roff()
 }
 
-/// What clap_mangen writes into memory, which does not fail.
+/// Returns a part of the page as clap_mangen writes it into memory, which does not fail.
 fn rendered(part: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> String {
     let mut text = Vec::new();
     let _ = part(&mut text);

@@ -19,7 +19,7 @@ pub(crate) fn command(options: &Mesh) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// What a group consists of, by its dimension.
+/// Names the members of a group, and their size, by its dimension.
 fn members(group: &GroupSummary) -> [&'static str; 2] {
     match group.dimension {
         0 => ["nodes", ""],

@@ -1,4 +1,4 @@
-//! What a run prints from its beginning to its end, for people or for programs.
+//! The output of a run from its beginning to its end, for people or for programs.
 
 use crate::args::{Format, Solve};
 use crate::console;
@@ -15,20 +15,20 @@ use std::time::Instant;
 pub(crate) struct Printer {
     format: Format,
     quiet: bool,
-    /// Whether the iterations of an adaptive run are shown too.
+    /// Set if the iterations of an adaptive run are shown too.
     every_iteration: bool,
     /// The name of the contact force.
     force: String,
-    /// Whether Coulomb friction leaves a residual in place of a bound.
+    /// True if Coulomb friction leaves a residual in place of a bound.
     residual: bool,
     /// When the program began.
     started: Instant,
-    /// Whether times are shown: only on a terminal. What goes to a file is the same in every run, unless more is
+    /// Set if times are shown: on a terminal only. The output to a file is then the same in every run, unless more is
     /// asked for.
     timed: bool,
     rows: usize,
     steps: usize,
-    /// What was said before the run began.
+    /// The notes that were printed before the run began.
     said: Vec<String>,
 }
 

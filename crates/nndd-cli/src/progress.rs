@@ -10,7 +10,7 @@ const SHORT: f64 = 1.0;
 /// then have about half as many nodes again as that one.
 const ALL_MESHES: f64 = 1.5;
 
-/// What the time left is estimated from.
+/// The values from which the time left is estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Goal {
     /// `eta_nndd / eta_dis` at which the iteration ends, if that is the criterion.
@@ -141,8 +141,8 @@ fn iterations_left(ratio: Option<f64>, rate: Option<f64>, last: Option<(f64, Opt
     Some((over.ln() / -rate?.ln()).ceil()).filter(|n| n.is_finite())
 }
 
-/// The work left in units of that of the last mesh, from the error wanted and that found: linear triangles need
-/// `(found / goal)²` times the nodes.
+/// Estimates the work left over the work of the last mesh, from the error wanted and the present one: linear triangles
+/// need `(found / goal)²` times the nodes.
 fn work_left(goal: f64, found: f64) -> f64 {
     if found <= goal { 0.0 } else { ALL_MESHES * (found / goal).powi(2) }
 }

@@ -60,7 +60,7 @@ fn reason(swept: &Swept, signal: Option<u8>) -> Option<String> {
 
 /// Shows an event of the sweep.
 ///
-/// * `width`: that of the first column.
+/// * `width`: of the first column.
 fn show(options: &Options, width: &mut usize, event: Event<'_>) -> Result<(), Failure> {
     let layout = console::Layout::default();
     match event {

@@ -8,7 +8,7 @@ pub(crate) const MOST: usize = 1024;
 /// From this variable rayon takes the number of threads if the command line does not say it.
 const VARIABLE: &str = "RAYON_NUM_THREADS";
 
-/// The stack of each thread, bytes: as large as that of the main thread.
+/// The stack of each thread, bytes: as large as the main thread's.
 const STACK: usize = 8 << 20;
 
 /// Starts the threads and does the work of a command on one of them, so that the main thread reserves no memory to compute.

@@ -1,4 +1,4 @@
-//! What messages advise is done here, and must help.
+//! The advice of messages is followed here, and must help.
 
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used, clippy::panic)]

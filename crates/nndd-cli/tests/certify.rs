@@ -37,7 +37,7 @@ fn a_field_of_its_own_has_about_the_bound_of_its_run() {
     let temp = tempfile::tempdir().unwrap();
     for (name, files) in [
         ("paper.toml", ["out/upper.vtu", "out/lower.vtu"]),
-        // The meshes of the run have more nodes than those of the case.
+        // The meshes of the run have more nodes than the meshes of the case.
         ("nonmatching.toml", ["out/upper.vtu", "out/lower.vtu"]),
         ("plate.toml", ["out/block.vtu", "out/base.vtu"]),
     ] {

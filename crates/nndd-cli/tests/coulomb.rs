@@ -229,7 +229,7 @@ fn a_fixed_point_that_does_not_converge_is_said() {
     let (report, text) = solved(temp.path(), "coulomb.toml", &["solver.friction_steps=2"]);
     assert_eq!((report.status.word.as_str(), report.status.code), ("max_iterations", 5), "{text}");
     assert!(text.contains("raise solver.friction_steps"), "{text}");
-    // The residual is that of the pair that was reached, and still no bound.
+    // The residual belongs to the pair that was reached, and is still no bound.
     assert!(report.certificate.is_none() && report.coulomb.as_ref().unwrap().steps == 2);
     nothing_is_certified(&text, &temp.path().join("out"));
 }

@@ -1,4 +1,4 @@
-//! What the program says if the iteration does not converge, switches to Newton, or has nothing to measure.
+//! The messages of the program if the iteration does not converge, switches to Newton, or has nothing to measure.
 
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used)]
@@ -96,7 +96,7 @@ fn a_divergence_with_an_automatic_theta_is_told_what_else_to_set() {
     assert!(reason.contains("between 0 and 3.43e-6 and is best near 2.14e-6"), "{reason}");
     let advice = "; use weights = \"stiffness\", imposed = \"auto\", or method = \"newton\"";
     assert!(reason.ends_with(advice), "{reason}");
-    // What it advises helps, and so does the default method.
+    // Its advice helps, and so does the default method.
     for advice in [
         &["solver.weights=stiffness", "solver.imposed=auto"][..],
         &["solver.method=newton"],

@@ -126,7 +126,7 @@ fn the_files_hold_the_squared_bound() {
             near(energy, report.results.energy_norm_squared.as_ref().unwrap()[b], 1e-9, case);
             assert!(grid.at("body_id").iter().all(|id| *id == b as f64));
         }
-        // One nodal stress, and its largest value is that of the report.
+        // One nodal stress, and the report has its largest value.
         let nodal = grids.iter().flat_map(|grid| {
             assert_eq!(grid.at("stress_recovered").len(), 6 * grid.points.len());
             assert_eq!(grid.at("von_mises_recovered").len(), grid.points.len());
@@ -314,7 +314,7 @@ fn gap_is_the_initial_one_and_opening_the_current_one() {
     for name in ["gap", "opening"] {
         assert_eq!(contact.at(name), table[name], "{name}");
     }
-    // Where the bodies press on each other the drawn gap is closed: the opening is zero, the gap is not.
+    // At nodes that press on each other the drawn gap is closed: the opening is zero, the gap is not.
     let pressed = |k: &usize| table["pressure"][*k] > 0.0;
     let closed: Vec<usize> = (0..table["gap"].len()).filter(pressed).collect();
     assert!(closed.iter().all(|k| table["opening"][*k].abs() < 1e-12), "{table:?}");

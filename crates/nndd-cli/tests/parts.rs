@@ -1,4 +1,4 @@
-//! What the bound is made of, and whether its parts mean what they are called: cases on which an earlier version was wrong.
+//! The parts of the bound must mean what they are called: cases on which an earlier version was wrong.
 
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used, clippy::panic)]

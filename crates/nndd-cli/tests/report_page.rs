@@ -34,7 +34,7 @@ fn chromium() -> Option<PathBuf> {
     std::env::split_paths(&folders).flat_map(|f| names.map(|n| f.join(n))).find(|p| p.is_file())
 }
 
-/// What Chromium says about a page, on stdout and stderr; killed after some minutes.
+/// Returns what Chromium says about a page, on stdout and stderr; it is killed after some minutes.
 fn looked_at(browser: &Path, page: &Path, profile: &Path, width: u32) -> (String, String) {
     let (dom, log) = (profile.join("dom"), profile.join("log"));
     std::fs::create_dir_all(profile).unwrap();

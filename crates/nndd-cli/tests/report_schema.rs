@@ -60,7 +60,7 @@ fn all_keys() -> Vec<Key> {
     found
 }
 
-/// Collects the paths of the keys of a report, without those of the settings.
+/// Collects the paths of the keys of a report, without the keys of the settings.
 fn collect(value: &Value, path: &str, seen: &mut BTreeSet<String>) {
     match value {
         Value::Object(object) if path != "case" => {

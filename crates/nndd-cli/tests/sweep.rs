@@ -213,7 +213,7 @@ fn an_impossible_value_is_refused_before_the_first_run_and_called_by_its_option(
     assert_eq!(output.status.code(), Some(3), "{complaint}");
     assert!(complaint.contains("--over solver.theta=-1") && !complaint.contains("--set"), "{complaint}");
     assert!(output.stdout.is_empty() && !out.exists(), "{}", text(&output.stdout));
-    // What only shows when the problem is built keeps the rows before it.
+    // An error that only shows when the problem is built keeps the rows before it.
     let output = sweep(&out, "body.0.generator.origin=[[0.0, 1.0], [0.0, 0.5]]", &[]);
     assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
     assert_eq!(column(&out, "sweep.csv", "iteration").len(), 1);
@@ -251,7 +251,7 @@ fn a_range_that_is_none_is_a_wrong_command_line() {
         let output = sweep(&out, over, &[]);
         assert_eq!(output.status.code(), Some(2), "{over}: {}", text(&output.stderr));
     }
-    // What the range is of is a matter of the case.
+    // A range of an unknown key is an error of the case.
     assert_eq!(sweep(&out, "solver.theata=0.1:0.9:0.1", &[]).status.code(), Some(3));
 }
 

@@ -91,7 +91,7 @@ fn control_groups(resident: f64) -> Option<Room> {
     Some(room(bytes, |left| format!("the limit of the control group leaves {left}"), None))
 }
 
-/// What the limits of a group and of those above it leave for this process, bytes.
+/// Returns the least memory that the limits of a group and of the groups above it leave for this process, bytes.
 ///
 /// * `path`: of the group below its mount. In a container the mount may be the group itself: then the parts of the path that
 ///   do not exist there are skipped.
@@ -112,7 +112,7 @@ fn left_in_groups(version: &Version, mount: &Path, path: &str, resident: f64) ->
     left.reduce(f64::min)
 }
 
-/// What the machine has free, file caches included: beyond it a run would only swap.
+/// Returns the memory that this process has or can get, file caches included: beyond it a run would only swap.
 fn machine(resident: f64) -> Option<Room> {
     let free = size(Path::new("/proc/meminfo"), "MemAvailable:")? as f64;
     Some(room(free + resident, |left| format!("this machine has {left} free"), None))

@@ -1,6 +1,6 @@
 //! Lines no wider than the terminal.
 
-/// Where a broken line continues.
+/// The column at which a broken line continues.
 const INDENT: usize = 13;
 
 /// Breaks lines that are too wide at blanks; what has no blank stays whole.

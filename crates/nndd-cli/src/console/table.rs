@@ -26,7 +26,7 @@ const TIME: &str = "time [s]";
 pub(crate) struct Layout {
     /// Of the terminal; `None` if all columns are shown.
     pub(crate) width: Option<usize>,
-    /// Whether the column of times is one of them.
+    /// Set if the column of times is one of them.
     pub(crate) timed: bool,
 }
 

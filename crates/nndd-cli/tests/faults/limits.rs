@@ -256,7 +256,7 @@ fn threads_from_the_environment_are_capped_like_those_of_the_command_line() {
         }
     }
     assert!(!out.exists());
-    // What rayon does not read counts no more than what the command line overrides.
+    // A value that rayon does not read has no effect, nor has a value that the command line overrides.
     assert_eq!(run("many", &["solve"]).status.code(), Some(0));
     assert_eq!(run("1000000", &["solve", "--threads", "3"]).status.code(), Some(0));
     assert_eq!(report(&out).run["threads"], 3);

@@ -3,7 +3,7 @@
 use super::*;
 use serde_json::Value;
 
-/// What names may hold: U+202E and U+2066 turn the direction of a text, U+007F and U+0085 are controls, U+FFFE is not allowed in XML.
+/// Names with dangerous characters: U+202E and U+2066 turn the direction of a text, U+007F and U+0085 are controls, U+FFFE is not allowed in XML.
 const HOSTILE: [&str; 8] = [
     "a\u{202e}b",
     "a\u{2066}b",

@@ -43,7 +43,7 @@ pub(crate) fn wait_for_iterations(child: &mut Child) {
 
 #[test]
 fn a_signal_ends_the_run_with_its_certificate() {
-    // SIGTERM ends a run as Ctrl-C does, but for its status, which is that of its own signal.
+    // SIGTERM ends a run as Ctrl-C does, with the status of its own signal.
     for (name, code) in [("INT", 130), ("TERM", 143)] {
         let temp = tempfile::tempdir().unwrap();
         let out = temp.path().join("out");
@@ -273,7 +273,7 @@ fn a_narrow_terminal_shows_the_same() {
         return;
     };
     let shown = said(&output).replace("\r\n", "\n");
-    // What a progress bar wrote before it was erased, which it does if the machine is busy.
+    // If the machine is busy, a progress bar is written and erased: keep the text after it.
     let seen = |line: &str| line.rsplit("\r\u{1b}[K").next().unwrap_or_default().to_owned() + "\n";
     let shown: String = shown.lines().map(seen).collect();
     assert!(!shown.contains('\u{1b}'), "{shown}");
@@ -290,7 +290,7 @@ fn program() -> String {
 
 #[test]
 fn more_memory_than_the_machine_has_is_said_at_once() {
-    // No limit is given: that of the machine holds. This many nodes need a terabyte.
+    // No limit is given, so the memory of the machine is the limit. This many nodes need a terabyte.
     let memory = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
     let total = memory
         .lines()
