@@ -62,7 +62,7 @@ pub struct System {
 }
 
 impl System {
-    /// Numbers the unknowns of a body, those of the interface `side` last, and assembles it.
+    /// Numbers the unknowns of a body, with the interface unknowns of `side` last, and assembles it.
     ///
     /// # Errors
     /// A floating body, with its free motion; a body without unknowns; a body with overflowing data.
@@ -197,7 +197,7 @@ struct Columns<'a> {
     body: &'a Body,
     dofs: &'a DofMap,
     external: &'a [Vector],
-    /// Where the list of each node begins in `beside`.
+    /// The beginning of each node's list in `beside`.
     first_beside: Vec<u32>,
     /// The nodes joined to each node by an edge, ascending.
     beside: Vec<NodeId>,

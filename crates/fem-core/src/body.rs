@@ -141,7 +141,7 @@ pub enum BodyError {
     NotFinite {
         /// The condition.
         place: ConditionPlace,
-        /// Where it was evaluated.
+        /// The point at which it was evaluated.
         point: Vector,
         /// The resulting value.
         value: f64,
@@ -178,7 +178,7 @@ pub enum BodyError {
     RigidOccupied {
         /// The rigid side.
         place: ConditionPlace,
-        /// Where.
+        /// The point with the other condition.
         point: Vector,
     },
     /// A side that is declared as an arc is straight, or a part of it has a single edge.

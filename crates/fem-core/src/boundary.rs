@@ -1,4 +1,4 @@
-//! What is imposed on a body: displacements, tractions, pressures and a body force, by named sides.
+//! Conditions on a body: displacements, tractions, pressures and a body force, by named sides.
 //!
 //! A condition names an edge group and holds numbers or functions of the position. [`crate::body::Body`]
 //! evaluates it on the mesh.
@@ -67,7 +67,7 @@ impl fmt::Debug for ScalarData {
     }
 }
 
-/// The edges a condition applies to: those of a named group, or a part of them; or a single node.
+/// The edges a condition applies to: a named group or a part of it; or a single node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeSelection {
     /// Name of the edge group.
@@ -154,9 +154,9 @@ impl fmt::Display for ConditionPlace {
 /// A displacement imposed on a part of the boundary.
 #[derive(Clone, Debug)]
 pub struct DisplacementCondition {
-    /// Where.
+    /// The edges that it holds.
     pub edges: EdgeSelection,
-    /// What.
+    /// The directions that are held, and the values imposed there.
     pub support: Support,
 }
 
@@ -172,9 +172,9 @@ pub enum Load {
 /// A load applied to a part of the boundary.
 #[derive(Clone, Debug)]
 pub struct TractionCondition {
-    /// Where.
+    /// The edges that it loads.
     pub edges: EdgeSelection,
-    /// What.
+    /// The load on them.
     pub load: Load,
 }
 
@@ -182,7 +182,7 @@ pub struct TractionCondition {
 /// under its load.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RigidCondition {
-    /// Where.
+    /// The edges that stay rigid.
     pub edges: EdgeSelection,
     /// Imposed displacements in x and y of the point `about`, m; `None`: free.
     pub translation: [Option<f64>; 2],

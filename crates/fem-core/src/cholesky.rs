@@ -1,8 +1,8 @@
 //! Sparse Cholesky factorisation `K = L Lᵀ` in a given order: the multifrontal method on a given tree.
 //!
 //! The caller gives the order: [`crate::ordering`] computes a good one with the interface last, so that
-//! the trailing block of `L` is the factor of the interface's Schur complement. The dense algebra of the
-//! fronts is that of [`dense_cholesky`]; independent subtrees are factorised in parallel.
+//! the trailing block of `L` is the factor of the interface's Schur complement. [`dense_cholesky`] does the dense
+//! algebra of the fronts; independent subtrees are factorised in parallel.
 
 mod numeric;
 mod substitution;
@@ -37,7 +37,7 @@ pub enum CholeskyError {
     Tree {
         /// Dimension of the matrix.
         dimension: usize,
-        /// What is wrong.
+        /// The property that the data lack.
         reason: &'static str,
     },
 }

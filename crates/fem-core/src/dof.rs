@@ -25,9 +25,10 @@ const UNIT: f64 = 1e-14;
 /// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or rotated into the direction of a roller or
 /// of the contact normal. A contact node with normal `n` that is fixed along `d`, not perpendicular to `n`, has the
 /// frame dual to the two: `e₀·n = e₁·d = 1`, `e₀·d = e₁·n = 0`. Its unknown is also the normal trace `u·n`, and its
-/// force is that of a pressure along `n`. A free node whose normal is not of length one has `e₀ = n/|n|²`. A node with two retained directions has the frame dual to these. The nodes of a
-/// rigid side follow the free motions of the side, one unknown each. Unknowns are numbered in the order of elimination: those
-/// of the nodes, of the rigid sides, and of the interface, in the order of the retained directions.
+/// force is due to a pressure along `n`. A free node whose normal is not of length one has `e₀ = n/|n|²`. A node with two
+/// retained directions has the frame dual to these. The nodes of a rigid side follow the free motions of the side, one
+/// unknown each. Unknowns are numbered in the order of elimination: nodes, rigid sides, interface; on the interface in the
+/// order of the retained directions.
 #[derive(Clone, Debug)]
 pub struct DofMap {
     axes: Vec<Vector>,
@@ -141,7 +142,7 @@ impl DofMap {
     }
 
     /// Returns the same unknowns with the values that the supports of `body` impose now; `None` if its supports, its rigid sides or its
-    /// retained directions are not those of this map.
+    /// retained directions differ from this map's.
     ///
     /// * `body`: on the same mesh.
     pub fn with_imposed(&self, body: &Body, side: &InterfaceSide) -> Option<Self> {
@@ -268,12 +269,12 @@ impl DofMap {
         !self.rigid.motions.is_empty()
     }
 
-    /// Tells whether an unknown is that of a rigid side, not of a node.
+    /// Tells whether an unknown belongs to a rigid side, not to a node.
     pub fn is_rigid(&self, number: usize) -> bool {
         self.rigid.of(number).is_some()
     }
 
-    /// Lists the nodes that an unknown moves, with their displacement per unit of it: one, unless it is that of a rigid side.
+    /// Lists the nodes that an unknown moves, with their displacement per unit of it: one node, unless it belongs to a rigid side.
     pub fn moved(&self, number: usize) -> impl Iterator<Item = (usize, Vector)> + '_ {
         let side = self.rigid.of(number);
         let (node, c) = self.unknown(number);
@@ -361,7 +362,7 @@ struct Frames {
     oblique: Vec<(NodeId, Vector)>,
     fixed: Vec<[bool; 2]>,
     imposed: Vec<[f64; 2]>,
-    /// Whether a component is an interface unknown.
+    /// True if a component is an interface unknown.
     kept: Vec<[bool; 2]>,
 }
 

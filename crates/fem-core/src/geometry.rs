@@ -4,7 +4,7 @@ pub use nalgebra::Vector2;
 
 /// A point or vector of the plane, in the length unit of the user's data. `[x, y].into()` makes one of an array.
 ///
-/// Sums, multiples and `a.dot(&b)` are those of nalgebra; [`norm`] does not overflow as early as its own.
+/// nalgebra has sums, multiples and `a.dot(&b)`; [`norm`] here does not overflow as early as nalgebra's.
 pub type Vector = Vector2<f64>;
 
 /// Writes a number exactly, with an exponent if it has many digits: for messages.

@@ -72,30 +72,30 @@ impl NodePair {
 pub struct ContactEdge {
     /// The pairs at its two ends, in the sense of increasing arc length; twice the same if both bodies are clamped at one end.
     pub pairs: [u32; 2],
-    /// The mesh edge of each body; against an obstacle twice that of the body.
+    /// The mesh edge of each body; against an obstacle the body's edge twice.
     pub edges: [EdgeId; 2],
     /// Length on the body that was the first when the surfaces were paired, m.
     pub length: f64,
-    /// Whether the normal changes along it by more than round-off.
+    /// True if the normal changes along it by more than round-off.
     pub bent: bool,
     /// The end at which both bodies are clamped, if there is one.
     pub clamped: Option<ClampedEnd>,
 }
 
 /// An end of a contact edge at which both bodies are clamped, or the body against an obstacle: no unknown is there, and its
-/// pressure is that of the other end.
+/// pressure equals the pressure of the other end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClampedEnd {
     /// Which end, 0 or 1.
     pub end: usize,
     /// The opening that the supports impose there, ≥ 0, m.
     pub opening: f64,
-    /// What they impose on the first side less what they impose on the second, m.
+    /// The displacement that they impose on the first side less the one on the second, m.
     pub jump: Vector,
 }
 
 impl ContactEdge {
-    /// Returns the values of the pairs at its ends; at a clamped end that of the other one.
+    /// Returns the values of the pairs at its ends; a clamped end has the value of the other one.
     ///
     /// * `by_pair`: one number per pair.
     pub fn ends(&self, by_pair: &[f64]) -> [f64; 2] {
@@ -163,7 +163,7 @@ pub enum Gap {
 pub struct GapChange {
     /// The first body's node.
     pub point: Vector,
-    /// Distance of the surfaces along the normal, m, negative if they overlap; on curved lines that of smooth curves.
+    /// Distance of the surfaces along the normal, m, negative if they overlap; on curved lines measured between smooth curves.
     pub drawn: f64,
     /// The gap used instead, m.
     pub used: f64,
@@ -291,8 +291,7 @@ impl ContactInterface {
         &self.edges
     }
 
-    /// Lists the normals that a body retains as interface unknowns: those of its contact nodes, in the order of the
-    /// pairs.
+    /// Lists the normals that a body retains as interface unknowns: one per contact node, in the order of the pairs.
     ///
     /// * `side`: 0 for the first body, 1 for the second.
     pub fn side(&self, side: usize) -> InterfaceSide {

@@ -147,7 +147,7 @@ pub enum MeshError {
         size: [f64; 2],
         /// Number of cells in each direction.
         cells: [usize; 2],
-        /// What is wrong.
+        /// The requirement that is violated.
         reason: &'static str,
     },
     /// Another generator was given invalid input.
@@ -155,7 +155,7 @@ pub enum MeshError {
     Generator {
         /// "ring" and so on.
         kind: &'static str,
-        /// What is wrong.
+        /// The requirement that is violated.
         reason: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! Displacements on a mesh of their own, compared with those of a body that has another mesh.
+//! Displacements on a mesh of their own, compared with the displacements of a body that has another mesh.
 
 use crate::body::Body;
 use crate::element::Triangle;

@@ -21,7 +21,7 @@ pub struct PreparedProblem {
     rigid_motions: Vec<BodyMotion>,
 }
 
-/// What is made next of all bodies.
+/// The next step of the preparation, for all bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// The order of the unknowns, and the tree of fronts.

@@ -52,7 +52,7 @@ impl Arch {
         };
         let cubic = t * (1.0 - t) * ((1.0 - t) * a + t * b);
         let slope = (1.0 - 2.0 * t) * ((1.0 - t) * a + t * b) + t * (1.0 - t) * (b - a);
-        // The height of the arc with the mean slope, over that of its cubic: 1 in the middle of the edge.
+        // The height of the arc with the mean slope over the height of its cubic: 1 in the middle of the edge.
         let squared = (0.25 * (a + b)).powi(2);
         if !(squared < 0.5) {
             return [cubic, slope];

@@ -26,7 +26,7 @@ const ROUNDS: usize = 40;
 /// A point on a ray may be this part of the edge away from the middle of the curve.
 const CENTRAL: f64 = 0.25;
 
-/// What a curved side is.
+/// The kind of a curved side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveKind {
     /// A circle through its nodes, each connected part with its own.

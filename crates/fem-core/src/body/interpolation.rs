@@ -251,7 +251,7 @@ mod tests {
             let [d, t] = differences(cells, &conditions)[..] else { unreachable!() };
             assert_eq!((d.place.list, d.place.index, d.component), (ConditionList::Displacement, 0, Some(1)));
             assert_eq!((t.place.list, t.place.index, t.component), (ConditionList::Traction, 0, None));
-            // The largest value is that of the right end.
+            // The largest value is at the right end.
             let scale = 4.0;
             assert!((d.difference.largest * scale - h * h / 4.0).abs() < 1e-14);
             assert!((d.difference.mean * scale - h * h / 30f64.sqrt()).abs() < 1e-14);

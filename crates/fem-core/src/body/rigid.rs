@@ -35,8 +35,8 @@ pub struct RigidSide {
     pub moment: f64,
     /// The point about which it rotates, m.
     pub about: Vector,
-    /// Nodal forces with the work of its load along every free motion, in the order of the nodes, N/m: those of a linear traction. On a
-    /// rigid side any other forces with the same work have the same effect.
+    /// Nodal forces of a linear traction that does the work of the load along every free motion, in the order of the nodes,
+    /// N/m. On a rigid side any other forces with the same work have the same effect.
     pub forces: Vec<Vector>,
     /// Combinations of the motions of a rigid body that are imposed, orthonormal in `(t_x, t_y, ω size)` about the same point.
     blocked: Vec<[f64; 3]>,
@@ -53,12 +53,12 @@ pub(super) struct Equation {
     pub(super) value: f64,
 }
 
-/// What is imposed on a rigid side, and what loads it.
+/// The conditions and the loads on a rigid side.
 #[derive(Clone, Debug)]
 pub(super) struct Given<'a> {
     pub(super) condition: &'a crate::boundary::RigidCondition,
     pub(super) edges: Vec<EdgeId>,
-    /// What other supports impose on its nodes.
+    /// The values that other supports impose on its nodes.
     pub(super) equations: Vec<Equation>,
     /// The connected piece of the body.
     pub(super) piece: u32,
@@ -67,7 +67,7 @@ pub(super) struct Given<'a> {
 /// The motion of a rigid side that satisfies some equations best, in `(t_x, t_y, ω size)`.
 struct Imposed {
     motion: Vector3<f64>,
-    /// What the equations leave free and what they impose, orthonormal.
+    /// The motions that the equations leave free, then those that they impose, orthonormal.
     free: Vec<Vector3<f64>>,
     blocked: Vec<Vector3<f64>>,
 }

@@ -28,14 +28,14 @@ pub(super) struct Layout {
     /// Operations of its subtree.
     pub(super) flops: f64,
     /// Values of updates that exist at once while one thread factorises its subtree, on the stack of its own update
-    /// and on that of its children's.
+    /// and on the stack of its children's updates.
     pub(super) peak: [usize; 2],
     /// The largest number of values of a front's columns, upper half of the diagonal block included, in its subtree.
     pub(super) largest: usize,
 }
 
 impl Layout {
-    /// Counts the rows of its columns, including those of the diagonal block.
+    /// Counts the rows of its columns, diagonal block included.
     pub(super) fn height(&self) -> usize {
         self.width + self.rows.len()
     }
@@ -106,7 +106,7 @@ impl SymbolicCholesky {
         Ok(symbolic)
     }
 
-    /// Lists the rows of front `s` below its diagonal block, ascending: those of its columns and of its children.
+    /// Lists the rows of front `s` below its diagonal block, ascending: the rows of its columns and of its children.
     ///
     /// * `seen`: for every row the last front that has it.
     fn rows_below(
@@ -134,7 +134,7 @@ impl SymbolicCholesky {
         rows.sort_unstable();
     }
 
-    /// Lays out front `s`, whose values follow those of the fronts before it, and counts the needs of its subtree.
+    /// Lays out front `s`, with its values after the earlier fronts, and counts the needs of its subtree.
     ///
     /// * `rows`: the places of its rows below the diagonal block in `below`.
     fn layout(&self, front: &Front, s: usize, rows: Range<usize>) -> Layout {

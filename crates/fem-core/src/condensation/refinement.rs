@@ -21,8 +21,8 @@ const MOST_REFINEMENTS: usize = 40;
 
 impl CondensedBody {
     /// Computes `Rᵀ K⁻¹ R`, J/m, of some residuals by one forward solve, which reads the factor once: the energy of the displacement under
-    /// these forces, in two parts. The first one is that of the other unknowns with fixed interface normals, the second the
-    /// contribution of the interface.
+    /// these forces, in two parts. The first one is the energy with fixed interface normals, the second the contribution of
+    /// the interface.
     ///
     /// * `residuals`: along the unknowns, see [`Self::along_unknowns`], N/m.
     ///
@@ -57,7 +57,7 @@ impl CondensedBody {
     /// Corrects a displacement by the residual of its equilibrium until the residual stops falling: iterative
     /// refinement (Higham 2002, chapter 12), with the residual in double-double numbers.
     ///
-    /// * `loads`: nodal forces in addition to those of the body, Cartesian, N/m.
+    /// * `loads`: nodal forces in addition to the body's own, Cartesian, N/m.
     /// * `field`: on entry an approximation. With `held` its normal traces on the interface do not change.
     ///
     /// Returns the remaining `√(Rᵀ K⁻¹ R)`, square root of J/m.

@@ -7,7 +7,7 @@ use crate::ordering::ROOT;
 #[derive(Default)]
 pub(super) struct Fronts {
     fronts: Vec<Front>,
-    /// The front of each part; for an empty one that of the parent is used.
+    /// The front of each part; `None` if the part is empty, and the front of its parent is used.
     front_of: Vec<Option<u32>>,
     parents: Vec<u32>,
     end: usize,

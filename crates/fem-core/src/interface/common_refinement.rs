@@ -18,7 +18,7 @@
 //! and the rest is free. The parts of an edge inherit its conditions ([`Body::refined`]), so the problem is the same.
 //! The result does not depend on the order of the two bodies.
 //!
-//! On curved surfaces the normals are those of the line on which both are measured, before the cuts (the cut polygon has
+//! On curved surfaces the normals belong to the line on which both are measured, before the cuts (the cut polygon has
 //! edges in a row, whose averaged normals would be edge normals and lock), and gaps are measured between smooth curves
 //! through the nodes: two polygons on one circle are apart by the square of their edge length, more than the
 //! deformation of the bodies. A node slides along the smooth curve of its surface. On a side that is declared as a curve
@@ -54,7 +54,7 @@ pub use error::CommonRefinementError;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Changes {
-    /// Nodes added to each body: those inserted in its surface and those of cells bisected inwards.
+    /// Nodes added to each body: inserted in its surface, or by the bisection of cells inwards.
     pub added: [usize; 2],
     /// Nodes of each body that were moved along its surface onto a node of the other.
     pub snapped: [usize; 2],
@@ -74,8 +74,8 @@ pub struct Changes {
 pub struct Facing {
     /// Node of the first and of the second body.
     pub nodes: [NodeId; 2],
-    /// Normal out of the first body: that of the surface on which both are measured, linear between the unit averages at its
-    /// nodes before the cuts, so at most of length one.
+    /// Normal out of the first body, taken from the surface on which both are measured: linear between the unit averages at
+    /// its nodes before the cuts, so at most of length one.
     pub normal: Vector,
     /// Distance along the normal, m, negative where the surfaces overlap: of smooth curves through the nodes that each surface
     /// had before the cuts. Between polygons it would be wrong by the square of their edges.
@@ -88,7 +88,7 @@ pub struct Facing {
     pub spacing: f64,
 }
 
-/// What was measured between two surfaces before they were cut.
+/// Nodes, normals and gaps that were measured between two surfaces before they were cut.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Measured {
@@ -103,7 +103,7 @@ pub struct Measured {
 pub struct CommonRefinement {
     /// The bodies, in the order given.
     pub bodies: [Body; 2],
-    /// What was measured between them before the cuts.
+    /// Nodes, normals and gaps that were measured between them before the cuts.
     pub measured: Measured,
     /// The changes; `None` if there are no changes.
     pub changes: Option<Changes>,

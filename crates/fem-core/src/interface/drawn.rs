@@ -55,7 +55,7 @@ impl Drawn {
             let distance = other - point;
             let found = facing.and_then(|all| all.get(&pair.nodes[0]));
             let offset = cross(pair.normal, distance).abs();
-            // A straight line has one normal, that of the first edge.
+            // On a straight line every node has the normal of the first edge.
             let turn = if found.is_some() { STRAIGHT * norm(distance) } else { 0.0 };
             let rounded = COORDINATES * point.iter().chain(&other).fold(0.0f64, |m, x| m.max(x.abs()));
             if !(offset <= FACING * spacing + rounded + turn) {

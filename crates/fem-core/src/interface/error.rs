@@ -35,7 +35,7 @@ pub enum InterfaceError {
         body: usize,
         /// The name given.
         group: String,
-        /// What is wrong with it.
+        /// The reason why it is no contact surface.
         reason: &'static str,
     },
     /// A contact edge also has a support or a load.
@@ -100,7 +100,7 @@ pub enum InterfaceError {
         shown(point[0]), shown(point[1])
     )]
     Curved {
-        /// Where.
+        /// The node at which it turns.
         point: Vector,
         /// Angle between neighbouring normals.
         degrees: f64,
@@ -129,7 +129,7 @@ pub enum InterfaceError {
         point: Vector,
         /// "stretches", "edges" and so on.
         what: &'static str,
-        /// What was found on each body.
+        /// The number on each body.
         counts: [usize; 2],
     },
     /// Paired nodes do not face each other along the normal.
@@ -214,7 +214,7 @@ pub enum InterfaceError {
     BadGap {
         /// The node.
         point: Vector,
-        /// What was found.
+        /// The gap there, m.
         value: f64,
     },
     /// The limit of Tresca's friction is negative or not finite.
@@ -222,7 +222,7 @@ pub enum InterfaceError {
     BadFrictionLimit {
         /// The node of the first body.
         point: Vector,
-        /// What was found, Pa.
+        /// The limit there, Pa.
         value: f64,
     },
     /// The slip of an earlier load step belongs to another contact line, or is not finite.
@@ -230,7 +230,7 @@ pub enum InterfaceError {
         "the slip of the step before has {found} finite values, and the contact line has {expected} {of}"
     )]
     BadSlip {
-        /// What there is one value of: pairs of nodes, or edges.
+        /// The things that have one value each: pairs of nodes, or edges.
         of: &'static str,
         /// Finite values.
         found: usize,
@@ -245,7 +245,7 @@ pub enum InterfaceError {
     /// The coefficient of Coulomb's friction is negative or not finite.
     #[error("the coefficient of friction is {}; it must be a finite number >= 0", shown(*value))]
     BadFrictionCoefficient {
-        /// What was found.
+        /// The coefficient given.
         value: f64,
     },
 }

@@ -1,8 +1,8 @@
 //! Contact nodes that both bodies clamp at the ends of the line, or one body against an obstacle: their pairs are removed.
 //!
 //! A clamped pair has no unknown. Its opening is known, and along its edge the opening is linear from there to the next pair,
-//! so it is nowhere negative if both ends are not. Its pressure is free, since the supports take the forces there: that of the next
-//! pair is used. Finer meshes have free nodes on the edge, whose pairs belong to the contact problem.
+//! so it is nowhere negative if both ends are not. Its pressure is free, since the supports take the forces there: the pressure of
+//! the next pair is used. Finer meshes have free nodes on the edge, whose pairs belong to the contact problem.
 
 use super::profile::Profile;
 use super::{ClampedEnd, ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
@@ -22,14 +22,14 @@ pub(super) struct Line {
     pub(super) profiles: Vec<Option<Profile>>,
 }
 
-/// The whole line, and for each of its pairs the number among those of the contact problem, or [`NONE`].
+/// The whole line, and for each of its pairs the number in the contact problem, or [`NONE`].
 #[derive(Clone, Debug)]
 pub(super) struct Whole {
     pub(super) line: Line,
     pub(super) number: Vec<u32>,
 }
 
-/// Returns what is imposed on the two nodes of a pair that both bodies clamp.
+/// Returns the displacements imposed on the two nodes of a pair; `None` unless both bodies clamp it.
 pub(super) fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[Vector; 2]> {
     let imposed = |b: usize| match bodies[b].node_constraints()[pair.nodes[b]] {
         NodeConstraint::Fixed { value } => Some(value),

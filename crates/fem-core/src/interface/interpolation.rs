@@ -11,7 +11,7 @@ impl ContactInterface {
     /// value, by sampling at [`crate::body::SAMPLES`] points: `g/|n|`, with
     /// gap `g` and normal `n` linear between the pairs. `None` if the two are equal to round-off.
     ///
-    /// * `body`: the one on which it is measured; `line`: that of an obstacle.
+    /// * `body`: the one on which it is measured; `line`: the obstacle's, if there is one.
     pub(super) fn interpolated_gap(&self, body: &Body, line: Option<&RigidLine>) -> Option<Difference> {
         let interface = self;
         let side = interface.measured_on;

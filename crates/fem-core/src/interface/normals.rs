@@ -108,7 +108,7 @@ fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceErro
     }
 }
 
-/// Uses the normals of a common refinement; on a straight stretch all are that of the first edge.
+/// Uses the normals of a common refinement; on a straight stretch all nodes have the normal of the first edge.
 fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &HashMap<NodeId, &Facing>) {
     let common = body.mesh().edge_normal(edges[0].edges[0]);
     for pair in pairs.iter_mut() {

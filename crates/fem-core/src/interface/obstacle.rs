@@ -34,7 +34,7 @@ pub enum RigidLine {
         centre: Vector,
         /// Its radius, m.
         radius: f64,
-        /// Whether the body is inside, so that the obstacle is a hole.
+        /// True if the body is inside, so that the obstacle is a hole.
         inside: bool,
     },
 }
@@ -151,7 +151,7 @@ impl Obstacle {
         point + self.line.distance(point).0 * pair.normal
     }
 
-    /// Lists its free motions with the load along each: the load is that of a unit of the motion.
+    /// Lists its free motions, each with the work of the load along a unit of the motion.
     pub fn free_motions(&self) -> Vec<(RigidMotion, f64)> {
         let size = geometry::diagonal(&self.points).max(f64::MIN_POSITIVE);
         let motion = |translation, spin| RigidMotion { piece: 0, translation, spin, centre: self.about };
@@ -329,7 +329,7 @@ struct Chained {
     pairs: Vec<NodePair>,
     edges: Vec<ContactEdge>,
     arc_length: f64,
-    /// Whether a support may clamp a node: the obstacle's motion is imposed.
+    /// Set if a support may clamp a node: the obstacle's motion is imposed.
     may_be_clamped: bool,
 }
 

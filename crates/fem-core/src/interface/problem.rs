@@ -21,7 +21,7 @@ pub struct ContactPair {
     pub roles: Roles,
     /// The law of friction.
     pub friction: Friction,
-    /// What earlier load steps left; `None` in the first step, from rest.
+    /// The slip of earlier load steps; `None` in the first step, from rest.
     pub slip_before: Option<SlipBefore>,
 }
 
@@ -56,7 +56,7 @@ pub enum FactorError {
     Body {
         /// Its number, from 0.
         body: usize,
-        /// What is wrong.
+        /// The error of this body.
         source: BodyError,
     },
     /// Clamped contact nodes.

@@ -25,7 +25,7 @@ pub enum RefineError {
     Mesh {
         /// Its number, from 0.
         body: usize,
-        /// What is wrong.
+        /// The error of its mesh.
         source: MeshError,
     },
     /// A condition cannot be evaluated on the finer mesh.
@@ -33,7 +33,7 @@ pub enum RefineError {
     Body {
         /// Its number, from 0.
         body: usize,
-        /// What is wrong.
+        /// The error of its conditions.
         source: BodyError,
     },
     /// The gap cannot be evaluated on the finer interface.

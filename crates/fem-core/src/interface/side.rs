@@ -1,4 +1,4 @@
-//! What a body retains of its interfaces when it is condensed.
+//! The directions that a body retains as interface unknowns when it is condensed.
 
 use crate::geometry::Vector;
 use crate::mesh::id::NodeId;
@@ -19,7 +19,7 @@ pub struct Retained {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InterfaceSide {
     retained: Vec<Retained>,
-    /// Where each block ends.
+    /// The end of each block in `retained`.
     ends: Vec<usize>,
 }
 

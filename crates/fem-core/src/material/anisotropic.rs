@@ -149,7 +149,7 @@ impl LinearElastic {
 
     /// Creates a material from its plane stiffness `D`, `(σ_xx, σ_yy, σ_xy) = D (ε_xx, ε_yy, 2 ε_xy)`.
     ///
-    /// `D` is that of the plane problem, whatever the hypothesis; in plane strain `σ_zz` is then unknown.
+    /// `D` belongs to the plane problem, whatever the hypothesis; in plane strain `σ_zz` is then unknown.
     ///
     /// * `stiffness`: 3×3 by rows, symmetric (to 1e-12 of its largest entry) and positive definite, Pa.
     ///

@@ -23,7 +23,7 @@ impl Materials {
     ///
     /// * `list`: the materials.
     /// * `of_triangle`: by triangle, the place of its material in the list. [`crate::body::Body::new`] rejects places
-    ///   that do not exist and lengths other than that of the mesh.
+    ///   that do not exist, and a length other than the number of triangles.
     pub fn by_triangle(list: Vec<LinearElastic>, of_triangle: Vec<u32>) -> Self {
         Self { list, of_triangle }
     }

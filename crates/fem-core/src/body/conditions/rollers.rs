@@ -17,7 +17,7 @@ const STRAIGHT: f64 = 1e-5;
 /// Cosine of the turn, 1 degree, from which two parts of a roller are told apart.
 const TURN: f64 = 0.99985;
 
-/// Finds the normal of each edge of a roller. On a straight part of the side all are that of the line through its ends.
+/// Finds the normal of each edge of a roller. All edges of a straight part have the normal of the line through its ends.
 pub(super) fn straightened(mesh: &TriMesh, edges: &[EdgeId]) -> HashMap<EdgeId, Vector> {
     let (points, topology) = (mesh.points(), mesh.topology());
     let mut found: HashMap<EdgeId, Vector> =

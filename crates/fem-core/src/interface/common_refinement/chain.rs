@@ -14,7 +14,7 @@ const CORNER: f64 = 0.866;
 pub(super) struct Chain {
     /// Nodes in order; a closed stretch ends with its first node.
     pub(super) nodes: Vec<NodeId>,
-    /// Whether its first node was inserted in an edge.
+    /// True if its first node was inserted in an edge.
     pub(super) inserted: bool,
 }
 

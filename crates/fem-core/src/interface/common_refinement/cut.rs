@@ -81,7 +81,7 @@ pub(super) fn cut_all(
     Err(CommonRefinementError::Folded { point })
 }
 
-/// Contact edges that hold nodes of the other side; and those of them whose fan would be too thin.
+/// Contact edges that hold nodes of the other side, and the edges among them whose fan would be too thin.
 #[derive(Default)]
 struct Marks {
     open: Vec<EdgeId>,

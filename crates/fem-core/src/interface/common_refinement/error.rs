@@ -34,7 +34,7 @@ pub enum CommonRefinementError {
         shown(point[0]), shown(point[1])
     )]
     Folded {
-        /// Where.
+        /// A point of the fold.
         point: Vector,
     },
     /// The cut mesh is too large, or its triangles are too small for floating-point numbers.
@@ -42,7 +42,7 @@ pub enum CommonRefinementError {
     Mesh {
         /// 0 or 1.
         body: usize,
-        /// What is wrong.
+        /// The error of its cut mesh.
         source: MeshError,
     },
     /// A condition cannot be evaluated on the cut mesh.
@@ -50,7 +50,7 @@ pub enum CommonRefinementError {
     Body {
         /// 0 or 1.
         body: usize,
-        /// What is wrong.
+        /// The error of its conditions.
         source: BodyError,
     },
 }

@@ -1,4 +1,4 @@
-//! Where two surfaces face each other, and the nodes of both along the common line.
+//! The range in which two surfaces face each other, and the nodes of both along the common line.
 
 use super::Facing;
 use super::chain::{self, Chain, Motion};
@@ -81,8 +81,8 @@ impl Overlap {
         })
     }
 
-    /// Computes the length of the normal at every site of the reference: one at the nodes that it had before the cuts, between them
-    /// that of the linear normal.
+    /// Computes the length of the normal at every site of the reference: one at the nodes that it had before the cuts; between
+    /// them the length of the linear normal.
     fn normal_lengths(&self, body: &Body, nodes: usize) -> Vec<f64> {
         let sites = &self.sites[self.reference];
         let points = body.mesh().points();

@@ -56,7 +56,7 @@ fn an_edge_marked_in_one_body_is_halved_in_both() {
         let new = &interface.pairs()[edge + 1];
         assert_eq!(finer.pairs[0].parents[edge + 1], [edge as u32, edge as u32 + 1]);
         assert_eq!(new.arc_length, 0.5 * edge as f64 + 0.25);
-        // The gap is that of the new node, not the mean of its neighbours.
+        // The gap is measured at the new node; it is not the mean of its neighbours.
         assert_eq!(new.gap, new.arc_length * new.arc_length);
         assert_eq!(new.normal, Vector::new(0.0, -1.0));
     }

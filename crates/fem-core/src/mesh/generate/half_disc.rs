@@ -147,7 +147,7 @@ impl Grid {
     fn triangles(&self) -> Vec<[u32; 3]> {
         let n = self.n;
         let mut triangles = Vec::with_capacity(4 * n * n + 8 * n * self.layers);
-        // Corners counter-clockwise. The diagonals of the rays' two halves are mirror images; those of the block are parallel,
+        // Corners counter-clockwise. The diagonals of the rays' two halves are mirror images. In the block they are parallel,
         // so that the pole has as many cells as its neighbours; with another number its nodal pressure is off by 5 %.
         let mut cut = |[a, b, c, d]: [u32; 4], left: bool| {
             triangles.extend(if left { [[a, b, d], [b, c, d]] } else { [[a, b, c], [a, c, d]] });
