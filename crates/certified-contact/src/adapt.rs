@@ -86,7 +86,7 @@ pub enum AdaptiveEnd {
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct AdaptiveSolution<S = CertifiedSolution> {
-    /// The solution with the smallest valid bound, with Coulomb friction with the smallest residual: normally that of the last mesh.
+    /// The solution with the smallest valid bound or, with Coulomb friction, the smallest residual: normally on the last mesh.
     pub solution: S,
     /// Its step in `history`, from 1.
     pub step: usize,
@@ -97,8 +97,8 @@ pub struct AdaptiveSolution<S = CertifiedSolution> {
 }
 
 impl<S> AdaptiveSolution<S> {
-    /// Computes the change of the largest von Mises stress ([`crate::PeakStress`]) from the mesh before to that of the solution,
-    /// relative to the former; `None` on the first mesh.
+    /// Computes the change of the largest von Mises stress ([`crate::PeakStress`]) from the previous mesh to the mesh of the
+    /// solution, relative to the previous value; `None` on the first mesh.
     pub fn peak_change(&self) -> Option<f64> {
         let peak = |step: usize| self.history.get(step.checked_sub(1)?)?.peak_stress;
         let (before, now) = (peak(self.step.checked_sub(1)?)?, peak(self.step)?);
@@ -173,12 +173,12 @@ pub fn resume_coulomb_adaptively(
     resume(problem, checkpoint, &(settings.clone(), relaxation), adapt, observer)
 }
 
-/// Resumes an interrupted adaptive run. The result is that of an uninterrupted run.
+/// Resumes an interrupted adaptive run. The result is the same as of an uninterrupted run.
 ///
 /// * `problem`: on its first mesh, in the order passed in, as at the start of the run.
 /// * `checkpoint`: the last argument of [`Observer::checkpoint`]. The run resumes with the mesh that was to be solved
 ///   next. If that mesh cannot be solved, or memory is too small for it, the previous mesh is solved again.
-/// * `settings`, `adapt`: those of the run.
+/// * `settings`, `adapt`: as given to the run.
 ///
 /// # Errors
 /// See [`solve_adaptively`]; [`SolveError::Checkpoint`] if the checkpoint belongs to another problem.

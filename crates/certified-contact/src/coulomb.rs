@@ -119,7 +119,7 @@ impl CoulombResult {
     }
 
     /// Returns `e_b/√(1 − c²)`, square root of J/m: an **estimate** of the error if the exact slips have the signs of the computed ones. It is no
-    /// bound, since `κ` is that of the mesh. `None` if a pair slips in both directions, or `c ≥ 0.9`.
+    /// bound, since `κ` is computed on the mesh. `None` if a pair slips in both directions, or `c ≥ 0.9`.
     pub fn conditional_estimate(&self) -> Option<f64> {
         let c = self.coupling.filter(|c| *c < LARGEST_COUPLING)?;
         Some(self.residual()? / (1.0 - c * c).sqrt())

@@ -1,6 +1,6 @@
 //! Improves the solution to the accuracy that double precision allows.
 //!
-//! The factorised operators are those of the rounded stiffness. If a soft part supports a stiff one, their solution may
+//! The factorised operators belong to the rounded stiffness. If a soft part supports a stiff one, their solution may
 //! have few correct digits or no correct digit. Defect correction repairs that: the forces of the current fields are
 //! evaluated without rounding, and the same contact problem is solved for the *increments* with the same operators,
 //! ```math

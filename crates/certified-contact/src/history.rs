@@ -51,7 +51,7 @@ pub struct Step {
     pub e_cre: Option<f64>,
     /// The bound over the energy norm; `None` if the bodies have no strain energy, or without a bound.
     pub relative: Option<f64>,
-    /// Whether the checks of the bound pass.
+    /// True if the checks of the bound pass.
     pub certified: bool,
     /// With Coulomb friction, which has no bound: the residual of [`crate::CoulombResult::residual`], if there is one.
     pub e_b: Option<f64>,

@@ -19,7 +19,7 @@ pub struct Reaction {
     pub body: usize,
     /// The supported edge group.
     pub on: String,
-    /// Force of the support on the body, N/m: that of a roller along its normal. If supports share a node and a direction, it counts for
+    /// Force of the support on the body, N/m; a roller's is along its normal. If supports share a node and a direction, it counts for
     /// the first; two rollers with different normals take the components along their normals.
     pub force: Vector,
 }

@@ -5,14 +5,14 @@
 //! ```math
 //! m_k = ∑_i K_ki P_i,   K_ki = w_k max(0, 1 − |x_k − x_i|) w_i,   x(s) = ∫ ds/h
 //! ```
-//! with the length `h` of the uncut edge at `s`, that of the coarser side: `x` counts its edges. The weights `w` are such that forces `P_i = ℓ_i`
+//! with the length `h` of the uncut edge of the coarser side at `s`: `x` counts its edges. The weights `w` are such that forces `P_i = ℓ_i`
 //! give a mean of 1; then `Σ m_k ℓ_k = Σ P_i` as well. Where the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
 //! edge that continues beyond it counts as cut.
 //!
 //! Nodes of later refinements are ends of uncut edges, so that the mean becomes as local as the mesh; a node of the common refinement still counts as a
 //! cut then, since the forces beside it still oscillate. On a mesh on which contact is narrower than such an edge, the mean is far below the largest nodal pressure.
 //!
-//! The mean blurs the ends of contact: it carries force to open nodes, and what is in contact next to them has too little. A second mean shows how much:
+//! Averaging smears the ends of the contact zone: open nodes get a force, and their neighbours in contact lose it. A second mean shows how much:
 //! it would carry `ℓ_k K_ki ℓ_i (m_k − m_i)` from a node `k` in contact to an open node `i` with `m_i < m_k`. As much flows back, but no more
 //! than node `i` has:
 //! ```math
@@ -346,7 +346,7 @@ mod tests {
         let gap = Gap::Given(0.0.into());
         let interface = ContactInterface::pair_refined(&common, surfaces, &gap, normal).unwrap();
         let mut problem = ContactProblem::between(common.bodies, interface);
-        // The pressure where a single force is, over that of the node.
+        // The recovered pressure at the only loaded node, over its nodal pressure.
         let part_left = |problem: &ContactProblem, x: f64| {
             let pairs = problem.contacts[0].interface.pairs();
             let place = |k: usize| problem.bodies[0].mesh().points()[pairs[k].nodes[0]][0];

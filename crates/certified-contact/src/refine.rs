@@ -1,4 +1,4 @@
-//! Where the meshes of an adaptive run become finer, and by how much.
+//! The refinement of an adaptive run: which cells are refined, and how many.
 
 use cre_estimator::Estimate;
 use cre_estimator::marking::{self, Contribution};
@@ -47,10 +47,10 @@ fn size_after(nodes: usize, growth: f64, limit: usize) -> usize {
 
 /// Computes how many times as many cells the ideal mesh has whose squared error is `share` of the present one.
 ///
-/// A cell that contributes `c` contributes `c/m` in `m` equal parts, see [`refine`]. With the least number of cells, those of
-/// more than `τ²` are divided into `m = √c/τ` parts, and `Σ min(c, τ √c) = share Σ c`. The sum is concave in `τ`, so Newton's
+/// A cell that contributes `c` contributes `c/m` in `m` equal parts, see [`refine`]. The number of cells is least if each cell
+/// with `c > τ²` is divided into `m = √c/τ` parts, and `Σ min(c, τ √c) = share Σ c`. The sum is concave in `τ`, so Newton's
 /// iteration from 0 increases and ends after finitely many steps. If all cells contribute the same, the growth is `1/share`,
-/// the rate `e ~ N^(-1/2)`; the less even they are, the less it is.
+/// the rate `e ~ N^(-1/2)`; the less even the contributions, the smaller the growth.
 fn ideal_growth(contributions: &[Vec<f64>], share: f64) -> f64 {
     let all = || contributions.iter().flatten().copied();
     let goal = share * all().sum::<f64>();
@@ -160,7 +160,7 @@ pub(crate) fn refine(
     })
 }
 
-/// Ranks the cells of all bodies; of equal ones those of bodies that carry λ come first.
+/// Ranks the cells of all bodies; among equal cells, cells of bodies that carry λ come first.
 fn rank(problem: &ContactProblem, contributions: &[Vec<f64>]) -> Vec<Contribution> {
     let bodies = problem.by_role();
     let sorted: Vec<&Vec<f64>> = bodies.iter().map(|b| &contributions[*b]).collect();

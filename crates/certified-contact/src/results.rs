@@ -13,8 +13,7 @@ use nndd::Iterate;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Stretch {
-    /// Where it begins and ends, by the arc length of its first and last pair, m; a closed one ends where it
-    /// began.
+    /// Arc lengths of its first and last pair, m; a closed one ends at the place where it begins.
     pub s: [f64; 2],
     /// Number of pairs.
     pub pairs: usize,
@@ -58,7 +57,7 @@ pub struct PairResults {
     pub active: usize,
     /// Smallest opening, m.
     pub min_opening: f64,
-    /// What friction does; `None` without it.
+    /// The results of friction; `None` without friction.
     pub friction: Option<FrictionResults>,
 }
 
@@ -84,7 +83,7 @@ pub struct PeakStress {
     pub von_mises: f64,
     /// The body, in the order of [`Results`].
     pub body: usize,
-    /// Where, m: a node.
+    /// The node with this stress, m.
     pub point: Vector,
 }
 

@@ -1,4 +1,4 @@
-//! What to solve and when to stop.
+//! Settings of a solve: roles, method, and the criteria to stop.
 
 use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;

@@ -35,7 +35,7 @@ pub struct CertifiedSolution {
     pub rows: Vec<Row>,
     /// The certificate of the last iteration; `None` if its numbers are not finite.
     pub estimate: Option<Estimate>,
-    /// Why there is no estimate, if so; also `None` if the observer left no time for it.
+    /// Why the estimate is missing. `None` if it exists or if the run was stopped first.
     pub no_estimate: Option<EstimatorError>,
     /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold if
     /// [`Self::is_certified`].

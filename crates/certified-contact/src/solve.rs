@@ -20,12 +20,12 @@ use nndd::{Iterate, Method, NnddSolution, NnddStatus, Recovery, Start};
 
 /// Solves a contact problem and certifies the solution.
 ///
-/// * `problem`: bodies in the user's order; the settings choose which of them carries λ. Its pairs may have the friction of Tresca; for that of
-///   Coulomb see [`crate::solve_coulomb`].
+/// * `problem`: bodies in the user's order; the settings choose which of them carries λ. Its pairs may have Tresca friction; for Coulomb
+///   friction see [`crate::solve_coulomb`].
 ///
 /// # Errors
 /// A body without unique solution, or invalid settings; Coulomb friction. No convergence is a status in `nndd.status`, not an error; the
-/// certificate is then that of the last iterate.
+/// certificate then belongs to the last iterate.
 pub fn solve(
     problem: ContactProblem,
     settings: &Settings,
@@ -34,7 +34,7 @@ pub fn solve(
     Ok(solve_step(problem, Previous::default(), settings, observer)?.0)
 }
 
-/// What a load step leaves to the next one: the factorised bodies, and where to start.
+/// The data that a load step passes to the next one: the factorised bodies, and the start of the iteration.
 #[derive(Clone, Debug)]
 pub(crate) struct Previous<S> {
     /// None before the first step.

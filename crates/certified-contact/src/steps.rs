@@ -121,7 +121,7 @@ impl LoadSteps {
         Ok(self.problem.with_factors(factor)?)
     }
 
-    /// Adds the slip of a step to that of the earlier ones.
+    /// Adds the slip of a step to the slip of the earlier ones.
     ///
     /// * `slip`: at the pairs of nodes of each pair, m; empty without friction.
     fn take<'a>(

@@ -1,6 +1,6 @@
 //! The method on one page: each formula with the function that computes it.
 //!
-//! Numbers (1) to (12) are those of Choi, Gallimard and Sassi; the other numbers continue from there, in the order of
+//! Numbers (1) to (12) are from Choi, Gallimard and Sassi; the other numbers continue from there, in the order of
 //! a run. Misprints of the paper are corrected: `t·σn` in (7); in (10), (11) the corrections vanish where
 //! displacements are imposed.
 //!
@@ -208,7 +208,7 @@
 //! ```math
 //! |q| ≤ s,   q (w − w_{k−1}) = s|w − w_{k−1}|     (37)
 //! ```
-//! (32) to (36) hold with `w − w_{k−1}` in place of `w`, since the datum cancels in every difference of slips. The certificate is that of the
+//! (32) to (36) hold with `w − w_{k−1}` in place of `w`, since the datum cancels in every difference of slips. The certificate is for the
 //! increment: the error of `w_{k−1}` itself, which the steps accumulate, has no bound.
 //!
 //! For Coulomb `s` is `μ p` of the stress itself, and the same number `e_b` is zero only for an exact solution. With any exact solution
@@ -221,7 +221,7 @@
 //! ```math
 //! ‖u − v‖ ≤ e_b/√(1 − c²),   c = sup (∫ μ π ω)/(|||π||| |||ω|||) over π, ω     (35)
 //! ```
-//! by `A² + B² − 2 c A B ≥ (1 − c²) A²`. The `c` at hand is that of the mesh, so that this is an estimate.
+//! by `A² + B² − 2 c A B ≥ (1 − c²) A²`. The `c` at hand is computed on the mesh, so that this is an estimate.
 //! | formula | where |
 //! |---|---|
 //! | the nodal law | [`Friction`](fem_core::interface::Friction), [`nndd::solve_exactly`]; Coulomb: [`nndd::solve_coulomb`] |

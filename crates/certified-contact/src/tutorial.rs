@@ -29,8 +29,8 @@
 //! go through [`common_refinement`](fem_core::interface::common_refinement) first.
 //!
 //! # 3. Solve and certify
-//! [`solve`](crate::solve()) factorises both bodies, iterates until the error of the iteration is small against that of the
-//! mesh, and bounds the error of what it found.
+//! [`solve`](crate::solve()) factorises both bodies, iterates until the error of the iteration is small against the error of
+//! the mesh, and bounds the error of the result.
 //! ```
 //! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions,
 //!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
@@ -50,7 +50,7 @@
 //! let estimate = answer.estimate.as_ref().ok_or("no estimate")?;
 //! let bound = estimate.certificate().ok_or("a check failed")?;
 //! assert!(bound.eta_nndd < 0.02 * bound.e_cre);
-//! // What the bound is made of: here nearly all of it is the mesh.
+//! // The parts of the bound: here nearly all of it is the mesh.
 //! assert!(bound.parts.mesh > 0.9 * bound.e_cre);
 //! // Displacements and stresses of each body, in the order they were given.
 //! let deepest = estimate.pair.bodies[1].displacement.iter().map(|u| u[1]).fold(0.0, f64::min);

@@ -1,4 +1,4 @@
-//! What the adaptive loop needs of the problem solved on one mesh.
+//! The interface between the adaptive loop and the solve on one mesh.
 
 use super::AdaptiveEnd;
 use crate::coulomb::CoulombResult;

@@ -9,7 +9,7 @@ use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use nndd::Start;
 
-/// Solves each mesh; relative bounds are those of a run whose bound rises from the second mesh on.
+/// Solves each mesh, and reports relative bounds that rise from the second mesh on, until the last.
 struct Rising(Settings);
 
 const BOUNDS: [f64; 5] = [0.6, 0.5, 0.55, 0.7, 0.1];
