@@ -63,7 +63,7 @@ pub struct AdmissibleBody {
 pub struct AdmissibleContact {
     /// `o`, the opening at each pair of nodes with the lift, ≥ 0, m.
     pub opening: Vec<f64>,
-    /// What the lifts of the first and of the second body add to it, those of other contact lines among them, ≥ 0, m; empty without a lift.
+    /// Openings that the lifts of the first and of the second body add, lifts of other contact lines included, ≥ 0, m; empty without a lift.
     pub added: [Vec<f64>; 2],
     /// Middle Bernstein coefficient of the opening along each contact edge with the lift, m: `≥ −√(o_i o_j)`.
     pub middle_opening: Vec<f64>,

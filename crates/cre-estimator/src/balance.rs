@@ -5,8 +5,8 @@
 //! ```math
 //! min_p ∑_i ℓ_i (p_i − r^2_i/ℓ_i)²,   p ≥ 0,   C p = e     (31)
 //! ```
-//! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` that of the loads.
-//! Where the bodies are far apart, the pressure stays zero if the others can keep the balance.
+//! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` the work of the loads.
+//! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance.
 
 use crate::error::EstimatorError;
 use crate::imposed_slip;
@@ -275,8 +275,8 @@ fn in_cones(columns: &SparseRows, cones: &[(usize, usize, f64)]) -> SparseRows {
     found
 }
 
-/// Computes the contact forces nearest to those of a state that balance the floating bodies, N/m, by row: on the pairs that carry
-/// a force, or on all pairs if those cannot. The given ones if nothing floats, or if no forces are in balance.
+/// Computes the contact forces that balance the floating bodies and are nearest to the forces of a state, N/m, by row: on the
+/// pairs that carry a force, or on all pairs if these cannot. Returns the given forces if no body floats or no balance exists.
 ///
 /// # Errors
 /// A programme that is rejected.
@@ -371,7 +371,7 @@ struct Rows {
     matrix: SparseRows,
     /// `e`, the work of the loads.
     loads: Vec<f64>,
-    /// The rows without those of round-off, which must not become a condition, and their loads.
+    /// The linearly independent rows and their loads: rows of round-off must not become a condition.
     independent: (SparseRows, Vec<f64>),
 }
 

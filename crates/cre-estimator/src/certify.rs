@@ -44,7 +44,7 @@ pub struct FieldCertificate {
 pub struct MissedSupport {
     /// The body, from 0.
     pub body: usize,
-    /// Where the node is, m.
+    /// The place of the node, m.
     pub point: Vector,
     /// How far its displacement is from the imposed one, m.
     pub distance: f64,
@@ -72,7 +72,7 @@ impl FieldCertificate {
 
 /// Certifies displacements that another code computed: with few digits, by a penalty, or wrong ones.
 ///
-/// The field is given on meshes of its own; those of the problem may have further nodes, and others that were moved so that the contact
+/// The field is given on meshes of its own; in the meshes of the problem nodes may have been added or moved so that the contact
 /// surfaces match. It is evaluated at the nodes of the problem, and made admissible there: supported nodes get their imposed displacements if they miss them by at most 1e-4 of the
 /// largest one, and where the bodies penetrate each other, the nodes of one of them move back. Contact forces are those that its own
 /// equilibrium lacks, if no pressures are given. The bound is
@@ -153,7 +153,7 @@ fn fields(problem: &ContactProblem, given: &[MeshField<'_>]) -> Result<Vec<Vec<V
     }
 }
 
-/// What was done to the supported nodes of a body.
+/// The changes at the supported nodes of a body.
 struct Held {
     /// The largest change, m.
     changed: f64,

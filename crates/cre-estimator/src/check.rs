@@ -43,7 +43,7 @@ pub struct Admissibility {
     pub penetration: f64,
     /// Largest negative pressure.
     pub pressure_sign: f64,
-    /// The part of the friction beyond its limit, relative to the largest limit, and the difference of the given slip from that of the fields,
+    /// The part of the friction beyond its limit, relative to the largest limit, and the difference of the given slip from the slip of the fields,
     /// relative to the largest displacement of the two bodies, or to the largest slip before the load step.
     pub friction_cone: f64,
     /// Sine of the largest angle between an edge on a roller and the direction in which its nodes are fixed: on curved
@@ -173,8 +173,8 @@ fn checked(
     (found, cells)
 }
 
-/// Computes the largest penetration along a contact line, and the largest difference between the openings of the bound
-/// and those of the fields themselves, relative to the largest displacement of the two bodies.
+/// Computes the larger of the largest penetration along a contact line and the largest difference between the openings of
+/// the bound and of the fields themselves, relative to the largest displacement of the two bodies.
 ///
 /// * `displacement`: of the first and the second body of the pair, with the lift, m.
 fn penetration(
@@ -200,7 +200,7 @@ fn penetration(
     relative(penetration, openings::size(interface, displacement))
 }
 
-/// Computes by how much friction is beyond its limit, and the given slip differs from that of the fields, both relative.
+/// Computes by how much friction is beyond its limit, and the given slip differs from the slip of the fields, both relative.
 ///
 /// * `displacement`: of the first and the second body of the pair, m.
 fn friction_cone(pair: &ContactPair, contact: &AdmissibleContact, displacement: [&[Vector]; 2]) -> f64 {

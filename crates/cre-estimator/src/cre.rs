@@ -29,7 +29,7 @@ pub struct Cre {
     pub discretisation_by_cell: Vec<Vec<f64>>,
     /// Contribution of every contact edge of each pair: `2∫ p o`, its share of `‖l‖²`, and what friction adds.
     pub by_contact_edge: Vec<Vec<f64>>,
-    /// What friction adds on every contact edge of each pair, (32); empty without friction.
+    /// The term of friction on every contact edge of each pair, (32); empty without friction.
     pub friction_by_contact_edge: Vec<Vec<f64>>,
     /// `Σ‖τ − σ̂‖²`: the part of the mesh.
     pub discretisation_squared: f64,

@@ -60,7 +60,7 @@ struct Recovery<'a> {
     conditions: &'a [EdgeCondition],
 }
 
-/// What the moments about a vertex are computed from, reused for the next vertex.
+/// The data from which the moments about a vertex are computed; the memory is reused for the next vertex.
 #[derive(Default)]
 struct Work {
     stars: StarList,

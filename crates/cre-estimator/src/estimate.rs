@@ -43,7 +43,7 @@ pub struct Estimate {
     pub pair: AdmissiblePair,
     /// The constitutive relation error and its split.
     pub cre: Cre,
-    /// Residuals of admissibility: of the stress of the bound and of that of `η_dis`.
+    /// Residuals of admissibility: the worse of the stress of the bound and of the stress of `η_dis`.
     pub admissibility: Admissibility,
     /// The part of `e_CRE` that is an allowance for round-off: smaller errors cannot be distinguished from
     /// zero.
@@ -55,7 +55,7 @@ pub struct Estimate {
     /// The mean of `τ` in every triangle of each body, Pa.
     pub mean_stress: Vec<Vec<SymTensor2>>,
     indicators: Indicators,
-    /// Whether a limit of friction is `μ p` of the estimate itself.
+    /// True if a limit of friction is `μ p` of the estimate itself.
     coulomb: bool,
 }
 
@@ -154,8 +154,8 @@ pub fn estimate_with(
     Estimator::new(prepared, relaxation).estimate(state)
 }
 
-/// Estimates the errors of several states of one problem. It keeps the stars of the relaxation, those of large bodies
-/// from the second estimate on.
+/// Estimates the errors of several states of one problem. It keeps the stars of the relaxation: of small bodies from the
+/// first estimate on, of large bodies from the second one.
 pub struct Estimator<'a> {
     prepared: &'a PreparedProblem,
     relaxation: Relaxation,
@@ -202,7 +202,7 @@ impl<'a> Estimator<'a> {
             ..*of
         });
         let state = &ContactState { contacts: contacts.collect(), displacement: state.displacement.clone() };
-        // The forces of the bound of the iteration are in balance as well; those of the pressure follow from the given ones.
+        // The bound of the iteration also needs forces in balance. The pressure is computed from the given forces.
         let balanced = balance::forces(prepared, state)?;
         let first = self.estimate_once(state, &balanced, Accuracy::Double)?;
         // Loads of a floating body add up to zero only to rounding.
@@ -293,7 +293,7 @@ struct ResidualNorms {
 impl ResidualNorms {
     /// Computes them from the residuals of each body, with one substitution for all of a body.
     ///
-    /// * `frozen`: `None` in bodies where the stress of the bound is that of `η_dis`.
+    /// * `frozen`: `None` in bodies whose stress of the bound is also the stress of `η_dis`.
     fn new(
         prepared: &PreparedProblem,
         stress: Vec<Vec<f64>>,

@@ -34,10 +34,10 @@ pub(crate) struct EtaDis {
 ///
 /// * Ω₁ has `v¹ = λ_p` imposed: recovery on `σ(u¹_p)` itself, the normal traction on Γ_C free and the
 ///   tangential one zero.
-/// * Ω₂ lies against a rigid obstacle at `λ_p − g`: its equilibrated stress and its contact term are those
-///   of the global bound, since the pressure is the same, `p_i = r²_i/ℓ_i`.
+/// * Ω₂ lies against a rigid obstacle at `λ_p − g`: its equilibrated stress and its contact term are the same as
+///   in the global bound, since the pressure is the same, `p_i = r²_i/ℓ_i`.
 ///
-/// If the normal changes along contact edges, the reactions of an imposed trace are not those of a traction that is
+/// If the normal changes along contact edges, the reactions of an imposed trace do not come from a traction that is
 /// linear along the edges. In this case the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`. The
 /// same holds for a body that carries λ in one pair and is unilateral in another.
 ///

@@ -58,7 +58,7 @@ fn centre(corners: [Vector; 3]) -> Vector {
     (corners[0] + corners[1] + corners[2]) / 3.0
 }
 
-/// Computes the loads without those of the stress `τ_P` that carries the body force.
+/// Computes the loads less the tractions of the stress `τ_P` that carries the body force.
 pub(crate) fn without_body_force(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) -> CellLoads {
     let corners = corners.map(|c| c - corners[0]);
     let mut reduced = *loads;

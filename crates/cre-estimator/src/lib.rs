@@ -8,7 +8,7 @@
 //!         = ‖u − v‖² + ‖σ − τ‖² + 2 ∫ p o_ex + 2 ∫ p_ex o ≥ ‖u − v‖² + ‖σ − τ‖²    (16)
 //! ```
 //! The bound contains no unknown constant and needs no assumption on the mesh. It splits without a cross term into the
-//! part of the mesh and that of the iteration:
+//! part of the mesh and the part of the iteration:
 //! ```math
 //! e_CRE² = ∑ ‖τ − σ̂‖² + [∑ ‖σ̂ − σ(v)‖² + 2 ∫ p o]     (17)
 //! ```

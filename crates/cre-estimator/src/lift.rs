@@ -118,7 +118,7 @@ pub(crate) fn depth(middle: f64, ends: [f64; 2]) -> f64 {
     -middle - (ends[0].max(0.0) * ends[1].max(0.0)).sqrt()
 }
 
-/// Computes `‖l‖²` of the lifts of all contact lines together, J/m: those of two lines may move neighbouring nodes.
+/// Computes `‖l‖²` of the lifts of all contact lines together, J/m: the lifts of two lines may move neighbouring nodes.
 ///
 /// * `lifts`: one per pair; `joined`: see [`joined`].
 pub(crate) fn total_energy(problem: &ContactProblem, lifts: &[Lift], joined: &[Option<Vec<Vector>>]) -> f64 {

@@ -8,8 +8,8 @@ use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, Contact
 /// than round-off, or are negative by more than that; `None` for all others.
 ///
 /// The exact solution of a discrete problem has openings of exactly zero where there is a force. If materials are many orders of magnitude apart in
-/// stiffness and bodies float, its displacements have fewer digits than that. The bound is then that of these openings, with a [`crate::lift`]
-/// where they are negative.
+/// stiffness and bodies float, its displacements have fewer digits than that. The bound is then computed with these openings, and with a
+/// [`crate::lift`] if they are negative.
 pub(crate) fn own(problem: &ContactProblem, state: &ContactState<'_>) -> Vec<Option<Vec<f64>>> {
     let of_pair = |(pair, given): (&ContactPair, &PairState<'_>)| {
         let displacement = pair.bodies.map(|b| state.displacement[b]);

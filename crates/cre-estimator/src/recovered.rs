@@ -12,11 +12,11 @@ use rayon::prelude::*;
 const FEWEST: usize = 5;
 /// Below this determinant of the scaled equations the cells of a patch lie on a line, and their mean is taken.
 const FLAT: f64 = 1e-3;
-/// Fewer cells or nodes are not worth a task of their own.
+/// Smallest number of cells or nodes per parallel task.
 const FEWEST_PER_TASK: usize = 1024;
 
 /// A continuous stress, linear in each cell, with a value of its own for each material that meets at a node, since the stress jumps
-/// there. The value at a node is that of the linear function which fits the equilibrated stress of the cells around it best.
+/// there. The value at a node is taken from the linear function that best fits the equilibrated stress of the cells around it.
 ///
 /// It is smoother than the stress of the cells, and usually closer to the exact one at a side, but it is not in equilibrium and bounds
 /// nothing. Source: the patch recovery of Zienkiewicz and Zhu 1992, here of a stress in equilibrium.
@@ -36,7 +36,7 @@ struct Cell {
 impl RecoveredStress {
     /// Fits the mean stresses of the triangles.
     ///
-    /// * `means`: one per triangle, such as those of [`crate::Estimate::mean_stress`], Pa.
+    /// * `means`: one per triangle, such as [`crate::Estimate::mean_stress`], Pa.
     ///
     /// # Panics
     /// If there is not one for every triangle.
@@ -88,7 +88,8 @@ impl RecoveredStress {
         largest
     }
 
-    /// Chooses one value per node, with the place of its material: that of the larger von Mises stress if several materials meet there.
+    /// Chooses one value per node, with the place of its material: the value with the largest von Mises stress if several materials
+    /// meet there.
     pub fn by_node(&self, body: &Body) -> Vec<(usize, SymTensor2)> {
         let mut chosen: Vec<(usize, SymTensor2)> = Vec::with_capacity(body.mesh().points().len());
         let size = |(m, s): (usize, SymTensor2)| Self::von_mises(body, m, s).unwrap_or(0.0);

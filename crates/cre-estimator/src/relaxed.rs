@@ -59,7 +59,7 @@ pub(crate) fn pair_and_frozen<'a>(
 #[derive(Default)]
 pub(crate) struct KeptStars<'a> {
     of_body: Vec<Option<StarRelaxation<'a>>>,
-    /// Whether an estimate has been made.
+    /// True after the first estimate.
     estimated: bool,
 }
 
@@ -76,7 +76,7 @@ const SMALL: usize = 2048;
 /// The stars of a body, and what they added to the edge moments of its stress.
 pub(crate) type Found<'s, 'b> = (&'s mut StarRelaxation<'b>, EdgeMoments);
 
-/// What [`relax_bodies`] calls with a body and its stars, if there are any.
+/// The function that [`relax_bodies`] calls with a body and its stars, if there are any.
 type Then<'t> =
     dyn Fn(usize, &AdmissibleBody, Option<Found<'_, '_>>) -> Option<EquilibratedStress> + Sync + 't;
 

@@ -93,7 +93,7 @@ impl Noise {
     }
 }
 
-/// Computes the trace of the compliance in a triangle, 1/Pa: at least that of the softest direction.
+/// Computes the trace of the compliance in a triangle, 1/Pa: at least the compliance of the softest direction.
 fn softness(body: &Body, t: usize) -> f64 {
     let unit = |xx, yy, xy| {
         let s = SymTensor2 { xx, yy, xy };

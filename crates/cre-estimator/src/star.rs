@@ -25,7 +25,7 @@ pub(crate) struct StarList {
 #[derive(Clone, Copy)]
 pub(crate) struct Sector {
     pub(crate) triangle: u32,
-    /// Which of its corners the vertex is.
+    /// The corner of the triangle at the vertex, 0 to 2.
     pub(crate) corner: u8,
     /// The edge opposite to the vertex.
     pub(crate) rim: EdgeId,
@@ -37,7 +37,7 @@ pub(crate) struct Spoke {
     pub(crate) edge: EdgeId,
     /// The node at its other end.
     pub(crate) ring: NodeId,
-    /// Whether the triangle after it is the edge's first one.
+    /// True if the triangle after it is the edge's first one.
     pub(crate) leads_to_first: bool,
 }
 
