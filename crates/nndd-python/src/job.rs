@@ -20,15 +20,15 @@ use std::time::{Duration, Instant};
 const POLL: Duration = Duration::from_millis(50);
 /// Most threads, as for the command.
 const MOST_THREADS: usize = 1024;
-/// The stack of each thread, bytes: as large as that of the main thread.
+/// The stack of each thread, bytes: as large as the main thread's.
 const STACK: usize = 8 << 20;
 /// The exit status of the command after Ctrl-C.
 const INTERRUPTED: u8 = 130;
 
-/// What the thread that called does for the work.
+/// A piece of Python that the calling thread runs for the work.
 type Call = Box<dyn FnOnce(Python<'_>) -> PyResult<()> + Send>;
 
-/// What the work tells the thread that called.
+/// A message from the work to the calling thread.
 enum Message<T> {
     Event(Value),
     Call(Call),
@@ -174,7 +174,7 @@ fn wait<T: Send>(
     callback: Option<&Bound<'_, PyAny>>,
     keys: &[String],
 ) -> PyResult<T> {
-    // What a callback or a function raised.
+    // The first exception of a callback or of a function in the case.
     let mut raised = None;
     let mut by_signal = false;
     loop {

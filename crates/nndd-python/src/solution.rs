@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use tempfile::TempDir;
 
-/// What a run found, and what is needed to write it down.
+/// The result of a run, with the data to write its files.
 pub(crate) struct Run {
     case: Case,
     solved: Solved,
@@ -29,7 +29,7 @@ pub(crate) struct Run {
     kept: Kept,
 }
 
-/// What a run of several meshes or load steps wrote on its way. Another process that was forked does not remove it.
+/// The files that a run of several meshes or load steps wrote on its way. A forked process does not remove them.
 struct Kept {
     files: Option<(Place, TempDir)>,
     process: u32,

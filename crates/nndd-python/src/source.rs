@@ -87,7 +87,7 @@ impl Text {
         }
     }
 
-    /// Takes the values of some nodes from those of all nodes of a mesh.
+    /// Selects the values of some nodes from the values of all nodes of a mesh.
     fn at_nodes(
         &self,
         case: &Case,
