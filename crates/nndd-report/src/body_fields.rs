@@ -13,7 +13,7 @@ use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::VtuArray;
 use rayon::prelude::*;
 
-/// Fewer cells are not worth a task of their own.
+/// Smallest number of cells per parallel task.
 const FEWEST_PER_TASK: usize = 4096;
 
 /// Fields at the nodes, in the order of the files.
