@@ -48,7 +48,7 @@ impl BodyFields<'_> {
         &self.solution.problem.bodies[self.body]
     }
 
-    /// Makes several fields, in their order; those that are unknown are left out.
+    /// Makes several fields, in their order; unknown fields are left out.
     pub(crate) fn all(&self, names: &[&str]) -> Vec<VtuArray> {
         names.iter().filter_map(|name| self.field(name)).collect()
     }

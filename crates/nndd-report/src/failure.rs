@@ -1,4 +1,4 @@
-//! Why a run ended without a result: an exit status and what to say.
+//! Why a run ended without a result: an exit status and messages.
 
 use crate::motion;
 use case_io::checkpoint::CheckpointError;
@@ -106,7 +106,7 @@ impl Failure {
         Self::plain(DEFECT, message)
     }
 
-    /// Says that numbers of a problem leave those that the machine has.
+    /// Makes the failure for a problem whose numbers overflow.
     pub(crate) fn overflow(error: &dyn std::error::Error) -> Self {
         Self::invalid(format!(
             "{error}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their units"

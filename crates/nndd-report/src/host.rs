@@ -65,7 +65,7 @@ pub enum Event<'a> {
     LoadStep {
         /// Its number, from 1.
         step: usize,
-        /// How many there are.
+        /// The number of load steps.
         of: usize,
         /// The solution of this step.
         answer: &'a Answer,

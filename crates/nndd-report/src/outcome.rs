@@ -240,7 +240,7 @@ fn theta_too_small(case: &Case, solution: &CertifiedSolution) -> Option<String> 
     })
 }
 
-/// Names the settings with which the iteration converges more surely, of those that the case does not have.
+/// Names the settings that the case does not have and with which the iteration converges more surely.
 fn other_settings(case: &Case) -> String {
     let solver = &case.solver;
     let others = [

@@ -26,7 +26,7 @@ pub(crate) fn step_file(part: &str, step: usize) -> String {
 
 /// Writes bodies and contact line on the last mesh, and the collections of the files of all meshes or load steps.
 ///
-/// * `collections`: names, with the numbers of the meshes or load steps; those without any are not written.
+/// * `collections`: names, with the numbers of the meshes or load steps; a collection without any is not written.
 pub(crate) fn write(
     case: &Case,
     solution: &Fields<'_>,

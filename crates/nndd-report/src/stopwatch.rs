@@ -3,7 +3,7 @@
 use case_io::report::Timings;
 use certified_contact::Phase;
 
-/// An activity that takes time.
+/// An activity to which time is attributed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Activity {
     /// Reading the case, making meshes, pairing.

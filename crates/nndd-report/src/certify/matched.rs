@@ -69,7 +69,7 @@ pub(super) fn matched<'a>(read: &PointVectors, mesh: &'a TriMesh) -> Result<Matc
     Ok(Matched { mesh, field, spread: spread(&tree, off) })
 }
 
-/// How far a point between the nodes is off the linear field of a cell, m.
+/// The difference of a value between the nodes from the linear field of a cell, `by` in m.
 struct Off {
     triangle: usize,
     by: f64,
