@@ -5,7 +5,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Which signal has come, if one has.
+/// The signal that has come, if one has.
 #[derive(Clone, Debug)]
 pub(crate) struct Signals {
     status: Arc<AtomicUsize>,

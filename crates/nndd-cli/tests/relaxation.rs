@@ -1,4 +1,4 @@
-//! How far the default relaxation goes.
+//! The default relaxation ends only if little is left to gain.
 
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used, clippy::panic)]

@@ -247,7 +247,7 @@ const RIGID: &[Fault] = &[
         "about = [1.1, 2.0]\n[[body.traction]]\non = \"top\"\npressure = 1.0\n",
         &["traction condition 1 loads the edge"],
     ),
-    // The corner is in both sides; both values are those that were written.
+    // The corner is in both sides; the message has both values as they were written.
     (
         "plate",
         ABOUT,

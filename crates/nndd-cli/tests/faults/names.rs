@@ -132,7 +132,7 @@ fn json_on_the_console_is_json_whatever_the_names() {
 fn every_file_holds_any_name() {
     let temp = tempfile::tempdir().unwrap();
     let file = temp.path().join("case.toml");
-    // All at once, and those that a body may have.
+    // All names at once, and the characters that the name of a body may have.
     let all = HOSTILE.concat();
     let body = "a\u{202e}\u{2066}\u{fffe}&';b,c";
     std::fs::write(&file, case(&all, body)).unwrap();

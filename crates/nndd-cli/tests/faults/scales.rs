@@ -1,4 +1,4 @@
-//! Lengths, moduli and loads beyond all use: a status and a reason, never a defect, and no number that is not one.
+//! Lengths, moduli and loads beyond all use: a status and a reason, never a defect, and never NaN or an infinite number.
 
 use super::*;
 
