@@ -206,7 +206,7 @@ pub enum BodyError {
         place: ConditionPlace,
         /// The node that is farthest off.
         point: Vector,
-        /// How far, m.
+        /// Its distance from the circle, m.
         distance: f64,
         /// Centre of the circle.
         centre: Vector,
@@ -340,8 +340,8 @@ impl Body {
             && self.mesh.topology().pieces().1 == 1
     }
 
-    /// Evaluates the parts of sides again, after nodes were put into the mesh: a part may end at a new node. What a condition
-    /// had keeps it.
+    /// Evaluates the parts of sides again, after nodes were put into the mesh: a part may end at a new node. Edges that
+    /// a condition had keep it.
     ///
     /// # Errors
     /// See [`Self::new`].

@@ -108,7 +108,7 @@ impl From<&str> for EdgeSelection {
     }
 }
 
-/// Which components of the displacement are imposed, with their values in the length unit.
+/// The components of the displacement that are imposed, with their values in the length unit.
 #[derive(Clone, Debug)]
 pub enum Support {
     /// Cartesian components; `None` leaves one free.
@@ -133,7 +133,7 @@ pub enum ConditionList {
 /// One condition by its list and its place in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConditionPlace {
-    /// Which list.
+    /// The list.
     pub list: ConditionList,
     /// Place in the list, from 0.
     pub index: usize,

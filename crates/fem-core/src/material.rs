@@ -50,7 +50,7 @@ pub enum MaterialError {
     /// A modulus of an orthotropic material is not a positive, finite number.
     #[error("{name} is {found:?}; it must be positive and finite (and at most 1e100)")]
     Modulus {
-        /// Which one, by its field of [`Orthotropic`].
+        /// The modulus, by its field of [`Orthotropic`].
         name: &'static str,
         /// The value found.
         found: f64,
@@ -61,7 +61,7 @@ pub enum MaterialError {
         shown(*found), six(*limit)
     )]
     PoissonPair {
-        /// Which one, by its field of [`Orthotropic`].
+        /// The ratio, by its field of [`Orthotropic`].
         name: &'static str,
         /// The value found.
         found: f64,

@@ -48,7 +48,7 @@ impl<'a> MeshField<'a> {
     }
 
     /// Computes `a(u − v, u − v)` for this field `u` and a field `v` of a body, J/m, exactly: over the common parts of the cells of
-    /// both meshes, on which both are linear. What only one of the meshes covers has no part in it.
+    /// both meshes, on which both are linear. Regions that only one of the meshes covers are left out.
     ///
     /// * `field`: `v`, at the nodes of the body's mesh.
     ///

@@ -14,7 +14,7 @@ const LEAF: usize = 12;
 /// Means 'no parent'.
 pub const ROOT: u32 = u32::MAX;
 
-/// A set of nodes eliminated together: those on a cut, or a part too small to cut.
+/// A set of nodes eliminated together: the nodes of a cut, or of a part too small to cut.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// Its nodes, as a range of [`Dissection::order`].

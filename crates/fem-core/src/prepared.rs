@@ -43,7 +43,7 @@ pub enum PrepareError {
     Assembly {
         /// The body, from 0.
         body: usize,
-        /// Why.
+        /// The error of the assembly.
         source: AssemblyError,
     },
     /// A stiffness that cannot be factorised.
@@ -51,7 +51,7 @@ pub enum PrepareError {
     Factor {
         /// The body, from 0.
         body: usize,
-        /// Why.
+        /// The error of the factorisation.
         source: FactorError,
     },
     /// The caller ended it.

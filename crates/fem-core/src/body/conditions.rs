@@ -235,7 +235,7 @@ impl Evaluation<'_> {
         Ok(selected)
     }
 
-    /// Returns the edges of a condition: those known from a coarser mesh, or the selected ones.
+    /// Returns the edges of a condition: known from a coarser mesh, or selected.
     fn edges_of(
         &self,
         place: ConditionPlace,

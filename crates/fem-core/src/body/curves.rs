@@ -41,7 +41,7 @@ pub enum CurveKind {
 pub struct CurvedSide {
     /// The edge group.
     pub on: String,
-    /// Which curve.
+    /// The kind of the curve.
     pub kind: CurveKind,
 }
 

@@ -41,7 +41,7 @@ pub struct RigidSide {
     /// Combinations of the motions of a rigid body that are imposed, orthonormal in `(t_x, t_y, ω size)` about the same point.
     blocked: Vec<[f64; 3]>,
     size: f64,
-    /// Which of ux, uy and the rotation its own condition imposes.
+    /// True for each of ux, uy and the rotation that its own condition imposes.
     pub imposes: [bool; 3],
 }
 
@@ -143,7 +143,7 @@ impl RigidSide {
             !((found(imposed, e) - e.value).abs() <= SAME_VALUE * scale)
         };
         if let Some(last) = equations.iter().find(|e| contradicted(&imposed, e)) {
-            // The least squares above contradict many: the first that those before it contradict is the one to name.
+            // The least squares above contradict many equations. The error names the first one that the earlier equations contradict.
             let before = |k: &usize| solved(&equations[..*k]);
             let holds = |k: &usize, e: &Equation| before(k).blocks(&row(e));
             let first = (0..equations.len())

@@ -141,7 +141,7 @@ impl Job<'_> {
         first.and(second)
     }
 
-    /// Iterates over the updates of a front's children: the first ones are in `from`, one after another, those
+    /// Iterates over the updates of a front's children: the first ones are in `from`, one after another, the updates
     /// from number `other.0` on are in `other.1`.
     fn updates<'b>(
         &'b self,

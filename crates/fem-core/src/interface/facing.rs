@@ -1,4 +1,4 @@
-//! Which edges of two sides face each other.
+//! The edges of two sides that face each other.
 
 use crate::body::Body;
 use crate::geometry::{self, Vector, norm};

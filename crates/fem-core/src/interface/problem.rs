@@ -300,7 +300,7 @@ impl ContactProblem {
         self.contacts.iter().any(|pair| pair.imposed() == body)
     }
 
-    /// Lists the bodies, first those that carry λ in some pair: an order that does not depend on the numbers of two
+    /// Lists the bodies, bodies that carry λ in some pair first: an order that does not depend on the numbers of two
     /// bodies.
     pub fn by_role(&self) -> Vec<usize> {
         let (mut first, second): (Vec<_>, Vec<_>) =

@@ -1,4 +1,4 @@
-//! Which material each triangle of a body has.
+//! The material of each triangle of a body.
 
 use super::LinearElastic;
 
