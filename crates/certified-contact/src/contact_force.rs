@@ -27,7 +27,7 @@ use fem_core::prepared::{BodyMotion, PreparedProblem};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-/// A displacement whose traces are off by more than this does not have the wanted ones. What is less goes to the allowance for round-off.
+/// A displacement whose traces are off by more than this does not have the wanted ones. A smaller difference goes to the allowance for round-off.
 const TRACE: f64 = 1e-9;
 /// Eigenvalues below this fraction of the largest one are zero.
 const FREE: f64 = 1e-12;

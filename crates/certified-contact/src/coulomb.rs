@@ -86,7 +86,7 @@ impl CoulombResult {
         self.estimate.over_norm(self.residual()?)
     }
 
-    /// Returns the bound of the distance to the solution of *another* problem: that with the friction of Tresca whose limit is
+    /// Returns the bound of the distance to the solution of *another* problem: with Tresca friction whose limit is
     /// [`Self::frozen_limit`]. It is the same number as [`Self::residual`]. `None` if a contact line with Coulomb friction is bent: there
     /// the limit of that problem is constant along each edge, and not given by its values at the pairs of nodes.
     pub fn bound_for_frozen_limit(&self) -> Option<f64> {

@@ -37,7 +37,7 @@ pub enum SolveError {
     /// A checkpoint belongs to another problem.
     #[error("the checkpoint does not belong to this problem: {what}")]
     Checkpoint {
-        /// The part that does not fit.
+        /// The difference, in words.
         what: &'static str,
     },
 }

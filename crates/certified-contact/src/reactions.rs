@@ -80,7 +80,7 @@ pub(crate) fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Ve
     residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded).into()).collect()
 }
 
-/// Computes the motion of a rigid side and the force that moves it. What supports at its nodes take of it is left in `forces` at those nodes.
+/// Computes the motion of a rigid side and the force that moves it. The share of the supports at its nodes is left in `forces` there.
 ///
 /// The condition of the side takes what it imposes. Supports take the rest, as the smallest forces along the directions that they hold.
 ///

@@ -6,7 +6,7 @@
 //! m_k = ∑_i K_ki P_i,   K_ki = w_k max(0, 1 − |x_k − x_i|) w_i,   x(s) = ∫ ds/h
 //! ```
 //! with the length `h` of the uncut edge of the coarser side at `s`: `x` counts its edges. The weights `w` are such that forces `P_i = ℓ_i`
-//! give a mean of 1; then `Σ m_k ℓ_k = Σ P_i` as well. Where the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
+//! give a mean of 1; then `Σ m_k ℓ_k = Σ P_i` as well. If the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
 //! edge that continues beyond it counts as cut.
 //!
 //! Nodes of later refinements are ends of uncut edges, so that the mean becomes as local as the mesh; a node of the common refinement still counts as a
@@ -83,7 +83,7 @@ fn recover(chain: &Chain, own: &[Vec<bool>; 2], lengths: &[f64], forces: &[f64])
     mean.iter().zip(returned).map(|(mean, returned)| (mean + returned).max(0.0)).collect()
 }
 
-/// Computes what flows back from open nodes to those in contact, by length, Pa.
+/// Computes the force that flows back from open nodes to nodes in contact, by length, Pa.
 fn returned(near: &[Near], weights: &[f64], lengths: &[f64], forces: &[f64], mean: &[f64]) -> Vec<f64> {
     let largest = forces.iter().copied().fold(0.0, f64::max);
     let open: Vec<bool> = forces.iter().map(|force| *force <= OPEN * largest).collect();

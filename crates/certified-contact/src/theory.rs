@@ -129,8 +129,8 @@
 //! | where to refine | [`marking`](cre_estimator::marking), [`solve_adaptively`](crate::solve_adaptively) |
 //!
 //! # Round-off
-//! The terms of (15) are computed with rounding. Proven: the displacements are those that the program prints, so (16)
-//! bounds exactly their error. The computed stress `τ̃` violates equilibrium by a residual `R`, and there is a stress
+//! The terms of (15) are computed with rounding. Proven: (16) bounds the error of exactly the displacements that the
+//! program prints. The computed stress `τ̃` violates equilibrium by a residual `R`, and there is a stress
 //! in exact equilibrium at a distance of at most the dual norm of `R`. The part of this norm on the FE space is
 //! measured:
 //! ```math

@@ -127,7 +127,7 @@
 //! [`Obstacle::moved`](fem_core::interface::Obstacle::moved) moves the line, [`Obstacle::stamp`](fem_core::interface::Obstacle::stamp)
 //! lets it move under a force. `examples/assembly.rs` has three blocks, on refined meshes.
 //!
-//! # 6. What the number means
+//! # 6. The meaning of the number
 //! The bound is of the energy norm of the error, and holds for data that are linear along the edges, on the given polygons. If a
 //! check fails by more than round-off, [`certificate`](cre_estimator::Estimate::certificate) is `None`; then there is no bound, and
 //! [`unchecked`](cre_estimator::Estimate::unchecked) has the numbers for a report. [`theory`](crate::theory) has every formula.
