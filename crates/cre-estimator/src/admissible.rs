@@ -74,7 +74,7 @@ pub struct AdmissibleContact {
     /// `p`, the pressure common to both bodies at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
     pub edge_pressure: Vec<[f64; 2]>,
     /// Nodal forces `∫ (p n + q t) φ_i ds` of pressure and friction at each pair of nodes, Cartesian, N/m: on
-    /// the second body; those on the first are opposite.
+    /// the second body; the forces on the first are opposite.
     pub pressure_force: Vec<Vector>,
     /// Friction at each pair, at most its limit, Pa; empty without friction.
     pub friction: Vec<f64>,

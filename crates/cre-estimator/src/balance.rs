@@ -19,7 +19,8 @@ use fem_core::interface::{
 use fem_core::prepared::PreparedProblem;
 use std::collections::BTreeMap;
 
-/// Forces on a body below this fraction of those on another one are not resolved beyond it: the balance is checked to 1e-10.
+/// The imbalance of a body is measured against its own forces, and at least against this fraction of the largest forces on a body,
+/// since the balance is checked to 1e-10 only.
 const LIGHTLY_LOADED: f64 = 1e-6;
 
 /// The nearest pressure in balance is looked for among the pairs that carry a force if on all pairs `∫ p o` would be this many
@@ -426,7 +427,7 @@ impl Rows {
             let rest = (product - load).abs();
             found.push((rest, size));
         }
-        // A body almost without forces is compared with the others: its forces are the rounding of theirs.
+        // A body almost without forces is compared with the others: its forces are rounding errors of their forces.
         let least = LIGHTLY_LOADED * found.iter().fold(0.0, |largest: f64, (_, size)| largest.max(*size));
         let relative = |(rest, size): &(f64, f64)| if *rest > 0.0 { rest / size.max(least) } else { 0.0 };
         found.iter().map(relative).fold(0.0, f64::max)

@@ -46,7 +46,7 @@ pub struct MissedSupport {
     pub body: usize,
     /// The place of the node, m.
     pub point: Vector,
-    /// How far its displacement is from the imposed one, m.
+    /// The distance of its displacement from the imposed one, m.
     pub distance: f64,
 }
 
@@ -74,8 +74,8 @@ impl FieldCertificate {
 ///
 /// The field is given on meshes of its own; in the meshes of the problem nodes may have been added or moved so that the contact
 /// surfaces match. It is evaluated at the nodes of the problem, and made admissible there: supported nodes get their imposed displacements if they miss them by at most 1e-4 of the
-/// largest one, and where the bodies penetrate each other, the nodes of one of them move back. Contact forces are those that its own
-/// equilibrium lacks, if no pressures are given. The bound is
+/// largest one, and if the bodies penetrate each other, the nodes of one of them move back. If no pressures are given, contact forces are the
+/// forces that the equilibrium of the field lacks. The bound is
 /// ```math
 /// ‖u − v‖ ≤ e_CRE(v') + ‖v' − v‖
 /// ```

@@ -10,7 +10,7 @@ pub enum EstimatorError {
     /// An array has the wrong length.
     #[error("{what} has {found} entries; {expected} are needed")]
     Length {
-        /// Which array.
+        /// The name of the array.
         what: String,
         /// Its length.
         found: usize,
@@ -20,7 +20,7 @@ pub enum EstimatorError {
     /// An array has an entry that is infinite or NaN.
     #[error("{what} has an entry that is not finite")]
     NotFinite {
-        /// Which array.
+        /// The name of the array.
         what: String,
     },
     /// The stars of the relaxation and their vectors do not fit in memory.

@@ -43,7 +43,7 @@ pub struct Estimate {
     pub pair: AdmissiblePair,
     /// The constitutive relation error and its split.
     pub cre: Cre,
-    /// Residuals of admissibility: the worse of the stress of the bound and of the stress of `η_dis`.
+    /// Residuals of admissibility, each the larger one of the stress of the bound and the stress of `η_dis`.
     pub admissibility: Admissibility,
     /// The part of `e_CRE` that is an allowance for round-off: smaller errors cannot be distinguished from
     /// zero.

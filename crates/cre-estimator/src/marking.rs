@@ -1,4 +1,4 @@
-//! Which cells to refine: the contribution of each cell to the error of the mesh, and the smallest set with a given
+//! The choice of cells to refine: the contribution of each cell to the error of the mesh, and the smallest set with a given
 //! share of it.
 //!
 //! The contribution of the iteration is not used: it falls with further iterations, not with finer cells. Source: Dörfler

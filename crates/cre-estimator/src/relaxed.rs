@@ -125,8 +125,8 @@ pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
 
 /// Recovers the stress of a body for a frozen λ, and relaxes it.
 ///
-/// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. What they added to the stress of the
-///   bound is in equilibrium with a frozen λ as well. A relaxation to a tolerance begins with it: little is left to gain then.
+/// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. The moments that they added to the stress of the
+///   bound are in equilibrium with a frozen λ as well. A relaxation to a tolerance begins with them: little is left to gain then.
 pub(crate) fn frozen_stress(
     (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
     (relaxation, accuracy): (Relaxation, Accuracy),
