@@ -107,8 +107,8 @@ fn described(event: &Event<'_>) -> Option<Value> {
 /// Does some work on new threads, without the lock on the interpreter. Each call has its own threads: a fork leaves none behind
 /// that a later call would wait for.
 ///
-/// After the first Ctrl-C the work ends with what it has; after the second it is left alone. What a callback, a function or another
-/// handler of a signal raises ends the work, and passes through.
+/// After the first Ctrl-C the work ends with what it has; after the second it is left alone. An exception of a callback, a function or another
+/// handler of a signal ends the work, and passes through.
 ///
 /// * `threads`: 0 for one per core, or as many as `RAYON_NUM_THREADS` says.
 /// * `callback`: is told of each event; the work ends if it raises.
@@ -174,7 +174,7 @@ fn wait<T: Send>(
     callback: Option<&Bound<'_, PyAny>>,
     keys: &[String],
 ) -> PyResult<T> {
-    // The first exception of a callback or of a function in the case.
+    // The first exception of a callback, of a function or of another handler of a signal.
     let mut raised = None;
     let mut by_signal = false;
     loop {

@@ -65,7 +65,7 @@ impl Source for Text {
 }
 
 impl Text {
-    /// Counts the nodes of the mesh that a body was given, those that no cell uses among them; `None` for a mesh file.
+    /// Counts the nodes of the mesh that a body was given, nodes without cells included; `None` if they are not known.
     fn node_count(&self, case: &Case, body: usize) -> Option<usize> {
         match &case.bodies[body].mesh {
             MeshSource::File { file, .. } => {
@@ -76,7 +76,7 @@ impl Text {
         }
     }
 
-    /// Takes from values at all nodes that were given those at the nodes of a body's mesh. Another number of values is refused later.
+    /// Reduces values at all given nodes to the nodes of a body's mesh. Another number of values is refused later.
     ///
     /// * `absent`: at nodes that are not there.
     pub(crate) fn to_mesh<T: Copy>(&self, case: &Case, body: usize, values: &mut Vec<T>, absent: T) {
