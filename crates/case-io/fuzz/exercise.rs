@@ -1,4 +1,4 @@
-//! What is tried on hostile bytes: shared by the fuzz targets and by the test that replays their finds.
+//! Reads hostile bytes with every parser: shared by the fuzz targets and by the test that replays their finds.
 
 use case_io::case_file::split_override;
 use case_io::diagnostic::Diagnostic;

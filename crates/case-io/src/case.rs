@@ -65,7 +65,7 @@ pub const SCHEMA: u32 = 1;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Case {
-    /// What the user calls it; empty by default.
+    /// The title that the user gives; empty by default.
     pub title: String,
     /// `[units]`, if the labels of results shall name them.
     pub units: Option<Units>,
@@ -132,7 +132,7 @@ pub struct Solver {
     pub weights: Weights,
     /// Convergence acceleration.
     pub acceleration: Acceleration,
-    /// Whether the iteration has a coarse space of the floating bodies.
+    /// True if the iteration uses a coarse space for the floating bodies.
     pub coarse: bool,
     /// Initial normal displacement, m.
     pub lambda: Value,
@@ -150,7 +150,7 @@ pub struct Solver {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Stop {
-    /// What is compared.
+    /// The quantity that is compared.
     pub criterion: Criterion,
     /// `η_NNDD ≤ ratio · η_dis`.
     pub ratio: f64,
@@ -184,7 +184,7 @@ pub struct Estimator {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RelaxUntil {
-    /// What further steps may still be expected to gain, relative, in (0, 1).
+    /// The smallest gain, relative, that further steps must still promise, in (0, 1).
     pub tolerance: f64,
     /// Steps at most.
     pub max_steps: usize,
@@ -201,7 +201,7 @@ impl Default for RelaxUntil {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Adapt {
-    /// What to reach.
+    /// The goal of the run.
     #[serde(flatten)]
     pub target: Target,
     /// Meshes at most.
@@ -212,7 +212,7 @@ pub struct Adapt {
     pub fraction: f64,
 }
 
-/// What an adaptive run is to reach.
+/// The goal of an adaptive run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Target {
     /// `target_relative_error`: a certified relative error.
@@ -244,9 +244,9 @@ impl Target {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Output {
-    /// Where results go, relative to the working directory; see [`Case::output_directory`].
+    /// The directory of the results, relative to the working directory; see [`Case::output_directory`].
     pub directory: Option<String>,
-    /// Whether ParaView files are written.
+    /// True if ParaView files are written.
     pub vtu: bool,
 }
 

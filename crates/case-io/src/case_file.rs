@@ -1,7 +1,6 @@
 //! The case file as a document: bytes to a tree of values with places, with the overrides applied.
 //!
-//! What the keys mean is [`crate::case`]'s business; here are TOML, places and the command line's
-//! `--set` and `--over`.
+//! The meaning of the keys is in [`crate::case`]. This module handles TOML, places, and `--set` and `--over` of the command line.
 
 mod examples;
 mod overrides;
@@ -68,7 +67,7 @@ pub(crate) struct Document {
 /// Decodes bytes as UTF-8 without a byte order mark.
 pub(crate) fn decode<'a>(bytes: &'a [u8], file_name: &str) -> Result<&'a str, CaseError> {
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    // No line of TOML begins like those of Gmsh's and Abaqus' files.
+    // Files of Gmsh begin with `$`, decks of Abaqus with `*`; no line of TOML does.
     if let Some(b'$' | b'*') = bytes.trim_ascii_start().first() {
         let source = Source::new(file_name, &String::from_utf8_lossy(bytes), false);
         let place = Place::new(&source, 0..1);
@@ -230,7 +229,7 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// Where the headers of tables begin.
+/// Returns the bytes at which the headers of tables begin.
 fn headers(text: &str) -> impl Iterator<Item = usize> {
     lines(text).filter(|(_, line)| is_header(line)).map(|(start, _)| start)
 }

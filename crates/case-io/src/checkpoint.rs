@@ -19,7 +19,7 @@ const HEAD: &str = "nndd checkpoint 4 ";
 /// A run, and how far it has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// What the run computes: [`crate::Case::identity`]. Only a run of the same case may resume from here.
+    /// The identity of the case: [`crate::Case::identity`]. Only a run of the same case may resume from here.
     pub case: Value,
     /// How far it has come; `None` before its first mesh is solved.
     pub progress: Option<Progress>,
@@ -45,7 +45,7 @@ pub struct FinerMesh {
     pub rounds: Vec<Vec<Vec<u32>>>,
     /// λ at each pair, m; with friction each pair's tangential part follows.
     pub lambda: Vec<f64>,
-    /// Whether each pair touched, if that is known.
+    /// True for each pair that was in contact; `None` if that is not known.
     pub active: Option<Vec<bool>>,
 }
 
@@ -60,7 +60,7 @@ pub struct Step {
     pub e_cre: Option<f64>,
     /// The bound over the energy norm.
     pub relative: Option<f64>,
-    /// Whether the checks of the bound hold.
+    /// True if the checks of the bound hold.
     pub certified: bool,
     /// With Coulomb friction the residual.
     #[serde(default)]
@@ -87,7 +87,7 @@ pub enum CheckpointError {
         "nothing to resume: no adaptive run was ever started in {}, or it failed on its first mesh", directory.display()
     )]
     NeverStarted {
-        /// Where a checkpoint was looked for.
+        /// The directory of the run.
         directory: PathBuf,
     },
     /// The run has finished.
@@ -95,7 +95,7 @@ pub enum CheckpointError {
         "nothing to resume: the run in {} has finished ({word}) and its result is there", directory.display()
     )]
     Finished {
-        /// Where a checkpoint was looked for.
+        /// The directory of the run.
         directory: PathBuf,
         /// The status word of the result.
         word: String,
@@ -103,9 +103,9 @@ pub enum CheckpointError {
     /// All checkpoints are damaged.
     #[error("no checkpoint in {} can be used: {reason}", directory.display())]
     Damaged {
-        /// Where it was looked for.
+        /// The directory of the run.
         directory: PathBuf,
-        /// What is wrong with each.
+        /// The fault of each checkpoint.
         reason: String,
     },
 }
@@ -116,7 +116,7 @@ pub enum CheckpointError {
 /// nothing is lost and the next one may begin.
 ///
 /// # Errors
-/// What the operating system reports.
+/// Errors of the operating system.
 pub fn write(directory: &mut OutputDirectory, checkpoint: &Checkpoint) -> Result<(), OutputError> {
     let mut body = serde_json::to_vec(checkpoint).map_err(|e| OutputError::Io {
         what: "write",
@@ -134,7 +134,7 @@ pub fn write(directory: &mut OutputDirectory, checkpoint: &Checkpoint) -> Result
 /// Removes both checkpoints of a run that needs them no more.
 ///
 /// # Errors
-/// What the operating system reports.
+/// Errors of the operating system.
 pub fn remove(directory: &mut OutputDirectory) -> Result<(), OutputError> {
     [NEWEST, PREVIOUS].into_iter().try_for_each(|name| directory.remove(name))
 }

@@ -1,4 +1,4 @@
-//! What is wrong with a case, and where: sources, places, diagnostics, and the error that collects them.
+//! The diagnostics of a case: sources, places, faults with their fixes, and the error that collects them.
 //!
 //! Every diagnostic says what was found, what was expected and, if there is one, a fix. The binary
 //! renders them; this crate only provides the words and the places.
@@ -130,11 +130,11 @@ impl fmt::Display for Place {
 pub struct Diagnostic {
     /// One of [`code`].
     pub code: &'static str,
-    /// What was found.
+    /// The fault, with the text or value that was found.
     pub message: String,
-    /// Where.
+    /// Its place in the case file or on the command line, if it has one.
     pub place: Option<Place>,
-    /// What was expected there.
+    /// The input that was expected there.
     pub expected: Option<String>,
     /// One fix.
     pub help: Option<String>,
@@ -218,14 +218,14 @@ impl fmt::Display for Diagnostic {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct CaseError {
-    /// What is wrong, in the order of the places.
+    /// The faults, in the order of their places.
     pub diagnostics: Vec<Diagnostic>,
     /// How many more there are.
     pub omitted: usize,
 }
 
 impl CaseError {
-    /// Collects diagnostics, those of the case file first and by place.
+    /// Collects diagnostics by place: first the case file's, then the command line's, then the ones without a place.
     pub(crate) fn new(mut diagnostics: Vec<Diagnostic>) -> Self {
         let rank = |d: &Diagnostic| match &d.place {
             Some(place) => (place.source.command_line, place.span.start),

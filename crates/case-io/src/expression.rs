@@ -42,9 +42,9 @@ pub const DEEPEST_EXPRESSION: usize = 50;
 pub struct ExpressionError {
     /// The bytes of the text that are wrong.
     pub span: Range<usize>,
-    /// What was found.
+    /// The fault, with the text that was found.
     pub message: String,
-    /// What was expected there.
+    /// The text that was expected there.
     pub expected: Option<String>,
     /// One fix.
     pub help: Option<String>,
@@ -61,8 +61,8 @@ impl Expression {
     /// Reads an expression.
     ///
     /// # Errors
-    /// What is not an expression, with the place in the text: unknown names and characters, a grammar that is not that
-    /// of an expression, more than [`LONGEST_EXPRESSION`] bytes or [`DEEPEST_EXPRESSION`] open parentheses.
+    /// The first fault, with its place in the text: an unknown name or character, a syntax error, more than [`LONGEST_EXPRESSION`] bytes,
+    /// or more than [`DEEPEST_EXPRESSION`] open parentheses.
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
         Ok(Self { tree: Arc::new(parse::parse(text)?), text: text.to_owned() })
     }

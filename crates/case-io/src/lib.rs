@@ -1,4 +1,4 @@
-//! Case files, checkpoints, reports and tables of the contact solver; meshes and ParaView files are those of [`mesh_io`].
+//! Case files, checkpoints, reports and tables of the contact solver. Meshes and ParaView files come from [`mesh_io`].
 //!
 //! # The way data flows
 //! ```text

@@ -21,7 +21,7 @@ const TEMPORARY: &str = ".nndd-tmp-";
 /// The hidden directory in which a run collects its files.
 const STAGING: &str = ".nndd-tmp-run";
 
-/// What a directory of results is of.
+/// The kind of result that a directory holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResultKind {
     /// One run.
@@ -112,7 +112,7 @@ pub enum OutputError {
     /// An error of the operating system.
     #[error("cannot {what} {}: {source}", path.display())]
     Io {
-        /// What was tried.
+        /// The action that failed, such as `write`.
         what: &'static str,
         /// With which file.
         path: PathBuf,
@@ -129,7 +129,7 @@ fn failed<'a>(what: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> O
 /// either the old content or the whole new one.
 ///
 /// # Errors
-/// What the operating system or the closure reports; the temporary file is removed.
+/// Errors of the operating system and of the closure; the temporary file is then removed.
 pub(crate) fn write_file(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -140,7 +140,7 @@ pub(crate) fn write_file(
     };
     let mut builder = tempfile::Builder::new();
     builder.prefix(TEMPORARY);
-    // Results are for sharing: the usual permissions (less the umask), not those of a private temporary file.
+    // Results are for sharing: they get the usual permissions (less the umask). A temporary file would be private.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(directory).map_err(failed("write", path))?;

@@ -39,7 +39,7 @@ pub enum ReportError {
     NotFinite {
         /// Dotted path of the number.
         field: String,
-        /// What was found.
+        /// The number.
         value: f64,
     },
     /// Not JSON, or not the keys of a report.
@@ -84,7 +84,7 @@ pub struct Report {
     /// The load steps that were solved, the last of which is the answer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepSummary>,
-    /// What is worth knowing about how the case was read, such as cells that were split.
+    /// Notes on how the case was read, such as cells that were split.
     #[serde(default)]
     pub notes: Vec<String>,
     /// Wall times.

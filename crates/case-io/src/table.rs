@@ -42,7 +42,7 @@ pub enum TableError {
         row: usize,
         /// Column.
         field: String,
-        /// What was found.
+        /// The number.
         value: f64,
     },
     /// An error of the CSV writer.
@@ -70,7 +70,7 @@ pub struct ContactRow {
     /// Pressure recovered over the cells of the coarser side, Pa; `None` if the nodes matched from the first mesh on.
     #[serde(skip)]
     pub pressure_recovered: Option<f64>,
-    /// What friction does there; `None` without it.
+    /// Friction at the pair; `None` without friction.
     #[serde(skip)]
     pub friction: Option<FrictionRow>,
     /// The load step, from 1; `None` without load steps.

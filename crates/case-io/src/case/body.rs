@@ -15,7 +15,7 @@ pub struct BodyCase {
     pub material: String,
     /// Parts of other materials, in the file's order.
     pub regions: Vec<MaterialRegion>,
-    /// Where its mesh comes from.
+    /// The source of its mesh.
     pub mesh: MeshSource,
     /// Force per unit area and thickness, N/m³.
     pub body_force: [f64; 2],
@@ -38,7 +38,7 @@ impl BodyCase {
         file_stem(&self.name)
     }
 
-    /// Returns the names of its materials: its own, then those of its regions.
+    /// Returns the names of its materials: its own, then the materials of its regions.
     pub(super) fn material_names(&self) -> impl Iterator<Item = &String> {
         std::iter::once(&self.material).chain(self.regions.iter().map(|region| &region.material))
     }
@@ -48,7 +48,7 @@ pub(super) fn file_stem(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
 }
 
-/// Where a body's mesh comes from.
+/// The source of a body's mesh.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
@@ -90,7 +90,7 @@ pub enum MeshSource {
         pole: [f64; 2],
         /// Radius, m.
         radius: f64,
-        /// Where the pole looks.
+        /// The side of the disc on which its pole lies.
         #[serde(serialize_with = "super::read_body::facing_name")]
         facing: Facing,
         /// Half the width of the side `contact`, m.
@@ -105,9 +105,9 @@ pub enum MeshSource {
         /// The groups of cells; all cells if no name is given.
         #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "one_or_list")]
         region: Vec<String>,
-        /// Whether nodes at one place become one node.
+        /// True if nodes at one place become one node.
         merge: bool,
-        /// Whether two bodies of one file may share nodes, each getting its own.
+        /// True if two bodies of one file may share nodes: each gets its own copy.
         duplicate_interface: bool,
     },
 }
@@ -126,7 +126,7 @@ impl Default for MeshSource {
     }
 }
 
-/// What a `[[body.displacement]]` imposes.
+/// The displacements that a `[[body.displacement]]` imposes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Imposition {
     /// `ux`, `uy`: at least one of the two.
@@ -154,7 +154,7 @@ impl Serialize for Imposition {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Displacement {
-    /// What load steps call it.
+    /// Its name for load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// The edge group.
@@ -162,7 +162,7 @@ pub struct Displacement {
     /// The part of it.
     #[serde(skip_serializing_if = "Part::is_all")]
     pub part: Part,
-    /// What is imposed, m.
+    /// The imposed displacements, m.
     #[serde(flatten)]
     pub imposition: Imposition,
 }
@@ -171,7 +171,7 @@ pub struct Displacement {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RigidCase {
-    /// What load steps call it.
+    /// Its name for load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// The edge group.
@@ -195,7 +195,7 @@ pub struct CurveCase {
     pub kind: CurveKind,
 }
 
-/// What a `[[body.traction]]` applies.
+/// The load of a `[[body.traction]]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Load {
@@ -209,7 +209,7 @@ pub enum Load {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Traction {
-    /// What load steps call it.
+    /// Its name for load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// The edge group.
@@ -217,7 +217,7 @@ pub struct Traction {
     /// The part of it.
     #[serde(skip_serializing_if = "Part::is_all")]
     pub part: Part,
-    /// What is applied.
+    /// The load.
     #[serde(flatten)]
     pub load: Load,
 }

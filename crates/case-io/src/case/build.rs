@@ -132,7 +132,7 @@ impl Case {
         Ok(interface)
     }
 
-    /// What the case says of the gap and the normal of a pair.
+    /// Returns the gap and the normal of a pair as the case gives them.
     pub(super) fn gap_and_normal(&self, contact: usize) -> (Gap, ContactNormal) {
         let given = &self.contacts[contact];
         let gap = match given.geometric {

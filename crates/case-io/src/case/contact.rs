@@ -14,7 +14,7 @@ pub struct Contact {
     pub bodies: Vec<usize>,
     /// An edge group of each of these bodies.
     pub surfaces: Vec<String>,
-    /// What the only body touches.
+    /// The obstacle that the only body touches; `None` for a pair of bodies.
     pub obstacle: Option<Obstacle>,
     /// Initial gap, m, ≥ 0; it overrides the geometry.
     pub gap: Value,
@@ -79,7 +79,7 @@ pub struct Obstacle {
     /// Its shape.
     #[serde(flatten)]
     pub shape: Shape,
-    /// What is imposed on it, and what loads it.
+    /// Its imposed motion and its loads.
     #[serde(flatten)]
     pub rigid: Rigid,
 }

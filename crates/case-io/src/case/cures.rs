@@ -1,11 +1,11 @@
-//! What was expected and one fix, for the errors of fem-core that a case file can bring about.
+//! Expected input and one fix for each error of fem-core that a case file can cause.
 
 use fem_core::body::BodyError;
 use fem_core::geometry::{Vector, shown};
 use fem_core::interface::InterfaceError;
 use fem_core::interface::common_refinement::CommonRefinementError;
 
-/// What was expected, and one fix.
+/// The expected input, and one fix.
 type Cure = (&'static str, &'static str);
 
 const SIDE: Cure = (
@@ -126,7 +126,7 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
     }
 }
 
-/// What is wrong between a body and an obstacle, and the cure, for errors whose words are about two bodies.
+/// Returns message and cure for an error between a body and an obstacle, if the error's own words are about two bodies.
 pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Cure)> {
     let at = |point: &Vector| format!("({}, {})", shown(point[0]), shown(point[1]));
     Some(match error {

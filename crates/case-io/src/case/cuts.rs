@@ -11,7 +11,7 @@ use mesh_io::words::counted;
 /// An edge or cell of which less than this share lies on one side of a limit is not cut.
 const SHARE: f64 = 1e-6;
 
-/// What a box covers, and what of the mesh counts for it: lengths in m, or areas in m².
+/// The extent of a `part` or a box as written and as taken on the mesh, m or m², and the number of edges or cells that it cuts.
 #[derive(Default)]
 struct Cover {
     written: f64,

@@ -1,4 +1,4 @@
-//! What a program gives a case in memory: meshes instead of files, and data at nodes instead of numbers.
+//! Data that a program gives a case in memory: meshes instead of files, and data at nodes instead of numbers.
 
 use super::{Case, Friction, Imposition, Load, Value};
 use crate::diagnostic::{CaseError, code};
@@ -9,13 +9,13 @@ use fem_core::mesh::id::NodeId;
 use mesh_io::MeshFile;
 use std::collections::BTreeSet;
 
-/// The nodes at which the data of a key count: those of the side that its condition is on.
+/// The nodes at which the values of a key apply: the nodes of the side of its condition.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct DataNodes {
     /// The body, in the file's order.
     pub body: usize,
-    /// The number of each node: that of the body's mesh file, or its place in a generated mesh.
+    /// The number of each node in the body's mesh file, or its place in a generated mesh.
     pub numbers: Vec<u64>,
     /// Their places, m.
     pub points: Vec<Vector>,
@@ -84,7 +84,7 @@ impl Case {
 
     /// Replaces the number of a key by values at nodes, which are linear along the edges of the side.
     ///
-    /// * `nodes`: those of [`Case::data_nodes`]; `values`: one for each of them.
+    /// * `nodes`: the result of [`Case::data_nodes`]; `values`: one for each node.
     ///
     /// # Errors
     /// A key without data at nodes, and another number of values than of nodes.

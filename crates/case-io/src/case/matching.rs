@@ -25,11 +25,11 @@ const MOST_REFINEMENTS: usize = 4;
 /// The bodies of a case while their contact surfaces are made to match.
 struct Meshes {
     bodies: Vec<Body>,
-    /// The contact sides of each pair: those of the case, or copies of them that belong to the pair alone.
+    /// The contact sides of each pair: the sides in the case, or copies that belong to the pair alone.
     sides: Vec<Vec<String>>,
-    /// What was measured when the surfaces of a pair were refined in common.
+    /// The common refinement of each pair, as it was measured; `None` if the nodes of its surfaces match.
     measured: Vec<Option<Measured>>,
-    /// The note about that.
+    /// The note about each common refinement.
     notes: Vec<Option<PairNote>>,
 }
 

@@ -30,7 +30,7 @@ pub enum MaterialLaw {
     /// `young_1`, `young_2`, `poisson_12`, `shear`, `angle` and, for plane strain, `young_3`, `poisson_13`, `poisson_23`.
     /// Its angle is in degrees here.
     Orthotropic(Orthotropic),
-    /// `stiffness`: that of the plane problem by rows, Pa.
+    /// `stiffness`: the matrix of the plane problem by rows, Pa.
     Stiffness([[f64; 3]; 3]),
 }
 

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What has been read of the mesh files of a case.
+/// The mesh files of a case: the regions read from them for its bodies.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MeshFiles {
     /// Meshes that were given under names, until they are read.
@@ -39,7 +39,8 @@ impl MeshFiles {
 }
 
 impl Case {
-    /// Reads the mesh files that the bodies name, and takes those of [`Case::give_mesh`]; bodies with a generator are skipped.
+    /// Reads the mesh files that the bodies name; a mesh of [`Case::give_mesh`] takes the place of the file with its name. Bodies with a
+    /// generator are skipped.
     ///
     /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
     ///
@@ -94,7 +95,7 @@ impl Case {
         }
         for region in loaded.regions.iter().flatten() {
             for note in region.notes() {
-                // What concerns the whole file is said once.
+                // A note about the whole file comes with each of its regions: list it once.
                 if !loaded.notes.contains(note) {
                     loaded.notes.push(note.clone());
                 }

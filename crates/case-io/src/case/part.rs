@@ -35,7 +35,7 @@ impl Part {
         move |point| within(point[0], self.x) && within(point[1], self.y)
     }
 
-    /// Whether it has no limits.
+    /// Tells if the part has no limits.
     pub(super) fn is_all(&self) -> bool {
         *self == Self::default()
     }

@@ -96,7 +96,7 @@ pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies
 }
 
 impl Case {
-    /// Lists the materials of a body, 0 or 1: its own first, then those of its regions, each once.
+    /// Lists the materials of a body: its own first, then the materials of its regions, each once.
     pub fn materials_of(&self, body: usize) -> Vec<&Material> {
         let names = self.bodies[body].material_names();
         let by_name: HashMap<&str, &Material> = self.materials.iter().map(|m| (m.name.as_str(), m)).collect();

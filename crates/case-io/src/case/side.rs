@@ -57,7 +57,7 @@ impl SideCase {
     }
 }
 
-/// Tells whether one of the names is that of a single node.
+/// Tells if one of the names belongs to a single node.
 pub(super) fn has_point(names: &[String], sides: &[SideCase]) -> bool {
     names.iter().any(|name| sides.iter().any(|side| side.name == *name && side.point.is_some()))
 }

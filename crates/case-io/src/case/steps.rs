@@ -83,7 +83,7 @@ impl Case {
         self.steps.iter().map(end).collect()
     }
 
-    /// Lists the factors at the end of each increment: linear from those of the step before, at first 0. Nothing without steps.
+    /// Lists the factors at the end of each increment, linear from the end of the step before (at first 0). Empty without steps.
     pub fn increments(&self) -> Vec<Factors> {
         let mut all = Vec::new();
         let mut before = Factors::default();

@@ -1,4 +1,4 @@
-//! What is allowed but probably not meant.
+//! Warnings: input that is allowed but probably not meant.
 
 use super::{BodyCase, Case, Criterion, Material, MaterialLaw, Method};
 use crate::diagnostic::{Diagnostic, MOST_DIAGNOSTICS, code};

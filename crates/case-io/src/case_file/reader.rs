@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 /// This many faults are kept until only the first ones are.
 const MOST_LISTED: usize = 1000;
 
-/// What was found while reading a document: faults, and the place of every key that was read.
+/// The faults that were found in a document, and the place of every key that was read.
 #[derive(Default)]
 pub(crate) struct Findings {
     diagnostics: RefCell<Vec<Diagnostic>>,

@@ -41,9 +41,9 @@ struct Piece<'a> {
     key: Option<&'a str>,
     /// Its bytes in the text.
     span: Range<usize>,
-    /// Whether a value is expected there: behind a key, or in an array.
+    /// True if a value is expected there: behind a key, or in an array.
     is_value: bool,
-    /// Whether it is all there is behind the key.
+    /// True if it is outside brackets and braces.
     alone: bool,
 }
 
@@ -65,7 +65,7 @@ pub(super) fn in_line(
     })
 }
 
-/// What was found, what was expected, and a fix.
+/// The fault, the expected value, and a fix.
 type Meaning = (String, &'static str, String);
 
 fn meaning(value: &str, piece: &Piece<'_>) -> Option<Meaning> {
@@ -134,7 +134,7 @@ fn shown(value: &str) -> String {
     format!("`{}{dots}`", short.replace(char::is_control, "\u{FFFD}"))
 }
 
-/// What the characters of a line have led to so far.
+/// The state of the scan: the pieces found so far, the key and start of the next one, open brackets and quotes.
 #[derive(Default)]
 struct Scan<'a> {
     found: Vec<Piece<'a>>,
@@ -156,7 +156,7 @@ impl<'a> Scan<'a> {
         let span = from..from + value.trim().len();
         let within = self.open.last().copied();
         match self.found.last_mut() {
-            // A comma within braces is followed by a key: that of `{ x = 0,5 }` is a decimal comma.
+            // Within braces a key follows a comma. Without one, as in `{ x = 0,5 }`, it is a decimal comma.
             Some(last) if within == Some('{') && self.key.is_none() && !span.is_empty() => {
                 last.span.end = span.end
             }

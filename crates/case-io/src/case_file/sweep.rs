@@ -108,8 +108,8 @@ fn decimals(text: &str) -> Option<usize> {
     Some(text.split_once('.').map_or(0, |(_, fraction)| fraction.len()).min(17))
 }
 
-/// Writes a value of a range. Values of decimal ranges are decimal: 0.1 + 4 · 0.05 is 0.3, not 0.30000000000000004;
-/// those of whole ranges are integers, as counts need.
+/// Writes a value of a range. Decimal ranges have decimal values: 0.1 + 4 · 0.05 is 0.3, not 0.30000000000000004. Whole ranges have
+/// integers, as counts need.
 fn value(x: f64, decimals: Option<usize>) -> String {
     match decimals {
         Some(0) => format!("{x:.0}"),

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-/// Where a key or a value is; the line is only counted on demand.
+/// The place of a key or a value; its line is only counted on demand.
 #[derive(Clone, Debug)]
 pub(crate) struct At {
     pub(crate) source: Arc<Source>,

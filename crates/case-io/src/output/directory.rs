@@ -23,7 +23,7 @@ pub struct OutputDirectory {
     written: BTreeSet<PathBuf>,
     /// Directories that this run created, the innermost first.
     created: Vec<PathBuf>,
-    /// Whether the collected files stay when the value is dropped, for a run that is resumed.
+    /// True if the collected files stay when the value is dropped, for a run that is resumed.
     keeps_collected: bool,
     /// Dropping it releases the lock.
     lock: Option<Lock>,
@@ -247,7 +247,7 @@ impl OutputDirectory {
     /// Removes a file that this run may have written, if it is there.
     ///
     /// # Errors
-    /// What the operating system reports.
+    /// Errors of the operating system.
     pub fn remove(&mut self, name: &str) -> Result<(), OutputError> {
         let relative = Path::new(name);
         self.written.remove(relative);
@@ -283,12 +283,12 @@ impl OutputDirectory {
     /// Files that are not this program's stay.
     ///
     /// # Errors
-    /// What the operating system reports.
+    /// Errors of the operating system.
     pub fn finish(mut self) -> Result<(), OutputError> {
         self.check_presence()?;
         let places: Vec<&PathBuf> =
             self.written.iter().filter(|name| self.collected(name).is_file()).collect();
-        // What may still fail comes first, while the earlier result is whole.
+        // Steps that may still fail come first, while the earlier result is complete.
         self.without_links()?;
         for parent in places.iter().filter_map(|name| name.parent()) {
             let parent = self.path.join(parent);

@@ -1,4 +1,4 @@
-//! What a directory of results holds before a run begins, and which files belong to a result.
+//! Looks at the content of a directory before a run begins, and tells which files belong to a result.
 
 use super::lock::LOCK_FILE;
 use super::{CHECKPOINT, CHECKPOINT_BEFORE, OutputError, ResultKind, STAGING, TEMPORARY, failed};
@@ -7,7 +7,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 
-/// What a directory held before.
+/// The content of a directory before the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Before {
     /// Nothing that counts.

@@ -245,7 +245,7 @@ mod links {
         fs::hard_link(&victim, &lock).unwrap();
         assert!(run(&results, "h", true, &[]).is_err());
         assert_eq!(fs::read_to_string(&victim).unwrap(), "mine");
-        // What a killed run left behind is taken over.
+        // The lock file that a killed run left behind is taken over.
         fs::remove_file(&lock).unwrap();
         fs::write(&lock, "123456789\n").unwrap();
         run(&results, "h", false, &[]).unwrap();

@@ -14,7 +14,7 @@ pub struct BodySummary {
     pub triangles: usize,
     /// Number of unknowns.
     pub unknowns: usize,
-    /// Whether its supports leave a rigid motion free.
+    /// True if its supports leave a rigid motion free.
     #[serde(default)]
     pub floating: bool,
     /// Its part in the motions of the assembly that nothing resists and no load drives; they stay at zero.

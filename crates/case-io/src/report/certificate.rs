@@ -6,7 +6,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Certificate {
-    /// Whether all checks hold.
+    /// True if all checks hold.
     pub valid: bool,
     /// Why it is not valid: `lift`, `pressure`, `rotation`, or the name of a check; `None` if it is, and without an estimate.
     #[serde(default)]
@@ -26,10 +26,10 @@ pub struct Certificate {
     pub eta_nndd: Option<f64>,
     /// The exact split of `e_cre`.
     pub split: Split,
-    /// What `e_cre` is made of.
+    /// All parts of `e_cre`.
     pub parts: Parts,
-    /// By how much the pressure of the bound differs from that of the nodal forces, relative: what the balance of the floating
-    /// bodies takes.
+    /// Relative difference between the pressure of the bound and the pressure of the nodal forces: the least change that balances the
+    /// floating bodies.
     #[serde(default)]
     pub pressure_shift: Option<f64>,
     /// Loads that were left out: the bound is for the problem without them.
@@ -38,9 +38,9 @@ pub struct Certificate {
     /// The mesh of this bound, from 1, if an adaptive run ended because its bound rose: it is the smallest. Else left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smallest_mesh: Option<usize>,
-    /// What makes the bound valid.
+    /// The checks that make the bound valid.
     pub checks: Checks,
-    /// What the bound says about the exact solution, if it is valid.
+    /// Bounds of quantities of the exact solution, if the certificate is valid.
     pub bounds: Bounds,
 }
 
@@ -68,13 +68,13 @@ pub struct Coulomb {
     pub relative: Option<f64>,
     /// The coupling between pressure and slip on the last mesh, without the coefficients of friction; `None` unless [`Self::one_sign`].
     pub kappa: Option<f64>,
-    /// Whether all slips of each pair with Coulomb friction have one sign.
+    /// True if, in each pair with Coulomb friction, all slips have one sign.
     pub one_sign: bool,
     /// `e_b/√(1 − c²)`: an estimate of the error if the exact slip has the same sign; `None` unless [`Self::one_sign`], and if `c ≥ 0.9`.
     pub estimate: Option<f64>,
     /// That estimate relative to the energy norm of the computed solution.
     pub relative_estimate: Option<f64>,
-    /// The same number as a bound of the distance to the solution with the friction of Tresca whose limit is that of contact.csv; `None` on
+    /// The same number as a bound of the distance to the solution with Tresca friction whose limit is the one in contact.csv; `None` on
     /// bent contact lines.
     pub frozen_bound: Option<f64>,
     /// The coupling `c` with the coefficients of friction: `c = μ κ` if they are equal.
@@ -85,7 +85,7 @@ pub struct Coulomb {
     pub change: Option<f64>,
     /// How often limits that were too small were doubled.
     pub restarts: usize,
-    /// What the stresses of the residual satisfy.
+    /// The checks of the stresses of the residual.
     pub checks: Checks,
 }
 
@@ -114,7 +114,7 @@ pub struct Split {
     pub algebraic: Option<f64>,
 }
 
-/// What `e_cre` is made of: the squares of all but `round_off` add up to `(e_cre − round_off)²`.
+/// All parts of `e_cre`: the squares of all but `round_off` add up to `(e_cre − round_off)²`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Parts {

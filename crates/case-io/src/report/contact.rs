@@ -50,7 +50,7 @@ pub struct ContactSummary {
     /// Smallest opening, m.
     #[serde(default)]
     pub min_opening: Option<f64>,
-    /// What friction does; left out without it.
+    /// Results of friction; left out without friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<FrictionSummary>,
 }

@@ -35,7 +35,7 @@ fn inside<T: Serialize + ?Sized>(name: &str, value: &T) -> Found {
 
 struct Walk;
 
-/// What has parts: the number of the next one, the key of the present one.
+/// A walk through the parts of a value: the number of the next part, and the key of the present one.
 #[derive(Default)]
 struct Parts {
     next: usize,

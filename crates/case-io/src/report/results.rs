@@ -3,8 +3,8 @@
 use super::ContactStretch;
 use serde::Serialize;
 
-/// The numbers engineers ask for; [`Results::default`] is those of a run that ended before there were any: an
-/// empty list is a result, `null` means that there is no result.
+/// The numbers engineers ask for. [`Results::default`] belongs to a run that ended before it had any: an empty list is a result, `null`
+/// means that there is no result.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Results {
@@ -33,7 +33,7 @@ pub struct Results {
     pub balance: Option<Vec<[f64; 3]>>,
     /// Largest displacement, m.
     pub max_displacement: Option<f64>,
-    /// Largest equivalent stress of a cell, Pa: that of the displacements.
+    /// Largest equivalent stress of a cell, from the displacements, Pa.
     pub max_von_mises: Option<f64>,
     /// Largest equivalent stress of the recovered stress.
     #[serde(default)]

@@ -31,7 +31,7 @@ pub struct SweepRow {
 pub struct SweepPanel {
     /// The settings against the case, `KEY=VALUE`.
     pub settings: Vec<String>,
-    /// What distinguishes it from the others: its size, and if that is not enough its settings.
+    /// Its name among the panels: its size and, if that is not enough, its settings.
     #[serde(default)]
     pub name: String,
     /// Nodes of both bodies.
@@ -54,7 +54,7 @@ pub struct SweepReport {
     pub iterations: usize,
     /// The case itself, then the panels asked for.
     pub panels: Vec<SweepPanel>,
-    /// Where and with what it was run.
+    /// Circumstances of the run, such as version, case file and overrides.
     pub run: Map<String, Value>,
 }
 

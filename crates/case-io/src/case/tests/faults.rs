@@ -1,4 +1,4 @@
-//! What is refused, with its place.
+//! Cases that are refused, with the place of each fault.
 
 use super::*;
 
@@ -336,7 +336,7 @@ fn relaxation_is_by_steps_or_by_tolerance() {
     let both = "[estimator]\nrelaxation = 2\nmax_steps = 2";
     refused_too(both, "c.toml:17:13: `estimator.relaxation` and `estimator.max_steps` both");
     refused_too("[estimator]\ntolerance = 1.0", "c.toml:16:13: `estimator.tolerance` is 1");
-    // What is used by default is part of what names the case.
+    // Default settings are among the settings that identify the case.
     let settings = Case::parse(&minimal(""), "c.toml", &[]).unwrap().settings_json();
     assert_eq!(settings["estimator"], serde_json::json!({ "tolerance": 0.02, "max_steps": 100, "every": 0 }));
 }
@@ -379,7 +379,7 @@ fn what_is_not_toml_has_its_place() {
         faults("schema = 1\nschema = 1\n")
     );
     assert!(faults("schema = 1\n[materials.a]\n[materials.a]\n")[0].starts_with("c.toml:3:"));
-    // The first place is that in the same table, or that of the same header, whose keys are not reported as well.
+    // The message names the first key of the same table, or the first header. Keys under the second header are not reported as well.
     let twice =
         faults("[a]\nx = 1\n[b]\nxy = 1\nx = 1\nx = 2\n[c]\nx = 1\n[c]\nx = 1\n[d]\ny = { z = 1, z = 2 }\n");
     let firsts: Vec<_> = twice
@@ -389,7 +389,7 @@ fn what_is_not_toml_has_its_place() {
     assert_eq!(firsts, [Some("5"), Some("7"), Some("12")], "{twice:#?}");
     let two = faults("a = 1 2\nb = 3\nc = \"x\n");
     assert_eq!(two.len(), 2, "{two:?}");
-    // What follows from a fault is not reported again.
+    // A fault that follows from another fault is not reported again.
     assert_eq!(faults("a = [1, 2\nb = 3\n[c]\nd = 4\ne = \n").len(), 1);
     let open = faults("a = { b = [1, 2 }\nb = 3\n[c]\nd = 4\ne = \n");
     assert_eq!(open.len(), 2, "{open:?}");

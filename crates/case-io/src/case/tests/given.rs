@@ -64,7 +64,7 @@ fn a_mesh_in_memory_is_read_instead_of_a_file() {
     assert_eq!(case.mesh_of(0).unwrap().points()[2].y, 2.0);
     let [first, second] = [in_memory(1.0), in_memory(1.5)];
     assert!(case.hash() == first.hash() && case.hash() != second.hash());
-    // A name that nothing was given for is that of a file.
+    // A name without a given mesh is the name of a file.
     let mut other = parse(&minimal("").replacen(
         "generator = { kind = \"block\", origin = [0.0, 1.0], size = [1, 1], cells = [2, 2] }",
         "mesh = { file = \"<mesh 2>\" }",

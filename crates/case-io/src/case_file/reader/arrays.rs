@@ -6,7 +6,7 @@ use crate::case_file::tree::{Node, NodeValue};
 use crate::diagnostic::{Diagnostic, code};
 use crate::expression::Value;
 
-/// What helps if a stiffness has this many rows.
+/// Returns the fix for a stiffness with this many rows.
 fn of_rows(count: usize) -> &'static str {
     match count {
         2 => "give three rows; the last holds the shear modulus: `[0, 0, G]` if shear does not couple",
@@ -16,7 +16,7 @@ fn of_rows(count: usize) -> &'static str {
     }
 }
 
-/// What helps if a row of a stiffness has this many entries.
+/// Returns the fix for a row of a stiffness with this many entries.
 fn of_entries(count: usize) -> &'static str {
     match count {
         2 => "give three numbers in each row; the last couples with shear, 0 if it does not",
