@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 pub struct BrokenLink {
     /// The link: a path, or one of the directories above it.
     pub link: PathBuf,
-    /// What is missing: the end of the chain of links that begins there.
+    /// The missing path at the end of the chain of links that begins there.
     pub target: PathBuf,
 }
 
@@ -18,7 +18,7 @@ pub struct BrokenLink {
 const LONGEST_CHAIN: usize = 40;
 
 impl BrokenLink {
-    /// What helps.
+    /// One fix.
     pub const FIX: &'static str = "create what the link points to, or remove the link";
 
     /// Finds the link in a path, the path itself included, whose target is missing; `None` if all targets exist.

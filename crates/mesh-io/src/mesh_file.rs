@@ -39,7 +39,7 @@ use std::path::{Path, PathBuf};
 /// How a deck reads the files it includes: their contents, and where they were found.
 pub(crate) type Includes<'a> = &'a mut dyn FnMut(&Path, &str) -> Result<(PathBuf, Vec<u8>), Unreadable>;
 
-/// What a mesh file holds: nodes, edges, cells and named groups of them, by the file's own numbers.
+/// The content of a mesh file: nodes, edges, cells and named groups of them, by the file's own numbers.
 #[derive(Clone, Debug, Default)]
 pub struct MeshFile {
     name: String,
@@ -48,7 +48,7 @@ pub struct MeshFile {
     node_numbers: Vec<u64>,
     /// As many as numbers.
     points: Vec<[f64; 3]>,
-    /// Whether an edge or a cell uses the node.
+    /// True for a node that an edge or a cell uses.
     used: Vec<bool>,
     /// By ascending number.
     edges: Vec<Edge>,

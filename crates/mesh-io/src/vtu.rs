@@ -73,7 +73,7 @@ pub struct VtuArray {
     pub components: usize,
     /// Entry after entry.
     pub values: Vec<f64>,
-    /// Whether the values are whole numbers, such as numbers of materials, and are written as `Int64`.
+    /// True if the values are whole numbers, such as numbers of materials; they are then written as `Int64`.
     pub whole: bool,
 }
 
@@ -146,7 +146,7 @@ pub enum VtuError {
         name: String,
         /// Entry, from 0.
         entry: usize,
-        /// What was found.
+        /// The number.
         value: f64,
     },
     /// An error of the writer.
@@ -236,10 +236,10 @@ fn total(mesh: &VtuMesh, data: &VtuData) -> usize {
 /// Hands out the places of the appended blocks, from the last to the first: each is its length in eight bytes and its
 /// data.
 ///
-/// meshio 5 gives the arrays new offsets as it reads, and looks for the next old one among old and new: in this order it
-/// finds the right one first, in that of the header it may take one array for another.
+/// meshio 5 gives the arrays new offsets as it reads, and looks for the next old one among old and new. In this order it
+/// finds the right one first; in the order of the header it may take one array for another.
 struct Layout {
-    /// Where the block before ends.
+    /// The byte at which the block before ends.
     end: usize,
 }
 

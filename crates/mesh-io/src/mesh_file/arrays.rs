@@ -6,7 +6,7 @@ use crate::words::counted;
 use fem_core::geometry::shown;
 use sha2::{Digest, Sha256};
 
-/// What fem-core can number, see `TriMesh`.
+/// Largest number of points or cells in fem-core, see `TriMesh`.
 const MOST: usize = (u32::MAX / 16) as usize;
 
 /// Points or cells that are hashed at once.

@@ -22,11 +22,11 @@ struct Element {
     spot: Spot,
     kind: ElementKind,
     set: u32,
-    /// Where its nodes begin among all.
+    /// The index of its first node in `connectivity`.
     start: usize,
 }
 
-/// What was read so far.
+/// The nodes and elements read so far, with their spots.
 #[derive(Default)]
 pub(crate) struct Collector {
     /// The names that spots refer to; the first is the file's own.
@@ -99,7 +99,7 @@ impl Collector {
     pub(crate) fn finish(mut self, format: String) -> Result<Collected, MeshFileError> {
         self.check_sizes()?;
         if !self.nodes.is_sorted_by_key(|n| n.number) {
-            // Stable, so that of two nodes with one number the later one is blamed.
+            // A stable sort: if two nodes have one number, the later one is blamed.
             self.nodes.sort_by_key(|n| n.number);
         }
         if !self.elements.is_sorted_by_key(|e| e.number) {
@@ -202,7 +202,7 @@ impl Collector {
     }
 
     fn check_sizes(&self) -> Result<(), MeshFileError> {
-        // What fem-core can number, see `TriMesh`; quadrilaterals count twice there.
+        // The largest count in fem-core, see `TriMesh`; quadrilaterals count twice there.
         let limit = (u32::MAX / 16) as usize;
         for (count, what) in [(self.nodes.len(), "node"), (self.elements.len(), "element")] {
             if count > limit {

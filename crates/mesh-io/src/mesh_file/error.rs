@@ -1,4 +1,4 @@
-//! What is wrong with a mesh file, and where in it.
+//! The faults of a mesh file, with their places in it.
 
 use crate::words::did_you_mean;
 use std::fmt;
@@ -64,7 +64,7 @@ pub enum MeshPlace {
     Byte(u64),
 }
 
-/// What is wrong with a mesh file: where, what was found, what was expected, one fix.
+/// A fault of a mesh file: its place, what was found, what was expected, one fix.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MeshFileError {
@@ -72,11 +72,11 @@ pub struct MeshFileError {
     pub fault: MeshFault,
     /// The file.
     pub file: String,
-    /// Where in it.
+    /// The place in it.
     pub place: MeshPlace,
-    /// What was found; nodes and elements by the file's own numbers.
+    /// The fault, with nodes and elements by the file's own numbers.
     pub found: String,
-    /// What was expected, if the first sentence does not say it.
+    /// The content that was expected, if `found` does not say it.
     pub expected: Option<String>,
     /// One fix.
     pub help: Option<String>,

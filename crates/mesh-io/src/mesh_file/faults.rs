@@ -8,7 +8,7 @@ impl Region {
     /// Makes the mesh.
     ///
     /// # Errors
-    /// What fem-core refuses: edges with more than two cells, parts that touch in one node.
+    /// Meshes that fem-core refuses: edges with more than two cells, parts that touch in one node.
     pub fn mesh(&self) -> Result<TriMesh, MeshFileError> {
         TriMesh::new(self.points.clone(), self.triangles.clone(), self.groups.clone())
             .map_err(|error| self.explain(&error))

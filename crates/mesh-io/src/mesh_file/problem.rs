@@ -1,9 +1,9 @@
-//! What is probably not meant in a mesh that can be read all the same, and what helps.
+//! Faults of a mesh that can be read all the same, but that are probably not meant, with their remedies.
 
 use super::MeshFileError;
 use std::fmt;
 
-/// What helps against a [`Problem`].
+/// A remedy for a [`Problem`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Remedy {
@@ -17,9 +17,9 @@ pub enum Remedy {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Problem {
-    /// What was found.
+    /// The problem in words.
     pub what: String,
-    /// What helps, if there is something.
+    /// Its remedy, if there is one.
     pub remedy: Option<Remedy>,
 }
 
@@ -35,7 +35,7 @@ impl From<String> for Problem {
     }
 }
 
-/// What prevents the use of a file.
+/// Makes a problem of an error that prevents the use of a file.
 impl From<MeshFileError> for Problem {
     fn from(error: MeshFileError) -> Self {
         let help = error.help.map_or_else(String::new, |help| format!(": {help}"));

@@ -19,10 +19,10 @@ const MOST_COMPARED: usize = 10_000;
 /// Means 'not in the region'.
 const OUTSIDE: u32 = u32::MAX;
 
-/// What messages call the whole file.
+/// The name of the whole file in messages.
 pub(super) const WHOLE: &str = "the mesh";
 
-/// What messages call a region.
+/// Returns the name of a region in messages.
 pub(super) fn title_of(name: &str) -> String {
     format!("region \"{name}\"")
 }
@@ -31,7 +31,7 @@ pub(super) fn title_of(name: &str) -> String {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RegionOptions {
-    /// Whether nodes at one place become one node.
+    /// True if nodes at one place become one node.
     pub merge: bool,
 }
 

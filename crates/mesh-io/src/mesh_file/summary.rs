@@ -1,4 +1,4 @@
-//! What a mesh file holds, for people who want to look before they use it.
+//! A summary of a mesh file, for people who want to look before they use it.
 
 use super::flat::{coincident, smallest_angle};
 use super::region::{WHOLE, title_of};
@@ -37,7 +37,7 @@ pub struct Quality {
     pub at: Vector,
 }
 
-/// What a mesh file holds.
+/// The content of a mesh file in numbers, with its problems.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Summary {
@@ -55,9 +55,9 @@ pub struct Summary {
     pub bounding_box: [[f64; 3]; 2],
     /// The worst cell, if there is a sound one.
     pub quality: Option<Quality>,
-    /// What is worth knowing.
+    /// Notes on how the file was read.
     pub notes: Vec<String>,
-    /// What may prevent the use of the file.
+    /// Problems that may prevent the use of the file.
     pub problems: Vec<Problem>,
 }
 

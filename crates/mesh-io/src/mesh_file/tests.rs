@@ -1,4 +1,4 @@
-//! What is done to the cells of a region, and what is refused or noted.
+//! Regions and summaries: cells that are split or turned, and content that is refused or noted.
 
 use super::{MeshFile, RegionOptions, parse};
 

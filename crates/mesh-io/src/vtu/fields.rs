@@ -33,7 +33,7 @@ pub enum FieldError {
     Line {
         /// Its number, from 1.
         line: usize,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
     /// The file is neither a table nor an unstructured grid of VTK XML.
@@ -55,7 +55,7 @@ pub enum FieldError {
     NotFinite {
         /// The point, from 0.
         point: usize,
-        /// What was found.
+        /// The number.
         value: f64,
     },
 }

@@ -4,7 +4,7 @@ use crate::mesh_file::{ElementKind, MeshFileError};
 use crate::numeral;
 use std::borrow::Cow;
 
-/// What is wrong with a data line; its place is added by the caller.
+/// A fault of a data line; the caller adds its place.
 pub(super) struct Fault {
     found: String,
     expected: &'static str,

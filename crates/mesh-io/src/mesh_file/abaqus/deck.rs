@@ -35,7 +35,7 @@ const REFUSED: [&str; 10] = [
 /// Keywords that are passed over without counting them.
 const SILENT: [&str; 3] = ["HEADING", "PREPRINT", "END"];
 
-/// What the data lines belong to.
+/// The block to which the data lines belong.
 #[derive(Default)]
 enum Block {
     /// A block that is not read.
@@ -85,16 +85,16 @@ pub(super) struct Deck {
     sets: Sets,
     block: Block,
     parts: Vec<Part>,
-    /// Where parts are, by their names in upper case.
+    /// The index in `parts`, by the name in upper case.
     part_index: HashMap<String, usize>,
-    /// Where the lines being read belong.
+    /// The frame of the lines being read.
     frame: Frame,
     /// The frames of the instances that have ended.
     frames: Vec<Frame>,
     frame_index: HashMap<String, usize>,
-    /// Whether lines of a part are read for an instance.
+    /// True while lines of a part are read for an instance.
     in_part: bool,
-    /// Whether there are nodes or elements outside parts and assembly.
+    /// True if there are nodes or elements outside parts and assembly.
     numbers_outside: bool,
     /// Names of ignored keywords and how often they appeared.
     ignored: Vec<(String, usize)>,

@@ -23,7 +23,7 @@ struct Set {
     entries: Vec<(Entry, Spot)>,
 }
 
-/// The sets of nodes, or those of elements, by name without regard to case.
+/// Sets of nodes, or sets of elements, by name without regard to case.
 #[derive(Default)]
 pub(super) struct Registry {
     sets: Vec<Set>,
@@ -53,7 +53,7 @@ impl Registry {
     }
 }
 
-/// What a line of a surface refers to.
+/// The elements or nodes of a line of a surface: one by its number, or a set by its name.
 pub(super) enum Target {
     Number(u64),
     Name(String),
@@ -85,7 +85,7 @@ impl Face {
         }
     }
 
-    /// Returns the place of the side among those of its element; nothing for the face of a shell.
+    /// Returns the place of the side among the sides of its element; `None` for the face of a shell.
     fn side(self, shell: bool) -> Option<usize> {
         match self {
             Self::Side(n) if shell => n.checked_sub(3),
@@ -132,7 +132,7 @@ pub(super) struct Sets {
 }
 
 impl Sets {
-    /// Returns the sets of nodes, or those of elements.
+    /// Returns the sets of nodes, or the sets of elements.
     pub(super) fn registry(&mut self, of_nodes: bool) -> &mut Registry {
         if of_nodes { &mut self.nodes } else { &mut self.elements }
     }

@@ -240,7 +240,7 @@ fn wrong_parts_and_instances_are_found() {
     expect("7, 1, 2, 3", "7, 1, 2, 3\n*End Instance", "*END INSTANCE before the end of part");
     expect("nset=point", "nset=plate-2", "the name \"plate-2\" of a set is that of an instance");
     expect("nset=point", "nset=Plate-2.x", "of a set is that of an instance or of a set in it");
-    // Numbers stay in their instance, and those of the assembly are its own.
+    // Numbers stay in their instance; the assembly has numbers of its own.
     expect("*Nset, nset=point\n1\n", "*Nset, nset=point\n2\n", "node set \"point\" names node 1000000000002");
     expect("*Nset, nset=point\n1\n", "*Nset, nset=point, instance=Wedge-1\n4\n", "names node 3000000000004");
     expect(
@@ -249,7 +249,7 @@ fn wrong_parts_and_instances_are_found() {
         "found the number 1000000000000 in a part or an assembly",
     );
     expect("name=Wedge\n", "nam=Wedge\n", "*PART has no name");
-    // The place is that of the line in the part.
+    // The message names the line in the part.
     expect(
         "7, 1, 2, 3",
         "7, 1, 2, 4",

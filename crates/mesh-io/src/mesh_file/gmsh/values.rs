@@ -21,7 +21,7 @@ pub(super) struct Values<'a> {
     /// Line of the token read last.
     token_line: u64,
     pub(super) mode: Mode,
-    /// What is being read, such as `$Nodes after 12 of 140 nodes`; reported when the file ends.
+    /// The section being read, such as `$Nodes`, and the progress in it, such as 12 of 140 nodes: reported if the file ends there.
     section: &'static str,
     progress: Option<(u64, u64, &'static str)>,
 }

@@ -17,7 +17,7 @@ const MOST_REPEATED: usize = 1 << 26;
 const MOST_TIMES: usize = 8;
 /// Numbers of an instance are below this.
 const SPACE: u64 = 1_000_000_000_000;
-/// The space of the assembly. That of the first instance is 0, that of the others begins behind this one.
+/// The space of the assembly. The first instance has space 0 if nothing lies outside the parts; other instances have a space above 1.
 const OF_ASSEMBLY: u64 = 1;
 /// An axis of rotation is along z if it turns away by at most this.
 const ALONG: f64 = 1e-9;
@@ -105,18 +105,18 @@ fn turn(a: [f64; 3], b: [f64; 3], angle: f64) -> Result<Option<Turn>, data::Faul
     Ok(Some(Turn { centre: Vector::new(a[0], a[1]), cosine, sine }))
 }
 
-/// Where numbers, names and points of the lines that are read belong.
+/// The assembly, or the instance, to which the numbers, names and points of the lines that are read belong.
 #[derive(Clone, Default)]
 pub(super) struct Frame {
     /// The name of the instance; `None` in the assembly, and in a deck without parts.
     pub(super) instance: Option<String>,
     /// The set of all its elements.
     pub(super) whole: Option<usize>,
-    /// Where the instance began.
+    /// The place at which the instance began.
     pub(super) began: Spot,
     motion: Motion,
     space: u64,
-    /// Whether it is the assembly or an instance in it: then its numbers must stay in the space.
+    /// True for the assembly and the instances in it: their numbers must stay in the space.
     pub(super) in_assembly: bool,
 }
 
@@ -291,7 +291,7 @@ impl Deck {
         Err(error.or_similar(name, self.frames.iter().filter_map(|frame| frame.instance.as_deref())))
     }
 
-    /// Returns the name in the deck of a set or a surface that begins here; in an assembly it must not be read as that of an instance.
+    /// Returns the name in the deck of a set or a surface that begins here. In an assembly it must not read like the name of an instance.
     pub(super) fn set_name(&self, name: &str, spot: Spot) -> Result<String, MeshFileError> {
         let mut owners = name.match_indices('.').map(|(end, _)| &name[..end]).chain([name]);
         let taken = |name: &str| self.frame_index.contains_key(&upper(name));
