@@ -30,7 +30,7 @@ use crate::workspace::{Outcome, Workspace};
 use clap::Args;
 use machine::Machine;
 
-/// What `bench` takes from the command line.
+/// Arguments of `bench`.
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Let criterion stop as soon as its estimate settles
@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
     /// Time a cold build of the program, count its units and weigh the binary, and nothing else
     #[arg(long, conflicts_with = "peers")]
     build: bool,
-    /// Time the factorisation beside that of faer, and nothing else
+    /// Time the factorisation beside faer's, and nothing else
     #[arg(long, conflicts_with_all = ["peers", "build"])]
     factor: bool,
     /// Time the phases of a solve beside the limits of the machine, and nothing else

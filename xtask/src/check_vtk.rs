@@ -7,7 +7,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What `check-vtk` takes from the command line.
+/// Arguments of `check-vtk`.
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Draw the first case's deformed bodies from the files, as a picture

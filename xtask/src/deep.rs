@@ -1,7 +1,7 @@
 //! `cargo xtask deep`: checks that need tools beyond the stable compiler. Each is skipped by name if its tool is not
 //! there.
 //!
-//! No crate here has unsafe code (`[workspace.lints]` forbids it). What the sanitizer and Miri look at is that of the
+//! No crate here has unsafe code (`[workspace.lints]` forbids it). The sanitizer and Miri look at the unsafe code of the
 //! dependencies, as these crates call it.
 
 use crate::workspace::{Outcome, Workspace, output, stream};
@@ -41,7 +41,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
 fn nightly(workspace: &Workspace, arguments: &[&str]) -> Command {
     let mut command = Command::new("rustup");
     command.current_dir(&workspace.root).args(["run", "nightly", "cargo"]).args(arguments);
-    // What the cargo that runs this task has set is for its own compiler.
+    // The cargo that runs this task has set these variables for its own compiler.
     for variable in ["CARGO", "RUSTUP_TOOLCHAIN", "RUSTC", "RUSTDOC"] {
         command.env_remove(variable);
     }

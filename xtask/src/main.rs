@@ -31,7 +31,7 @@ use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 use workspace::Workspace;
 
-/// What the command line asks for.
+/// The command line.
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "Tasks of the workspace")]
 struct Arguments {

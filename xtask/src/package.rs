@@ -9,7 +9,7 @@ use std::process::Command;
 
 /// The crate.
 const CRATE: &str = "crates/nndd-python";
-/// What is installed, with its versions: maturin beside the compiler, everything else beside the wheel.
+/// The file of the packages to install, with their versions: maturin beside the compiler, everything else beside the wheel.
 const REQUIREMENTS: &str = "requirements.txt";
 const MATURIN: &str = "maturin==";
 
@@ -60,7 +60,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     Ok(run.finish("python"))
 }
 
-/// Where mypy writes its cache: nowhere.
+/// The place of mypy's cache: nowhere.
 const NOWHERE: &str = if cfg!(windows) { "nul" } else { "/dev/null" };
 
 /// Lists what a file of requirements names.

@@ -7,10 +7,10 @@ use std::process::Command;
 /// Packages that are installed together, with the versions that were tried.
 pub(crate) struct Group {
     pub(crate) name: &'static str,
-    /// What other packages are built with; empty if wheels exist.
+    /// Tools that build the other packages; empty if wheels exist.
     pub(crate) tools: &'static [&'static str],
     pub(crate) packages: &'static [[&'static str; 2]],
-    /// What to do if they do not install.
+    /// Advice if they do not install.
     pub(crate) hint: &'static str,
 }
 
@@ -48,7 +48,7 @@ impl Environment {
         made
     }
 
-    /// Whether a group is there.
+    /// Tells if a group is installed.
     pub(crate) fn has(&self, group: &str) -> bool {
         !self.missing.iter().any(|(name, _)| *name == group)
     }

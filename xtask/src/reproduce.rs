@@ -7,7 +7,7 @@ use crate::workspace::{Outcome, Workspace, load_average, output, stream};
 use clap::Args;
 use std::process::Command;
 
-/// What `reproduce` can be asked.
+/// Arguments of `reproduce`.
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Only this study: iterations, effectivity, adaptivity, adversarial, friction or mutations

@@ -11,7 +11,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What `verify` takes from the command line.
+/// Arguments of `verify`.
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Run only this step (may be given several times)

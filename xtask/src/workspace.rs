@@ -1,18 +1,18 @@
-//! What cargo says about the workspace, and how its commands are run.
+//! The workspace as cargo describes it, and how its commands are run.
 
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What a task returns, with a sentence if it could not be carried out.
+/// The result of a task, or a sentence if it could not be carried out.
 pub(crate) type Outcome<T> = Result<T, String>;
 
 /// The workspace as `cargo metadata` describes it.
 pub(crate) struct Workspace {
     /// Its top folder.
     pub(crate) root: PathBuf,
-    /// Where cargo builds.
+    /// The folder in which cargo builds.
     pub(crate) target: PathBuf,
     /// Its packages in alphabetical order.
     pub(crate) packages: Vec<Package>,
@@ -37,7 +37,7 @@ pub(crate) struct Package {
 }
 
 impl Package {
-    /// Whether the package is one of `crates/`.
+    /// Tells if the package is one of `crates/`.
     pub(crate) fn is_crate(&self) -> bool {
         self.manifest.starts_with("crates/")
     }
@@ -126,7 +126,7 @@ impl Workspace {
     }
 }
 
-/// What is used of the output of `cargo metadata`.
+/// The part of the output of `cargo metadata` that is used.
 #[derive(Deserialize)]
 struct Metadata {
     workspace_root: PathBuf,
@@ -162,7 +162,7 @@ struct Target {
 }
 
 impl Described {
-    /// * `names`: those of all packages of the workspace.
+    /// Makes the package; `names` holds the names of all packages of the workspace.
     fn package(&self, root: &Path, names: &[&str]) -> Package {
         let manifest = self.manifest_path.strip_prefix(root).unwrap_or(&self.manifest_path);
         let normal = self.dependencies.iter().filter(|d| d.kind.is_none());

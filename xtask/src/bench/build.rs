@@ -1,4 +1,4 @@
-//! What a fresh clone costs before the first answer: a cold build of the program, and its dearest units.
+//! The cost of a fresh clone before the first answer: a cold build of the program, and its dearest units.
 
 use super::machine::{Machine, provenance};
 use super::process;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Units that the page lists.
 const LISTED: usize = 10;
 
-/// What one rustc or build script did.
+/// One rustc or build script, with its time.
 #[derive(Debug, PartialEq)]
 struct Unit {
     name: String,

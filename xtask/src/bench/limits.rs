@@ -1,4 +1,4 @@
-//! What a solve needs at least, by count and by the peaks of the machine, beside what its phases take.
+//! The least that a solve needs, by count and by the peaks of the machine, beside the times of its phases.
 
 mod page;
 
@@ -21,14 +21,14 @@ const SHARE: f64 = 0.03;
 /// The estimate in one call, and its parts that the benchmark calls alone.
 const WHOLE: &str = "whole estimate";
 const PARTS: [&str; 6] = ["Neumann problems", "EET", "star set-up", "star residual", "star sweeps", "checks"];
-/// What takes the place of the estimate in one call: its time less that of these parts.
+/// The name of the estimate in one call less these parts.
 const REST: &str = "rest of the estimate";
 /// Part of other phases, so no part of the sum.
 const INSIDE: &str = "Johnson-Mercier";
 /// Its bytes go to files, not to memory.
 const FILES: &str = "files";
 
-/// What the machine can do at most with some threads.
+/// The peaks of the machine with some threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 struct Peak {
     threads: usize,
@@ -74,7 +74,7 @@ struct Run {
     timings: Value,
 }
 
-/// What a resource limits.
+/// The resource that limits a phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Resource {
     Multiplication,

@@ -1,4 +1,4 @@
-//! What a page says of the machine, the commit and the compiler.
+//! The part of a page about the machine, the commit and the compiler.
 
 use crate::workspace::{Outcome, Workspace, output, read};
 use std::fmt::Write as _;

@@ -7,7 +7,7 @@ use super::process::{PHASES, Process};
 use crate::workspace::{Outcome, Workspace};
 use std::fmt::Write as _;
 
-/// What a reader must not look for in these numbers.
+/// The page's text on all that these numbers do not show.
 const NOT_MEASURED: &str = include_str!("not_measured.md");
 /// Phases whose growth is fitted.
 const GROWING: [&str; 5] = ["assembly", "factorisation", "iterations", "estimate", "total"];

@@ -22,9 +22,9 @@ pub(super) const THREADS: usize = 2;
 const SLOW: f64 = 60.0;
 /// Largest relative difference to a peer that solves the same discrete problem.
 const AGREEMENT: f64 = 1e-6;
-/// Settings of the run whose answer is compared with those of peers: converged far below [`AGREEMENT`].
+/// Settings of the run whose answer is compared with the peers' answers: converged far below [`AGREEMENT`].
 const CONVERGED: [&str; 2] = ["solver.stop.criterion=\"eta_nndd\"", "solver.stop.tolerance=1e-8"];
-/// What criterion calls one iteration, with 1281 pairs.
+/// Criterion's name of one iteration with 1281 pairs.
 const ITERATION: &str = "nndd/one iteration/1281";
 
 /// One run of this program.
@@ -196,7 +196,7 @@ impl Timer<'_> {
     }
 }
 
-/// Relative differences of a peer's energies and contact force to those of report.json; `None` if it has no values.
+/// Computes the relative differences of a peer's energies and contact force to report.json; `None` if the peer has no values.
 fn differences(report: &Value, details: &Value) -> Option<[f64; 3]> {
     let results = &report["results"];
     let pairs = [

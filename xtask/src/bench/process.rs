@@ -59,7 +59,7 @@ pub(super) struct Run {
     pub(super) memory: Option<f64>,
     /// Processor time of it and its children in seconds; `None` without GNU time.
     pub(super) processor: Option<f64>,
-    /// What it wrote to its standard output.
+    /// Its standard output.
     pub(super) said: String,
 }
 
@@ -83,7 +83,7 @@ pub(super) fn run(name: &str, program: &Path, prepare: impl Fn(&mut Command)) ->
         let said = String::from_utf8_lossy(&done.stdout).into_owned();
         Ok(Run { seconds, memory: peak_memory(&errors), processor: processor_time(&errors), said })
     } else {
-        // What GNU time adds begins with this line.
+        // GNU time adds its own text, which begins with this line.
         let own = errors.split("Command exited with").next().unwrap_or_default();
         Err(format!("{name}: {}: {}", done.status, own.trim()))
     }

@@ -44,7 +44,7 @@ pub(crate) fn entries(bibliography: &str) -> Vec<Entry> {
     bibliography.split("\n@").map(entry).collect()
 }
 
-/// What may be a citation: where, the word before the year as it is written, and the year.
+/// A possible citation: its line, the word before the year as it is written, and the year.
 struct Citation {
     line: usize,
     surname: String,
@@ -64,7 +64,7 @@ fn prose<'a>(file: &str, text: &'a str) -> Vec<Option<&'a str>> {
     if file.ends_with(".md") { text.lines().map(Some).collect() } else { text.lines().map(comment).collect() }
 }
 
-/// What may be citations in the prose of a file: a word and a year.
+/// Finds possible citations in the prose of a file: a word, then a year.
 fn citations(file: &str, text: &str) -> Vec<Citation> {
     let mut citations = vec![];
     // The word before, for a citation broken between two lines.
@@ -115,7 +115,7 @@ pub(crate) fn uncited(entries: &[Entry], cited: &BTreeSet<String>) -> Vec<Findin
     missing.map(|e| Finding::new(BIBLIOGRAPHY, e.line, what(&e.key))).collect()
 }
 
-/// Whether a word begins with a capital and continues in small letters, without a mark behind it.
+/// Tells if a word begins with a capital and continues in small letters, without a mark behind it.
 fn is_surname(word: &str) -> bool {
     let word = word.trim_start_matches(['(', '[']);
     let mut letters = word.chars();

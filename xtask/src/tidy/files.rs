@@ -5,16 +5,16 @@ use std::collections::BTreeSet;
 
 /// Fields every package takes from the workspace.
 const INHERITED: [&str; 4] = ["version", "edition", "rust-version", "license"];
-/// Fields those of `crates/` take too.
+/// Fields that packages of `crates/` take too.
 const INHERITED_BY_CRATES: [&str; 2] = ["keywords", "categories"];
 /// Largest tracked file in bytes.
 const LARGEST: u64 = 1_000_000;
-/// What may be at the top.
+/// Names allowed at the top.
 const TOP: &str = include_str!("top.txt");
 /// Folders of one machine; cut in two so that this file passes its own check.
 const MACHINE_PATHS: [&str; 4] =
     [concat!("/ho", "me/"), concat!("/ro", "ot/"), concat!("/Us", "ers/"), concat!("\\Us", "ers\\")];
-/// What lies outside the repository.
+/// A folder outside the repository.
 const OUTSIDE: &str = concat!("../sha", "red");
 /// Marks of unfinished work.
 const UNFINISHED: [&str; 5] = [
@@ -83,7 +83,7 @@ pub(super) fn of_file(file: &str, bytes: &[u8]) -> Vec<Finding> {
     findings
 }
 
-/// Whether a line holds an absolute path below a folder: nothing of a longer path or address before it, a name after.
+/// Tells if a line holds an absolute path below a folder: nothing of a longer path or address before it, a name after.
 fn is_machine_path(line: &str, folder: &str) -> bool {
     let before = |c: char| c.is_alphanumeric() || "._-~/}])>*".contains(c);
     let after = |c: char| c.is_alphanumeric() || "._-".contains(c);
@@ -93,7 +93,7 @@ fn is_machine_path(line: &str, folder: &str) -> bool {
     })
 }
 
-/// Whether a line holds a mark that does not continue a longer word.
+/// Tells if a line holds a mark that does not continue a longer word.
 fn has_mark(line: &str, mark: &str) -> bool {
     let part = |c: char| c.is_alphanumeric() || c == '_';
     line.match_indices(mark).any(|(i, _)| {

@@ -1,4 +1,4 @@
-//! What a check reports.
+//! The finding of a check.
 
 /// Something that is not as it should be.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]

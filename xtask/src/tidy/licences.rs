@@ -40,7 +40,7 @@ fn findings(list: &str, packages: &[Value]) -> Outcome<Vec<Finding>> {
     Ok(found.into_iter().map(|what| Finding::new(LIST, 1, what)).collect())
 }
 
-/// Whether an SPDX expression can be met with the allowed licences; `None` if it cannot be read.
+/// Tells if the allowed licences satisfy an SPDX expression; `None` if the expression cannot be read.
 fn permitted(expression: &str, allowed: &[&str]) -> Option<bool> {
     // Before SPDX, a slash was cargo's OR.
     let spaced = expression.replace('/', " OR ").replace('(', " ( ").replace(')', " ) ");

@@ -88,7 +88,7 @@ fn edge(name: &str, needs: &BTreeSet<String>) -> String {
     format!("{name} -> {}", needs.join(", ")).trim_end().to_owned()
 }
 
-/// Whether a text names a package: the whole name, not a part of a longer one.
+/// Tells if a text names a package: the whole name, not a part of a longer one.
 fn names(text: &str, name: &str) -> bool {
     let part = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
     text.match_indices(name).any(|(i, _)| {

@@ -16,7 +16,7 @@ type Arrows = BTreeMap<(String, String), (String, usize)>;
 
 /// Finds the rings of neighbours in the sources of the crates.
 ///
-/// * `sources`: names from the top folder, and texts; all but those of `crates/*/src` are passed over.
+/// * `sources`: names from the top folder, and texts; only files in `crates/*/src` count.
 pub(super) fn findings(sources: &[(String, String)]) -> Vec<Finding> {
     let mut crates: BTreeMap<&str, Vec<(Module, &str, &str)>> = BTreeMap::new();
     for (file, text) in sources {
@@ -111,7 +111,7 @@ fn resolve(path: &[String], here: &Module, modules: &BTreeSet<&Module>) -> Optio
     Some(target)
 }
 
-/// The paths of a file that begin with `crate`, `self` or `super`, those of its tests left out.
+/// The paths in a file that begin with `crate`, `self` or `super`; paths in its tests are left out.
 #[derive(Default)]
 struct Paths {
     found: Vec<Vec<String>>,

@@ -1,4 +1,4 @@
-//! Phrases that make prose hard to read: most are refused, three words are only counted.
+//! Phrases that make prose hard to read: most are refused, three words and two turns of comments are only counted.
 
 use super::finding::Finding;
 use std::fmt;
@@ -21,7 +21,7 @@ const REFUSED: [(&str, &str); 11] = [
     ("by which road", "`by which method`"),
 ];
 
-/// How often three words occur that are seldom the best ones.
+/// Counts of three words and of two turns of comments that are seldom the best ones.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Counts {
     /// `where`, often written for `if` or `when`.
@@ -30,6 +30,10 @@ pub(super) struct Counts {
     stand: usize,
     /// `none`, often written for what is missing.
     none: usize,
+    /// Comments of Rust files that begin with `What`, `Where` or `Whether` instead of a noun or a verb.
+    begin: usize,
+    /// Lines of such comments with `that of` or `those of` instead of the noun.
+    that_of: usize,
 }
 
 impl Counts {
@@ -38,8 +42,15 @@ impl Counts {
         if file == LIST {
             return;
         }
+        let is_rust = file.ends_with(".rs");
         for line in text.lines() {
-            let prose = if file.ends_with(".rs") { rust_prose(line) } else { line.to_owned() };
+            if let Some(comment) = comment(line).filter(|_| is_rust) {
+                let lower = comment.to_lowercase();
+                let has = |turn| occurrences(&lower, turn) > 0;
+                self.begin += usize::from(begins_late(comment));
+                self.that_of += usize::from(has("that of") || has("those of"));
+            }
+            let prose = if is_rust { rust_prose(line) } else { line.to_owned() };
             let lower = prose.to_lowercase();
             self.place += occurrences(&lower, "where");
             self.stand += occurrences(&lower, "stand") + occurrences(&lower, "stands");
@@ -50,8 +61,12 @@ impl Counts {
 
 impl fmt::Display for Counts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Counts { place, stand, none } = self;
-        write!(f, "note: words to use sparingly: where {place}, stand(s) {stand}, none {none}")
+        let Counts { place, stand, none, begin, that_of } = self;
+        write!(
+            f,
+            "note: words to use sparingly: where {place}, stand(s) {stand}, none {none}; \
+             comments that begin with What, Where or Whether: {begin}; with 'that of' or 'those of': {that_of}"
+        )
     }
 }
 
@@ -81,6 +96,17 @@ fn occurrences(line: &str, phrase: &str) -> usize {
         !before.is_some_and(part) && !after.is_some_and(part)
     };
     line.match_indices(phrase).filter(|(at, _)| whole(*at)).count()
+}
+
+/// Returns the text of the comment on a Rust line. Two slashes in a string count as well.
+fn comment(line: &str) -> Option<&str> {
+    line.split_once("//").map(|(_, text)| text.trim_start_matches(['/', '!']).trim_start())
+}
+
+/// Tells if a comment begins with one of the words that put off its noun.
+fn begins_late(comment: &str) -> bool {
+    let first = comment.split(|c: char| !c.is_alphanumeric()).next();
+    matches!(first, Some("What" | "Where" | "Whether"))
 }
 
 /// The comment of a Rust line and what it has within quotes. A string that continues from the line before is not seen.
@@ -147,9 +173,24 @@ mod tests {
         let mut counts = Counts::default();
         counts.add("a.rs", "fn f<T>() where T: Copy {\n    // Where it stands: none.\n");
         counts.add("a.rs", "let none = ('\"', \"where \\\" none\"); // None, nonetheless\n");
-        assert_eq!(counts, Counts { place: 2, stand: 1, none: 2 });
+        assert_eq!(counts, Counts { place: 2, stand: 1, none: 2, begin: 1, that_of: 0 });
         counts.add("a.md", "Where they stand.\n");
-        assert_eq!(counts, Counts { place: 3, stand: 2, none: 2 });
-        assert_eq!(counts.to_string(), "note: words to use sparingly: where 3, stand(s) 2, none 2");
+        assert_eq!(counts, Counts { place: 3, stand: 2, none: 2, begin: 1, that_of: 0 });
+        let shown = counts.to_string();
+        assert!(shown.starts_with("note: words to use sparingly: where 3, stand(s) 2, none 2; "), "{shown}");
+    }
+
+    #[test]
+    fn comments_that_name_the_thing_late_are_counted() {
+        let mut counts = Counts::default();
+        counts.add(
+            "a.rs",
+            "/// What it has: that of `b`, and those of `c`.\nlet a = 1; // Whether. Those of d\n",
+        );
+        assert_eq!(counts, Counts { begin: 2, that_of: 2, ..Counts::default() });
+        counts.add("a.rs", "//! Whatever it has\n// of that; what if\nlet a = \"What, that of\";\n");
+        counts.add("a.md", "What is that of?\n");
+        assert_eq!(counts, Counts { begin: 2, that_of: 2, ..Counts::default() });
+        assert!(counts.to_string().ends_with("Whether: 2; with 'that of' or 'those of': 2"), "{counts}");
     }
 }

@@ -45,7 +45,7 @@ fn combinations(features: &BTreeMap<String, Vec<String>>) -> Vec<Option<&'static
     combinations
 }
 
-/// What some features switch on, themselves included, without the name `default`.
+/// Returns the features that some features switch on, themselves included, without `default`.
 fn switched_on<'a>(
     features: &'a BTreeMap<String, Vec<String>>,
     mut asked: Vec<&'a str>,

@@ -1,10 +1,10 @@
-//! What the peers in Python are installed from, and programs of the system.
+//! The packages of the peers in Python, and programs of the system.
 
 use crate::python::{Environment, Group};
 use crate::workspace::Workspace;
 use std::path::{Path, PathBuf};
 
-/// What every peer in Python needs.
+/// The group that every peer in Python needs.
 pub(super) const BASE: &str = "scikit-fem";
 /// The group of PARDISO.
 pub(super) const PARDISO: &str = "pypardiso";

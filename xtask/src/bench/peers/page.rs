@@ -11,16 +11,16 @@ use crate::workspace::{Outcome, Workspace};
 use std::fmt::Write as _;
 use std::process::Command;
 
-/// What is measured, and how.
+/// The page's text on the measured quantities and how they are measured.
 const HOW: &str = include_str!("how.md");
 
-/// What a reader must not look for.
+/// The page's text on all that the numbers do not show.
 const NOT_MEASURED: &str = include_str!("not_measured.md");
 
 /// Spreads up to this many per cent are not named one by one.
 const QUIET: f64 = 10.0;
 
-/// What a run with peers found.
+/// The results of a run with peers.
 pub(super) struct Measured<'a> {
     pub(super) command: String,
     pub(super) runs: usize,
@@ -113,7 +113,7 @@ fn rows(meshes: &[OnMesh]) -> Vec<Row> {
                 unknowns: m.unknowns,
                 program: program.to_owned(),
                 seconds,
-                // Process and memory are those of the run by the default criterion.
+                // Process time and memory belong to the run by the default criterion.
                 whole: if program.ends_with("1e-8") { vec![] } else { whole.clone() },
                 memory: if program.ends_with("1e-8") { vec![] } else { memory.clone() },
                 own: None,

@@ -12,7 +12,7 @@ use std::process::Command;
 /// The executable of CalculiX.
 const CALCULIX: &str = "ccx";
 
-/// What a peer does.
+/// The task of a peer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
     /// Analysis, factorisation and one solve of the two stiffnesses: argument of `linear.py`.
@@ -30,7 +30,7 @@ pub(super) struct Peer {
     pub(super) task: Task,
     /// Cells along the interface of the finest mesh it is run on.
     finest: usize,
-    /// Whether MKL's BLAS is put in the place of the system's.
+    /// True if MKL's BLAS replaces the system's.
     on_mkl: bool,
 }
 
@@ -51,12 +51,12 @@ const PEERS: [Peer; 8] = [
 ];
 
 impl Peer {
-    /// Whether its answer is that of the same discrete problem, to round-off.
+    /// Tells if it solves the same discrete problem as this program, so that the answers agree to round-off.
     pub(super) fn is_exact(&self) -> bool {
         matches!(self.task, Task::ActiveSet(_))
     }
 
-    /// Whether it solves the contact problem at all.
+    /// Tells if it solves the contact problem at all.
     pub(super) fn solves_contact(&self) -> bool {
         !matches!(self.task, Task::Linear(_))
     }
@@ -101,7 +101,7 @@ pub(super) fn muster(environment: &Environment) -> (Vec<Peer>, Vec<String>) {
 /// One run of a peer.
 #[derive(Clone, Debug)]
 pub(super) struct Answer {
-    /// What it is measured by: see [`Task`].
+    /// The time of its [`Task`].
     pub(super) seconds: f64,
     /// Wall time of its process.
     pub(super) whole: f64,

@@ -1,4 +1,4 @@
-//! What this program should reach against its peers, and whether it does.
+//! The targets of this program against its peers, and if it meets them.
 
 use super::super::criterion::Estimate;
 use super::super::numbers::{spread_of, time};
@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 /// By cells along the interface: the largest solve, and solve with certificate, over PARDISO's analysis, factorisation and one solve.
 const TIMES: [(usize, [f64; 2]); 4] =
     [(80, [0.8, 1.5]), (320, [0.5, 0.9]), (640, [0.4, 0.75]), (1280, [0.4, 0.7])];
-/// Smallest ratio of the active set's time to that of a solve as converged as its own, on [`ACTIVE_SET_MESH`].
+/// Smallest ratio of the active set's time to the time of an equally converged solve, on [`ACTIVE_SET_MESH`].
 const ACTIVE_SET: f64 = 30.0;
 const ACTIVE_SET_MESH: usize = 320;
 /// Coarsest mesh of the targets of memory, cells along the interface: before, programs are larger than their data.
@@ -20,15 +20,15 @@ const ITERATION: f64 = 10e6;
 const MEMORY: f64 = 6.0 * 1024.0 * 1024.0 * 1024.0;
 const MEMORY_MESH: usize = 1280;
 
-/// Whether a value keeps to a limit, in words.
+/// Says if a value keeps to a limit, or by how much it misses it.
 ///
-/// * `at_most`: whether the limit is an upper one.
+/// * `at_most`: true for an upper limit.
 pub(super) fn verdict(value: f64, limit: f64, at_most: bool) -> String {
     let kept = if at_most { value <= limit } else { value >= limit };
     if kept { "met".to_owned() } else { format!("missed by {:.0} %", 100.0 * (value / limit - 1.0).abs()) }
 }
 
-/// Ratios of paired runs: that of the medians, the smallest and the largest of the pairs.
+/// Computes ratios of paired runs: the ratio of the medians, the smallest and the largest ratio of a pair.
 pub(super) fn ratio(pairs: &[[f64; 2]]) -> Option<[f64; 3]> {
     let [above, below] =
         [0, 1].map(|k| spread_of(pairs.iter().map(|p| p[k]).collect()).map(|[median, ..]| median));
