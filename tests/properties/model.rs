@@ -63,7 +63,7 @@ pub(crate) fn models() -> impl Strategy<Value = Model> {
         })
 }
 
-/// What is done to a whole problem.
+/// A change of a whole problem: motion, units and numbering.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motion {
     /// Mirrored at the y-axis first.
@@ -100,7 +100,7 @@ impl Motion {
         let place = |x: &Vector| self.length * self.direction(*x) + self.shift;
         let points: Vec<Vector> = mesh.points().iter().map(place).collect();
         let mut random = Random::new(self.renumber.unwrap_or(0));
-        // Where each old node goes, and in which order cells follow.
+        // A permutation of the nodes, then of the cells; without `renumber` the identity.
         let mut order = |n: usize| {
             let mut order: Vec<usize> = (0..n).collect();
             for k in (1..n).rev().filter(|_| self.renumber.is_some()) {
@@ -182,7 +182,7 @@ impl Model {
     }
 }
 
-/// What must not depend on how a problem is written down.
+/// The results that must not depend on how a problem is written down.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Answer {
     /// `a(u, u)` of each body.

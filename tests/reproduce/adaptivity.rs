@@ -109,12 +109,12 @@ impl Run {
         self.points.last().map_or(0, |p| p.nodes)
     }
 
-    /// The whole run's time over that of the last step, refining of its mesh included.
+    /// Computes the ratio of the whole run's time to the last step's, which includes the refining of its mesh.
     fn cost(&self) -> f64 {
         self.whole() / self.seconds().last().copied().unwrap_or(f64::NAN)
     }
 
-    /// Nodes of the last mesh over those of the one before.
+    /// Computes the ratios of the numbers of nodes from each mesh to the next one.
     fn growth(&self) -> Vec<f64> {
         self.points.windows(2).map(|w| w[1].nodes as f64 / w[0].nodes as f64).collect()
     }
@@ -285,7 +285,7 @@ fn needed(study: &Study, runs: &[Run], alone: &[f64]) -> String {
     text
 }
 
-/// Where the time of the runs goes: the last mesh, and all earlier ones together.
+/// Makes the table of the shares of the runs' time: the last mesh, and all earlier ones together.
 fn shares(runs: &[Run]) -> String {
     let mut names = vec!["% of the whole run: target", "meshes"];
     names.extend(PHASES.map(|(_, name)| name));

@@ -90,7 +90,7 @@ impl Row {
     }
 }
 
-/// What all trials so far add up to.
+/// The sums over all trials so far.
 #[derive(Default)]
 struct Found {
     rows: BTreeMap<&'static str, Row>,

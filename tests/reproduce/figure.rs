@@ -34,7 +34,7 @@ pub(crate) fn log_log(
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         area.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&area)
-            // What follows a colon is in the alternative text.
+            // The part of the title after a colon is in the alternative text only.
             .caption(title.split(": ").next().unwrap_or(title), ("sans-serif", 20))
             .margin(10)
             .x_label_area_size(56)

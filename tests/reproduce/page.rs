@@ -1,4 +1,4 @@
-//! What the pages share: verdicts, tables of numbers, medians.
+//! Parts that the pages share: verdicts, tables of numbers, medians.
 
 use std::fmt::Display;
 use std::fs;

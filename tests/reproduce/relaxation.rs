@@ -1,4 +1,4 @@
-//! What each step of relaxation gains, against the best of the space; and what a tolerance reaches.
+//! The gain of each step of relaxation, against the best of the space, and the effect of a tolerance.
 
 use crate::effectivity::{Case, enclosure};
 use crate::page::{head, row, verdict};
@@ -97,7 +97,7 @@ fn steps(quick: bool) -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// Effectivity after 0, 1, 2, 3, 8 steps and at the end, beside those of another program.
+/// Makes the table of the effectivity after 0, 1, 2, 3, 8 steps and at the end, beside the figures of another program.
 fn effectivities(quick: bool) -> Result<String, Box<dyn Error>> {
     let mut relaxations = [0, 1, 2, 3, 8].map(Relaxation::Steps).to_vec();
     relaxations.push(BEST);

@@ -125,7 +125,7 @@ fn every_bound_of_every_mesh_holds_for_a_much_finer_solution() {
 
 #[test]
 fn the_bound_of_every_mesh_is_at_least_the_distance_to_a_nested_finer_solution() {
-    // The finer solution is that of the last mesh, which contains the first one. By Galerkin orthogonality in the bodies
+    // The finer solution is on the last mesh, which contains the first one. By Galerkin orthogonality in the bodies
     // the distance of energies is not the error in contact; the distance of the fields is, up to the finer mesh's own
     // error: ‖u − u_1‖ ≥ ‖u_2 − u_1‖ − ‖u − u_2‖ ≥ ‖u_2 − u_1‖ − e_2.
     let first = solve(coarse_paper(), &Settings::default(), &mut Silent).unwrap();
@@ -165,7 +165,7 @@ fn the_bound_of_every_mesh_is_at_least_the_distance_to_a_nested_finer_solution()
 
 #[test]
 fn a_singular_problem_has_the_best_rate_adaptively_and_half_of_it_uniformly() {
-    // Where the pressed part of the top ends the stress is of the order r^(-1/2): uniform meshes converge with
+    // At the end of the pressed part of the top the stress is of the order r^(-1/2): uniform meshes converge with
     // N^(-1/4), meshes refined by the local errors with N^(-1/2), the best rate of linear triangles.
     let uniform: Vec<Step> = [16, 32, 64]
         .into_iter()

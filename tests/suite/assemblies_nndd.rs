@@ -81,7 +81,7 @@ fn the_number_of_iterations_does_not_grow_with_that_of_floating_bodies() {
         ("5-stack", tower(5, [18, 9]), [22, 21]),
         ("9-stack", tower(9, [18, 9]), [25, 26]),
         ("4-cycle", four(), [16, 16]),
-        // The second counts are those of the coarse meshes.
+        // The second count of each is the same as on the coarse mesh.
         ("stack, 36x18", tower(3, [36, 18]), [17, 15]),
         ("9-stack, 36x18", tower(9, [36, 18]), [24, 26]),
     ];

@@ -17,10 +17,10 @@ use tests::random::Random;
 use tests::rollers::Roller;
 use tests::{prepare, random_assemblies};
 
-/// What acts on the top block of a pile.
+/// The forces on the top block of a pile.
 #[derive(Clone, Copy)]
 struct Load {
-    /// Where the resultant acts, along the width of 2, and its size downwards.
+    /// The place of the resultant along the width of 2, and its size downwards.
     at: f64,
     down: f64,
     /// On the left side of a floating block.

@@ -59,7 +59,7 @@ fn nested_rings_converge_to_lames_solution() {
         let error: f64 =
             (0..2).map(|b| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x))).sum();
         let worst = e.pair.contacts[0].pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max);
-        // The exact solution is that of the circle: the polygon's differs by the square of the edge length.
+        // The exact solution belongs to the circle: the polygon's differs by the square of the edge length.
         assert!(
             e.unchecked().e_cre > 0.98 * error.sqrt() && e.unchecked().e_cre < 1.3 * error.sqrt(),
             "{} {}",

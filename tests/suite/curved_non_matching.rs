@@ -56,7 +56,7 @@ fn quarter_rings_with_unequal_counts_converge_to_lames_solution() {
 fn whole_rings_with_unequal_counts_converge_to_lames_solution() {
     let d = 0.01;
     let p = rings::whole_pressure(TWO, d);
-    // The exact stress is that of the outside moved inwards only: nothing rubs.
+    // The inward motion of the outside alone makes the exact stress: nothing rubs.
     for (counts, turned) in [([24, 35], 0.0), ([35, 24], 1.0), ([30, 30], 6.0), ([30, 30], 1.2)] {
         let found = [1, 2, 4].map(|k| {
             let cells = counts.map(|n| [n * k, 3 * k]);

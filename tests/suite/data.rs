@@ -145,7 +145,7 @@ fn the_bound_by_expressions_holds_and_converges_with_rate_one() {
         let observed = [rate(coarse[k], middle[k]), rate(middle[k], fine[k])];
         assert!((observed[1] - 1.0).abs() < 0.05, "{k}: {observed:?}");
     }
-    // What the data lose is of second order.
+    // The difference between the data and their interpolation is of second order.
     assert!(rate(middle[2], fine[2]) > 1.7, "{} {} {}", coarse[2], middle[2], fine[2]);
     assert!((forces[2] - 2.0 / 3.0).abs() < 2e-3, "{forces:?}");
 }

@@ -14,7 +14,7 @@ const SIDES: [&str; 2] = ["bottom", "top"];
 const DOWN: ContactNormal = ContactNormal::Fixed(Vector::new(0.0, -1.0));
 
 /// A block over a block, each 1 wide and 0.7 high. The lower side of the upper one is the parabola `0.3 x²`. Inner nodes are
-/// shifted along the line by a part of an edge, those of the upper body by `offset`, those of the lower by `−offset`.
+/// shifted along the line by a part of an edge: the upper body's by `offset`, the lower body's by `−offset`.
 fn bodies(cells: usize, offset: f64) -> [Body; 2] {
     let body = |y: f64, bend: f64, offset: f64, conditions: BoundaryConditions| {
         let shift = |x: f64| if x > 1e-9 && x < 1.0 - 1e-9 { offset / cells as f64 } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Adaptive runs with friction: that of Tresca to a certified error, that of Coulomb to a residual.
+//! Adaptive runs with friction: with Tresca's to a certified error, with Coulomb's to a residual.
 
 use certified_contact::nndd::{CoulombSettings, CoulombStatus, NewtonSettings, NnddSettings};
 use certified_contact::{
@@ -76,7 +76,7 @@ fn two_per_cent_are_certified_with_friction() {
     let distance = distance_to_finer(&answer.solution);
     println!("bound {bound:.4e}, distance to a finer solution {distance:.4e}");
     assert!(bound > distance && bound < 1.6 * distance, "{bound} {distance}");
-    // The zones are those of the first mesh.
+    // The zones lie as on the first mesh.
     let friction = answer.solution.results.as_ref().unwrap().contacts[0].friction.as_ref().unwrap();
     assert!(friction.stick_intervals[0][1] > 1.1 && friction.stick_intervals[0][1] < 1.5, "{friction:?}");
     // Refined where the error is, so that fewer nodes are needed than with equal cells.

@@ -239,7 +239,7 @@ fn the_bound_of_the_default_settings_is_within_a_fifth_of_the_error() {
 #[test]
 fn closed_contact_that_sticks_is_a_bond() {
     let of = |young: f64| LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain).unwrap();
-    // The same cells as those of the two blocks on each other.
+    // The same cells as in the two blocks on each other.
     let mesh = block([0.0, 0.0], [2.0, 2.0], [12, 12]).unwrap();
     let above = |t: usize| mesh.corners(t).iter().map(|x| x[1]).sum::<f64>() > 3.0;
     let of_triangle = (0..mesh.triangles().len()).map(|t| u32::from(above(t))).collect();

@@ -57,7 +57,7 @@ fn a_cycle_of_constant_shear_has_its_exact_slips() {
     assert_eq!(steps.count(), 5);
 }
 
-/// Factors of [`blocks`]: the first displacement, that of the top, and the traction.
+/// Makes the factors of [`blocks`]: `top` for the displacements of the first body, `traction` for its tractions, 1 for all else.
 fn loaded(top: f64, traction: f64) -> impl Fn(usize, ConditionPlace) -> f64 {
     move |body, place| match (body, place.list) {
         (0, ConditionList::Displacement) => top,

@@ -45,7 +45,7 @@ fn loads_in_balance_are_certified_and_the_points_carry_nothing() {
     for (cells, more) in [(3, 0.0), (8, 0.0), (8, 5.0), (17, 1.0)] {
         let solution = solved(square(cells, more, 1.0));
         assert!(solution.is_certified(), "{:?}", solution.estimate.unwrap().admissibility);
-        // The supports impose zero and the loads are represented exactly, so the errors of the energy are those of the energy norm.
+        // Supports impose zero and loads are represented exactly: the error of the energy is the squared error in the energy norm.
         let error = (exact(more) - energy(&solution)).sqrt();
         let bound = solution.estimate.as_ref().unwrap().certificate().unwrap().e_cre;
         assert!(bound >= error && bound < 2.0 * error, "{cells} {more}: {bound:e} {error:e}");

@@ -1,4 +1,4 @@
-//! What invalidates a certificate, and what its allowances and intervals are at least: each test is named after the fault it
+//! Faults that invalidate a certificate, and least sizes of its allowances and intervals: each test is named after the fault it
 //! would let pass.
 
 use certified_contact::{CertifiedSolution, Criterion, Imposed, Settings, Silent, solve};
@@ -152,8 +152,8 @@ fn moved(poisson: f64, [width, height]: [f64; 2]) -> (ContactProblem, Estimate) 
     (problem, e)
 }
 
-/// What rounding of the displacements may hide, by the model of `cre_estimator`: 32 ε of each term of a strain makes the forces,
-/// as large as the stiffest direction makes them, on the softest one.
+/// Computes the error that rounding of the displacements may hide, by the model of `cre_estimator`: each term of a strain is off by
+/// 32 ε; the stiffest direction turns this into a force, and the softest one carries it.
 fn model(body: &Body, displacement: &[Vector]) -> f64 {
     let mesh = body.mesh();
     let triangles = mesh.triangles().len();
@@ -247,7 +247,7 @@ fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
     let fields = displacements(&prepared, &iterate);
     let state =
         ContactState::between([&fields[0], &fields[1]], &iterate.contact.normal_reaction, &iterate.opening);
-    // The factorised bodies carry a load that is not quite that of the problem.
+    // The factorised bodies carry a load that differs a little from the problem's.
     let bound = |part: f64| {
         let mut other = prepared.clone();
         other.bodies_mut().clone_from_slice(prepare(&pulled(0.01 * (1.0 + part))).bodies());
@@ -259,7 +259,7 @@ fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
     let unloaded = free.bodies()[0].displacement_from_nodal_forces(&[]);
     let work: f64 = force.iter().zip(&alone).zip(&unloaded).map(|((f, u), v)| f.dot(&(*u - *v))).sum();
     let residual = PART * work.sqrt();
-    // What is linear in the imbalance cancels.
+    // Terms that are linear in the imbalance cancel.
     let added = 0.5 * (bound(PART) + bound(-PART)) - bound(0.0);
     let round_off = certify(&prepared, &iterate).unwrap().round_off;
     assert!(residual > 10.0 * round_off, "{residual} {round_off}");

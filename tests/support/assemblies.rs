@@ -9,7 +9,7 @@
 //!    clamped         clamped                  clamped
 //! ```
 //! Plane strain, ν = 0.3, cells cut from lower left to upper right, no gaps. The energies `a(u,u)` of each body and the contact
-//! forces are those of an independent code.
+//! forces come from an independent code.
 
 use crate::model::{
     Body, BoundaryConditions, ContactInterface, ContactProblem, Gap, Made, NodeId, Obstacle, RigidLine,

@@ -34,7 +34,7 @@ fn potential(z: Vector) -> [Vector; 3] {
     [MU * (f - STICK * g), MU * (df - dg), MU * (integral - STICK * STICK * of_g)]
 }
 
-/// What the friction alone makes of the body above: displacement and stress.
+/// Computes displacement and stress of the body above due to friction alone.
 fn above(x: Vector) -> (Vector, SymTensor2) {
     let [value, slope, integral] = potential(x);
     let (young, poisson) = MATERIAL;

@@ -20,7 +20,7 @@ use crate::model::{
 /// Width of the columns.
 pub const WIDTH: f64 = 2.0;
 
-/// What varies.
+/// The data that vary.
 #[derive(Clone, Copy, Debug)]
 pub struct Columns {
     /// Young's modulus and Poisson's ratio of each body.
@@ -33,7 +33,7 @@ pub struct Columns {
     pub gap: f64,
 }
 
-/// What is exact.
+/// The exact values.
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
     /// `a(u, u)` of both bodies.

@@ -9,7 +9,7 @@ use certified_contact::{Settings, Silent, solve};
 use cre_estimator::Relaxation;
 use fem_core::norm::energy_error_squared;
 
-/// What every iteration is measured with: EET alone, the default, and until a step gains next to nothing.
+/// The relaxations of every iteration: EET alone, the default, and until a step gains next to nothing.
 pub const RELAXATIONS: [Relaxation; 3] =
     [Relaxation::NONE, Relaxation::Steps(2), Relaxation::Tolerance { tolerance: 1e-4, max_steps: 50 }];
 
@@ -19,7 +19,7 @@ pub const CONTRASTS: [f64; 5] = [1e-3, 0.05, 1.0, 20.0, 1e3];
 /// An exact stress of one body.
 pub type Stress<'a> = Box<dyn Fn(Vector) -> SymTensor2 + Sync + 'a>;
 
-/// Where the true error comes from.
+/// The source of the true error.
 pub enum Truth<'a> {
     /// The exact stresses of the two bodies, in the order of the problem handed over.
     Exact([Stress<'a>; 2]),
@@ -44,7 +44,7 @@ impl Truth<'_> {
 pub struct Sample {
     /// Number, from 1.
     pub iteration: usize,
-    /// Whether the default criterion stops here.
+    /// True if the default criterion stops here.
     pub stops: bool,
     /// An enclosure of `‖u − u_p‖`; both ends are the same for an exact solution.
     pub error: [f64; 2],

@@ -10,7 +10,7 @@
 //!   └─────────────────────┘           └─────────────┘
 //!           clamped                  ▒▒▒ rigid plane ▒▒▒
 //! ```
-//! Figures are those of an independent code, unless a test says otherwise.
+//! Figures come from an independent code, unless a test says otherwise.
 
 use crate::model::{
     Body, BoundaryConditions, ContactInterface, ContactProblem, Gap, Made, Obstacle, RigidLine, Vector,

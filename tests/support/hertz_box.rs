@@ -25,7 +25,7 @@ pub const ENERGY: f64 = 2.29763557;
 pub struct Exact {
     /// Young's modulus and Poisson's ratio.
     pub material: (f64, f64),
-    /// Whether the body lies below the interface.
+    /// True if the body lies below the interface.
     pub below: bool,
 }
 

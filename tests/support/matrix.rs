@@ -104,7 +104,7 @@ pub const KEYS: &str = include_str!("matrix/keys.toml");
 pub struct Problem {
     /// Its number.
     pub number: u64,
-    /// What is switched on.
+    /// The features that are switched on.
     pub features: BTreeSet<&'static str>,
     /// The case file.
     pub text: String,
@@ -112,9 +112,9 @@ pub struct Problem {
     pub other: String,
     /// Mesh files with their names.
     pub files: Vec<(String, Vec<u8>)>,
-    /// Whether the exact problem is the same on halved cells.
+    /// True if the exact problem is the same on halved cells.
     nested: bool,
-    /// Whether the second text states the same problem.
+    /// True if the second text states the same problem.
     comparable: bool,
     /// A typical force.
     load: f64,
@@ -229,12 +229,12 @@ pub struct Measured {
     pub largest: &'static str,
 }
 
-/// What became of a problem.
+/// The outcome of a problem.
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// Its number.
     pub number: u64,
-    /// What is switched on.
+    /// The features that are switched on.
     pub features: BTreeSet<&'static str>,
     /// Triangles of all bodies, and of the body that has fewest.
     pub cells: [usize; 2],

@@ -1,4 +1,4 @@
-//! What the files of the reference problems have in common: the names they need of fem-core, and the few steps in
+//! Parts that the files of the reference problems share: the names they need of fem-core, and the few steps in
 //! which their problems are made.
 
 pub(crate) use fem_core::body::Body;
@@ -12,7 +12,7 @@ pub(crate) use fem_core::mesh::id::NodeId;
 pub(crate) use fem_core::tensor::SymTensor2;
 use std::error::Error;
 
-/// What a step returns that builds a part of a problem.
+/// The result of a step that builds a part of a problem.
 pub type Made<T> = Result<T, Box<dyn Error>>;
 
 /// Makes an isotropic material in plane strain.

@@ -16,13 +16,13 @@ use fem_core::body::{EdgeReaction, NodeConstraint};
 use fem_core::element::Triangle;
 use std::collections::HashMap;
 
-/// What is known of one displacement component at a node.
+/// The condition on one displacement component at a node.
 #[derive(Clone, Copy, Debug, Default)]
 enum Component {
     #[default]
     Free,
     Imposed(f64),
-    /// The same unknown as that of another node.
+    /// The same unknown as another node's.
     Shared(usize),
 }
 

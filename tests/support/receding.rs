@@ -17,7 +17,7 @@ use crate::model::{
 
 /// Makes the problem.
 ///
-/// * `ratio`: Young's modulus of the layer over that of the base.
+/// * `ratio`: Young's modulus of the layer over the base's.
 /// * `cells`: across the height of the layer.
 ///
 /// # Errors

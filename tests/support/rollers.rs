@@ -51,7 +51,7 @@ pub fn polygon(centre: Vector, radius: f64, edges: usize, start: f64) -> Result<
 pub struct Roller {
     /// Edges of the polygon.
     pub edges: usize,
-    /// Whether the contact normals are vertical.
+    /// True if the contact normals are vertical.
     pub vertical: bool,
     /// The case file.
     pub text: String,
@@ -108,7 +108,7 @@ impl Roller {
     /// Makes its problem.
     ///
     /// # Errors
-    /// What the case file is refused for.
+    /// A case that is refused.
     pub fn problem(&self) -> Made<ContactProblem> {
         let folder = tempfile::tempdir()?;
         let file = write(&[("roller", &self.mesh)], Format::Msh2(Encoding::Text));

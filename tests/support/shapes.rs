@@ -32,7 +32,7 @@ pub fn turned(mesh: &TriMesh, angle: f64) -> Result<TriMesh, MeshError> {
     moved(mesh, |x| if angle == 0.0 { x } else { turn(angle, x) })
 }
 
-/// Meshes the L-shape `(−1,1)² ∖ [0,1)×(−1,0]` with `2n × 2n` cells less those of the missing quadrant. Its groups
+/// Meshes the L-shape `(−1,1)² ∖ [0,1)×(−1,0]` with `2n × 2n` cells, without the cells of the missing quadrant. Its groups
 /// are `faces`, the two sides of the re-entrant corner at the origin, and `outer`, the rest of the boundary.
 ///
 /// # Errors
@@ -85,9 +85,9 @@ pub fn interpolate_block(field: &[Vector], cells: [usize; 2], factor: usize) -> 
     fine
 }
 
-/// Meshes the rectangle `origin + [0, size_x] × [0, size_y]` without any structure but on its sides, where the nodes are
-/// those of [`block`] and so are the names: rows of nodes shifted against each other and moved at random, joined so
-/// that no circle through the corners of a triangle holds a node if cells are drawn as squares.
+/// Meshes the rectangle `origin + [0, size_x] × [0, size_y]` without any structure but on its sides, which have the nodes and
+/// names of [`block`]: rows of nodes shifted against each other and moved at random, joined so that no circle through the
+/// corners of a triangle holds a node if cells are drawn as squares.
 ///
 /// # Errors
 /// See [`block`].

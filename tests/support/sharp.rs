@@ -23,7 +23,7 @@ use fem_core::assembly::external_forces;
 use fem_core::material::Orthotropic;
 use fem_core::norm::energy_norm_squared;
 
-/// What is hard about the problem.
+/// The difficulty of the problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sharp {
     /// Poisson's ratio of both bodies.

@@ -34,7 +34,7 @@ pub struct Exact {
     pub c: f64,
     /// Curvature of the added bending.
     pub k: f64,
-    /// Whether the body lies below the interface.
+    /// True if the body lies below the interface.
     pub below: bool,
 }
 

@@ -10,8 +10,8 @@
 //!   ├─────────┤ layers of the second body
 //!   └─────────┘ clamped            free sides with ν = 0, or ν ≠ 0 between rollers
 //! ```
-//! Exact: the pressure is `p = d / Σ h/M` with the confined modulus `M`, the displacement linear in each layer. Heights are
-//! those of the nodes, `M` is the entry of the material's stiffness: both as the program sees them.
+//! Exact: the pressure is `p = d / Σ h/M` with the confined modulus `M`, the displacement linear in each layer. Heights come
+//! from the nodes, `M` from the entry of the material's stiffness: both as the program sees them.
 
 use crate::model::{
     Body, BoundaryConditions, ContactProblem, Gap, LinearElastic, Made, ScalarData, TriMesh, Vector, block,
@@ -50,7 +50,7 @@ pub struct Stack {
     pub poisson: f64,
     /// Displacement of the far side of the first body towards the other one.
     pub push: f64,
-    /// Whether the stack lies on its side.
+    /// True if the stack lies on its side.
     pub lying: bool,
     /// By how much of a cell inner nodes are moved, and how.
     pub shake: (f64, u64),
@@ -249,7 +249,7 @@ impl Stack {
     }
 }
 
-/// What is exact of a stack.
+/// The exact solution of a stack.
 #[derive(Clone, Debug)]
 pub struct Exact {
     stack: Stack,
@@ -293,7 +293,7 @@ impl Exact {
     }
 }
 
-/// What a certificate says of a stack, and what is true.
+/// The values of a stack's certificate, and the true ones.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// `‖u − v‖` of the displacements that the program shows.

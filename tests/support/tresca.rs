@@ -185,7 +185,7 @@ fn floating(text: &mut Text, scale: &Scale) {
             let along = scale.strain * text.between(-1.0, 1.0);
             displaced("top", [&format!("{along:?}"), &format!("{:?}", -down)])
         } else {
-            // What the line below and, with one block, the one above resist, over the height of one.
+            // The force that friction of the line below holds: its limit is linear over the width of two. The traction has a height of one.
             let holds = limits[k - 1][0] + limits[k - 1][1];
             let push = 0.9 * holds.min(3.0 * scale.stress) * text.between(-1.0, 1.0) / count as f64;
             traction("left", &format!("{push:?}"), "0")

@@ -137,7 +137,7 @@ pub(crate) fn eet(mesh: &TriMesh) -> Count {
 /// Operations for the Johnson-Mercier stress of a triangle: a 27×12 product, and the maps of loads and stresses.
 const CELL: f64 = 2.0 * 27.0 * 12.0 + 312.0;
 
-/// The stress of each triangle and its distance to that of the element: four strains in each of three parts.
+/// Counts the work for the stress of each triangle and its distance to the element's stress: four strains in each of three parts.
 pub(crate) fn johnson_mercier(mesh: &TriMesh) -> Count {
     let sizes = Sizes::of(mesh);
     Count { flops: (CELL + 318.0) * sizes.triangles, bytes: sizes.stress() }
@@ -205,8 +205,8 @@ impl Stars {
         }
     }
 
-    /// A step visits every star twice in its two sweeps, those of the last colour once, and all once more for `A p`; the first visit of the
-    /// first colour needs its blocks alone. It passes over the vectors 22 times.
+    /// Counts the work of some steps. Each visits every star twice in its two sweeps, the stars of the last colour once, and all stars
+    /// once more for `A p`; the first visit of the first colour needs its blocks alone. It passes over the vectors 22 times.
     pub(crate) fn sweeps(&self, steps: usize) -> Count {
         let last = self.stars.iter().map(|(_, colour)| *colour).max().unwrap_or(0);
         let visits = |colour: u32| if colour == last { 2.0 } else { 3.0 };

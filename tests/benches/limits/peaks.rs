@@ -1,4 +1,4 @@
-//! What the machine can do at most: products of dense matrices, passes over memory, and files.
+//! The peaks of the machine: products of dense matrices, passes over memory, and files.
 
 use nalgebra::DMatrix;
 use rayon::ThreadPool;

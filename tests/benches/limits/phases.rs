@@ -53,7 +53,7 @@ pub(crate) fn measure(rounds: usize, settings: &[String]) {
     of_stresses(&record, problem.problem(), &pair, relaxation);
 }
 
-/// What a whole run leaves to the phases.
+/// The results of a whole run that the phases need.
 struct Whole {
     problem: ContactProblem,
     nndd: NnddSolution,

@@ -6,7 +6,7 @@ use std::time::Instant;
 /// A phase whose first round takes longer than this, in seconds, is not repeated.
 const LONG: f64 = 10.0;
 
-/// What a phase computes and moves, by count. Zero operations: they are not counted.
+/// The work of a phase: operations and bytes, by count. Zero operations: they are not counted.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Count {
     /// Additions and multiplications.

@@ -17,7 +17,7 @@ const SIDES: [(&str, [f64; 2]); 4] =
 pub(super) struct Member {
     /// Its name.
     pub(super) name: String,
-    /// What comes before the names of its sides.
+    /// The prefix of the names of its sides.
     prefix: String,
     /// A modulus of its material.
     pub(super) young: f64,
@@ -47,15 +47,15 @@ pub(super) struct Draw {
     origin: [f64; 2],
     /// Triangles of each body.
     pub(super) triangles: f64,
-    /// Whether the meshes match, if the layout allows it.
+    /// True if the meshes match, provided that the layout allows it.
     pub(super) matching: bool,
-    /// Whether the exact problem is the same on halved cells.
+    /// True if the exact problem is the same on halved cells.
     pub(super) nested: bool,
     /// Decades of the contrast of the moduli.
     contrast: f64,
-    /// Whether the problem is one of plane stress.
+    /// True for plane stress.
     pub(super) plane_stress: bool,
-    /// Whether all bodies are of one isotropic material each.
+    /// True if each body is of one isotropic material.
     pub(super) isotropic: bool,
     head: String,
     bodies: String,

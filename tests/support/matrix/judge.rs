@@ -71,12 +71,12 @@ impl Promise {
     ];
 }
 
-/// Whether a promise was kept.
+/// The verdict on a promise.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// The promise.
     pub promise: Promise,
-    /// Whether it was kept.
+    /// True if it was kept.
     pub holds: bool,
     /// The numbers that were compared.
     pub said: String,
@@ -104,7 +104,7 @@ impl Trial {
     }
 }
 
-/// What a certified run claims of the exact solution.
+/// A certified run, with its claims about the exact solution.
 struct Claim<'a> {
     solution: &'a CertifiedSolution,
     displacement: Vec<Vec<Vector>>,
@@ -131,7 +131,7 @@ impl<'a> Claim<'a> {
     }
 }
 
-/// What halving the cells does to coordinates far from the origin, as a part of the energy norm.
+/// Estimates the rounding of coordinates far from the origin when cells are halved, as a part of the energy norm.
 fn rounding(bodies: &[Body]) -> f64 {
     let of_body = |body: &Body| {
         let points = body.mesh().points();
@@ -260,7 +260,7 @@ fn of_report(done: &Done, load: f64, trial: &mut Trial) {
     let forces = results.reactions.iter().flatten().flat_map(|r| [r.fx, r.fy]);
     let resultants = report.contact.iter().filter_map(|c| c.resultant).flatten();
     let largest = forces.chain(resultants).chain(results.contact_force).fold(0.0f64, |m, x| m.max(x.abs()));
-    // A run that is ended before contact has no other forces than its loads, and those of a body may cancel.
+    // A run that is ended before contact has no forces but its loads, and the loads of a body may cancel.
     let largest = largest.max(load);
     for balance in results.balance.iter().flatten().filter(|_| status.code == 0) {
         let rest = balance[0].abs().max(balance[1].abs());

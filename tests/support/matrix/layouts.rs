@@ -4,7 +4,7 @@ use super::draw::{Draw, Member};
 use crate::model::Made;
 use std::fmt::Write as _;
 
-/// What is known of a problem without solving it.
+/// Facts about a problem that are known without solving it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Known {
     /// The integral of the pressure of all pairs.

@@ -72,7 +72,7 @@ pub(super) struct Done {
     pub(super) case: Case,
     /// The problem on its first mesh.
     pub(super) problem: ContactProblem,
-    /// What was found.
+    /// The solution.
     pub(super) solved: Solved,
     /// Its report.
     pub(super) report: Report,

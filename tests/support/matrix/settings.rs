@@ -10,16 +10,16 @@ fn quoted(word: &str) -> String {
     format!("\"{word}\"")
 }
 
-/// What settings a problem allows.
+/// The properties of a problem that decide which settings it allows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Allowed {
-    /// Whether it is two held bodies with one pair.
+    /// True for two held bodies with one pair.
     pub(super) held: bool,
-    /// Whether friction is Coulomb's.
+    /// True for Coulomb friction.
     pub(super) coulomb: bool,
-    /// Whether it may be refined.
+    /// True if the mesh may be refined.
     pub(super) adapt: bool,
-    /// Whether there is a pair at all.
+    /// True if there is a contact pair.
     pub(super) contact: bool,
 }
 
