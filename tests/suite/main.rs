@@ -17,6 +17,7 @@ mod curved;
 mod curved_non_matching;
 mod curved_sides;
 mod data;
+mod declared_sides;
 mod effectivity;
 mod elasticity;
 mod facing;

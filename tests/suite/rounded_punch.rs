@@ -19,7 +19,6 @@ fn worst_gap(problem: &ContactProblem) -> f64 {
 
 #[test]
 fn the_kink_of_the_first_mesh_does_not_stay() {
-    // The largest mean pressure of an edge is up to 5 % below the exact peak at a certified 3 %.
     for edge in [0.7, 0.35, 0.15] {
         let first = problem(edge).unwrap();
         assert!(worst_gap(&first) < 1e-9, "{edge}: {:e}", worst_gap(&first));
@@ -29,8 +28,11 @@ fn the_kink_of_the_first_mesh_does_not_stay() {
         let solution = &answer.solution;
         assert!(worst_gap(&solution.problem) < 1e-9, "{edge}: {:e}", worst_gap(&solution.problem));
         let results = solution.results.as_ref().unwrap();
-        let peak = results.max_edge_pressure / PEAK;
-        assert!((peak - 1.0).abs() < 0.05, "{edge}: {peak}");
+        // Single nodal pressures are up to 7 % above it.
+        let recovered = results.contacts[0].max_recovered_pressure.unwrap();
+        for peak in [results.max_edge_pressure / PEAK, recovered / PEAK] {
+            assert!((peak - 1.0).abs() < 0.03, "{edge}: {peak}");
+        }
         let pairs = solution.problem.contacts[0].interface.pairs();
         let closed =
             pairs.iter().zip(&solution.last().contact.normal_reaction).filter(|(_, force)| **force > 0.0);

@@ -6,7 +6,7 @@
 //! m_k = ∑_i K_ki P_i,   K_ki = w_k max(0, 1 − |x_k − x_i|) w_i,   x(s) = ∫ ds/h
 //! ```
 //! with the length `h` of the uncut edge of the coarser side at `s`: `x` counts its edges. The weights `w` are such that forces `P_i = ℓ_i`
-//! give a mean of 1; then `Σ m_k ℓ_k = Σ P_i` as well. If the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
+//! give a mean of 1; then `Σ m_k ℓ_k = Σ P_i` as well. If the nodes of both sides match at a place, it is `P_i/ℓ_i` there. At the end of a line an
 //! edge that continues beyond it counts as cut.
 //!
 //! Nodes of later refinements are ends of uncut edges, so that the mean becomes as local as the mesh; a node of the common refinement still counts as a
@@ -20,9 +20,16 @@
 //! p_i = m_i − t_i ∑_{k in contact} K_ki ℓ_k (m_k − m_i)
 //! ```
 //! with the largest `t_i ≤ 1` for which `p_i ≥ 0`. So `Σ p_k ℓ_k = Σ P_i`, and no pressure is negative. Between nodes that are all in contact a second mean
-//! only brings the oscillation back: there `p = m`.
+//! of this kind only brings the oscillation back: there `p = m`.
+//!
+//! On bisected meshes `P_i/ℓ_i` alternates as well, whether the nodes match or not: neighbouring nodes have different numbers of triangles, and
+//! their forces differ by a term of first order in the edge length that changes its sign. The mean of the two ends of an edge has an error of second
+//! order. So in the end each node between uncut edges in contact takes the mean of its edges' means, weighted by their lengths, which keeps `Σ p_k ℓ_k`:
+//! ```math
+//! ℓ_k p_k ← ℓ_k p_k + ∑_{edges k-i} ¼ h_ki (p_i − p_k)
+//! ```
 
-use fem_core::interface::{ContactInterface, ContactProblem};
+use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
 
 /// Nodes nearer to the next uncut edge than this, in edges, are at its end.
 const ROUND_OFF: f64 = 1e-12;
@@ -66,7 +73,33 @@ pub fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64])
             pressure[*k] = p;
         }
     }
-    Some(pressure)
+    Some(levelled(&of.interface, &own, forces, pressure))
+}
+
+/// Replaces the pressure of each node by the mean of its edges' means; nothing flows to or from nodes without contact, nor along cut edges.
+fn levelled(
+    interface: &ContactInterface,
+    own: &[Vec<bool>; 2],
+    forces: &[f64],
+    mut pressure: Vec<f64>,
+) -> Vec<f64> {
+    let largest = forces.iter().copied().fold(0.0, f64::max);
+    let takes_part = |k: &u32| {
+        let k = *k as usize;
+        forces[k] > OPEN * largest && own[0][k] && own[1][k]
+    };
+    let between = |edge: &&ContactEdge| edge.clamped.is_none() && edge.pairs.iter().all(takes_part);
+    let flow = |edge: &ContactEdge| {
+        let [p, q] = edge.ends(&pressure);
+        (edge.pairs, 0.25 * edge.length * (q - p))
+    };
+    let flows: Vec<([u32; 2], f64)> = interface.edges().iter().filter(between).map(flow).collect();
+    for ([i, j], force) in flows {
+        let [i, j] = [i, j].map(|k| k as usize);
+        pressure[i] += force / interface.pairs()[i].tributary_length;
+        pressure[j] -= force / interface.pairs()[j].tributary_length;
+    }
+    pressure
 }
 
 /// Recovers the pressure at the pairs of a run.
@@ -346,7 +379,7 @@ mod tests {
         let gap = Gap::Given(0.0.into());
         let interface = ContactInterface::pair_refined(&common, surfaces, &gap, normal).unwrap();
         let mut problem = ContactProblem::between(common.bodies, interface);
-        // The recovered pressure at the only loaded node, over its nodal pressure.
+        // The recovered pressure at the only loaded node, over its nodal pressure: no neighbour is in contact.
         let part_left = |problem: &ContactProblem, x: f64| {
             let pairs = problem.contacts[0].interface.pairs();
             let place = |k: usize| problem.bodies[0].mesh().points()[pairs[k].nodes[0]][0];

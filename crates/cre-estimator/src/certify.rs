@@ -8,7 +8,7 @@ use crate::star_relaxation::Relaxation;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::field::nodal_residual;
 use fem_core::geometry::{Vector, norm};
-use fem_core::interface::{ContactPair, ContactProblem, ContactState, NodePair, PairState};
+use fem_core::interface::{ContactPair, ContactProblem, ContactState, LeftOut, NodePair, PairState};
 use fem_core::mesh::id::NodeId;
 use fem_core::mesh_field::MeshField;
 use fem_core::norm::energy_distance_squared;
@@ -36,6 +36,8 @@ pub struct FieldCertificate {
     pub missed_support: Option<MissedSupport>,
     /// The number of unknowns of each body.
     pub unknowns: Vec<usize>,
+    /// The loads without which the problem is posed.
+    pub left_out: Vec<LeftOut>,
 }
 
 /// A supported node whose displacement is not the imposed one.
@@ -138,7 +140,8 @@ pub fn certify(
     let change = squared.sum::<f64>().sqrt();
     check_finite(|| "the change of the field".into(), &[change])?;
     let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
-    Ok(FieldCertificate { estimate, change, support_change, penetration, missed_support, unknowns })
+    let left_out = problem.left_out.clone();
+    Ok(FieldCertificate { estimate, change, support_change, penetration, missed_support, unknowns, left_out })
 }
 
 /// Evaluates the fields at the nodes of the problem.

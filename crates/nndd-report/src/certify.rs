@@ -5,7 +5,8 @@ mod output;
 
 use crate::convert;
 use crate::failure::{FILES, Failure, INVALID_INPUT};
-use crate::verdict::mostly_round_off;
+use crate::report::projected;
+use crate::verdict::{mostly_round_off, without_loads};
 use crate::words::{rounded_up, with_digits};
 use case_io::Case;
 use certified_contact::SolveError;
@@ -209,8 +210,12 @@ fn refuse(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
     )))
 }
 
+/// Prepares the problem that a solve would certify: without loads that only the error of the polygon resists.
 fn prepare(case: &Case, problem: ContactProblem) -> Result<PreparedProblem, Failure> {
-    PreparedProblem::new(problem).map_err(|error| Failure::solve(case, &SolveError::Prepare(error)))
+    nndd::without_spin(problem)
+        .map_err(SolveError::from)
+        .and_then(|problem| PreparedProblem::new(problem).map_err(SolveError::Prepare))
+        .map_err(|error| Failure::solve(case, &error))
 }
 
 /// * `fields`: of the bodies; `pressures`: at the pairs of the problem.
@@ -265,7 +270,7 @@ pub fn verdict(case: &Case, found: &FieldCertificate) -> String {
             };
             format!("NOT certified, the bound is not valid: {}; {reason}\n", checks.join(", "))
         }
-    }
+    } + &without_loads(&projected(case, &found.left_out))
 }
 
 /// Makes one object of what was found.
@@ -282,6 +287,7 @@ pub fn summary(case: &Case, found: &FieldCertificate) -> Value {
         "support_change": found.support_change,
         "round_off": found.estimate.unchecked().parts.round_off,
         "energy_norm": found.estimate.energy_norm(),
+        "projected_load": projected(case, &found.left_out),
         "failed_checks": checks,
         "missed_support": found.missed_support.map(|missed| json!({
             "body": case.bodies[missed.body].name,

@@ -165,16 +165,20 @@ fn certificate(case: &Case, solution: &CertifiedSolution) -> Certificate {
         parts: case_io::report::Parts { mesh, iteration, contact, lift, gap_data, friction, round_off },
         problem: law(&solution.problem).to_owned(),
         pressure_shift: Some(estimate.pair.pressure_shift),
-        projected_load: solution.problem.left_out.iter().map(|of| projected(case, of)).collect(),
+        projected_load: projected(case, &solution.problem.left_out),
         smallest_mesh: None,
         bounds: bounds(solution),
         checks: checks(a),
     }
 }
 
-fn projected(case: &Case, of: &LeftOut) -> ProjectedLoad {
-    let body = case.bodies[of.body].name.clone();
-    ProjectedLoad { body, motion: motion::moves(&of.motion), load: of.load, share: of.share }
+/// Writes down the loads that were left out.
+pub(crate) fn projected(case: &Case, loads: &[LeftOut]) -> Vec<ProjectedLoad> {
+    let of = |of: &LeftOut| {
+        let body = case.bodies[of.body].name.clone();
+        ProjectedLoad { body, motion: motion::moves(&of.motion), load: of.load, share: of.share }
+    };
+    loads.iter().map(of).collect()
 }
 
 fn checks(a: &Admissibility) -> Checks {

@@ -62,7 +62,13 @@ pub fn verdict(report: &Report) -> String {
         }
         _ => text += "no certificate: the numbers are too large or too small for one\n",
     }
-    for ProjectedLoad { body, motion, load, share } in &certificate.projected_load {
+    text + &without_loads(&certificate.projected_load)
+}
+
+/// Says which loads were left out, a line each.
+pub(crate) fn without_loads(loads: &[ProjectedLoad]) -> String {
+    let mut text = String::new();
+    for ProjectedLoad { body, motion, load, share } in loads {
         let _ = writeln!(
             text,
             "for the load without {load:.3e} (a share of {share:.1e}) along a motion that contact resists only by the error of the polygon: body \

@@ -83,9 +83,10 @@ pub fn free_motions(problem: &ContactProblem) -> Result<Vec<Vec<(usize, RigidMot
 /// Leaves loads out along rotations that a contact line on a declared arc does not resist, if the error of the polygon explains them: the moment
 /// of the loads of a polygon about the centre of the arc is not exactly the curve's. It explains up to
 /// ```math
-/// |e·a| ≤ (∑_i P_i)  max_i |(n_i − (x_i − c)/R)·R a|
+/// |e·a| ≤ ∑_i P_i |(n_i − (x_i − c)/R)·R a|
 /// ```
-/// with the means `n_i` of the polygon's normals. A problem with larger loads is returned as it is, and is not held.
+/// with the means `n_i` of the polygon's normals, and forces `P_i` that balance all other loads. A problem with larger loads is returned as it
+/// is, and is not held.
 ///
 /// # Errors
 /// Numbers that are not finite.
@@ -333,11 +334,10 @@ fn is_explained(problem: &ContactProblem, of: &BodyMotion, rows: &Rows, forces: 
             return false;
         }
         let polygon = interface.polygon_normals(body, side);
-        let off = |(pair, polygon): (&NodePair, &Vector)| {
-            (polygon - pair.normal).dot(&moved[pair.nodes[side]]).abs()
-        };
-        let most = interface.pairs().iter().zip(&polygon).map(off).fold(0.0, f64::max);
-        allowed += most * rows.normal(k).map(|row| forces[row]).sum::<f64>();
+        let off =
+            |pair: &NodePair, polygon: &Vector| (polygon - pair.normal).dot(&moved[pair.nodes[side]]).abs();
+        let terms = interface.pairs().iter().zip(&polygon).zip(rows.normal(k));
+        allowed += terms.map(|((pair, polygon), row)| forces[row] * off(pair, polygon)).sum::<f64>();
     }
     let load: f64 = external_forces(body).iter().zip(&moved).map(|(f, u)| f.dot(u)).sum();
     load.abs() <= allowed
