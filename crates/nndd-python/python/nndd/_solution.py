@@ -399,6 +399,11 @@ class Certificate:
     penetration: float
     #: The largest displacement of a supported node that was changed, m.
     support_change: float
+    #: The part of `e_cre` that allows for round-off, √(J/m).
+    round_off: float
+    #: Loads along motions that contact resists only by the error of the polygon: the problem is the one without them. For each its `body`,
+    #: `motion`, `load` and `share`.
+    projected_load: list[dict[str, Any]]
     #: The checks that fail, with their residuals.
     failed_checks: dict[str, float]
     #: The supported node that misses its support by most: its body, point and distance in m, if that is too much to be mended.
