@@ -14,7 +14,7 @@ use tests::prepare;
 
 fn estimated(problem: &ContactProblem) -> Estimate {
     let prepared = prepare(problem);
-    let exact = solve_exactly(&prepared, &contact_qp::QpSettings::default()).unwrap();
+    let exact = solve_exactly(&prepared.system(), &contact_qp::QpSettings::default()).unwrap();
     let estimate = estimate_with(&prepared, &exact.state(), Relaxation::Steps(2)).unwrap();
     assert!(estimate.certificate().is_some(), "{:?}", estimate.admissibility);
     estimate

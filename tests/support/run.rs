@@ -51,7 +51,7 @@ pub fn solve_alone(body: &Body) -> Vec<Vector> {
 
 /// Recovers the displacements of an iteration.
 pub fn displacements(prepared: &PreparedProblem, iterate: &Iterate) -> Vec<Vec<Vector>> {
-    iterate.displacements(prepared)
+    prepared.displacements(&iterate.fields(&prepared.system()))
 }
 
 /// Certifies an iteration by EET alone.
@@ -125,7 +125,7 @@ pub fn iterates(
     let lambda = vec![0.0; prepared.rows()];
     let mut settings = settings.clone();
     settings.newton = None;
-    let solution = nndd::solve(prepared, lambda, &settings, &mut recorder)?;
+    let solution = nndd::solve(&prepared.system(), lambda, &settings, &mut recorder)?;
     Ok((solution, recorder.iterates))
 }
 
@@ -136,7 +136,7 @@ pub fn iterates(
 pub fn pair_of(prepared: &PreparedProblem, lambda: Vec<f64>) -> Result<Iterate, NnddError> {
     let mut settings = NnddSettings::paper(0.4);
     settings.max_iterations = 1;
-    Ok(nndd::solve(prepared, lambda, &settings, &mut Never)?.last)
+    Ok(nndd::solve(&prepared.system(), lambda, &settings, &mut Never)?.last)
 }
 
 /// Solves the discrete contact problem by the interface Newton method.
@@ -145,7 +145,7 @@ pub fn pair_of(prepared: &PreparedProblem, lambda: Vec<f64>) -> Result<Iterate, 
 /// None, for sound problems.
 pub fn newton(prepared: &PreparedProblem) -> Result<Iterate, NnddError> {
     let lambda = vec![0.0; prepared.rows()];
-    Ok(nndd::solve(prepared, lambda, NewtonSettings::default(), &mut Never)?.last)
+    Ok(nndd::solve(&prepared.system(), lambda, NewtonSettings::default(), &mut Never)?.last)
 }
 
 /// Computes `‖u‖` and `‖u − v‖` of two pairs of displacement fields, square roots of energies.
