@@ -43,6 +43,7 @@ pub fn distance(problem: &ContactProblem, u: &[Vec<Vector>], times: usize) -> Ma
     if !exact.status.is_solved() {
         return Err(format!("the finer problem is not solved: {:?}", exact.status).into());
     }
+    let displacement = prepared.displacements(&exact.fields);
     let bodies = prepared.problem().bodies.iter().zip(u.iter().zip(&displacement));
     Ok(bodies.map(|(body, (u, v))| energy_distance_squared(body, u, v)).sum::<f64>().sqrt())
 }

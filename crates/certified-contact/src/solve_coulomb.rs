@@ -78,10 +78,7 @@ pub(crate) fn solve_coulomb_step(
 }
 
 /// Computes the coupling between pressure and slip without and with the coefficients of friction, `κ_h` and `c`.
-fn couplings(
-    system: &ContactSystem<'_>,
-    signs: &[f64],
-) -> Result<(Option<f64>, Option<f64>), NnddError> {
+fn couplings(system: &ContactSystem<'_>, signs: &[f64]) -> Result<(Option<f64>, Option<f64>), NnddError> {
     let coupling = coulomb_coupling(system, signs)?;
     let of_pair = |pair: &PairRows| match system.rows.rows[pair.all()].last().map(|row| row.law) {
         Some(RowLaw::Coulomb { mu }) => mu,

@@ -46,7 +46,16 @@ impl<'a> Follow<'a> {
         observer: &'a mut dyn Observer,
     ) -> Self {
         let estimator = Estimator::new(problem, settings.relaxation);
-        Self { problem, system, estimator, settings, observer, rows: Vec::new(), latest: None, no_estimate: None }
+        Self {
+            problem,
+            system,
+            estimator,
+            settings,
+            observer,
+            rows: Vec::new(),
+            latest: None,
+            no_estimate: None,
+        }
     }
 
     /// Tells whether an iteration has been estimated, or there is still time for it.

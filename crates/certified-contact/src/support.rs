@@ -33,7 +33,8 @@ pub fn support(problem: &ContactProblem) -> Result<Support, SolveError> {
     let found =
         nndd::support(&problem.contact_rows()).map_err(|error| SolveError::of_nndd(problem, error))?;
     let motions = problem.rigid_motions();
-    let motion = |of: nndd::UnresistedMotion| problem.assembly_motion(&motions, &of.amounts, of.work, NO_MOTION);
+    let motion =
+        |of: nndd::UnresistedMotion| problem.assembly_motion(&motions, &of.amounts, of.work, NO_MOTION);
     Ok(Support {
         free_motions: in_bodies(problem, &motions, &found.free_motions),
         unresisted: found.unresisted.map(motion),

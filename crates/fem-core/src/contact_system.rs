@@ -361,7 +361,8 @@ impl PreparedProblem {
     /// # Panics
     /// If there is not one field per body and one amount per rigid motion.
     pub fn displacements(&self, of: &BodyFields) -> Vec<Vec<Vector>> {
-        let (found, expected) = ((of.bodies.len(), of.amounts.len()), (self.bodies().len(), self.rigid_motions().len()));
+        let (found, expected) =
+            ((of.bodies.len(), of.amounts.len()), (self.bodies().len(), self.rigid_motions().len()));
         assert!(found == expected, "{found:?} fields and amounts, and {expected:?} bodies and rigid motions");
         let moved = |b: usize, u: &mut [Vector]| {
             let motions = self.rigid_motions().iter().zip(&of.amounts);

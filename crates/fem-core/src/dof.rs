@@ -204,9 +204,7 @@ impl DofMap {
     ///
     /// * `v`: the interface unknowns, m.
     pub fn traces(&self, v: &[f64]) -> Vec<Vec<f64>> {
-        let trace = |row: &TraceRow| {
-            row.terms().map(|(k, a)| a * v[k]).sum::<f64>() + row.imposed
-        };
+        let trace = |row: &TraceRow| row.terms().map(|(k, a)| a * v[k]).sum::<f64>() + row.imposed;
         self.rows.iter().map(|block| block.iter().map(trace).collect()).collect()
     }
 

@@ -116,8 +116,7 @@ impl<'a> Balance<'a> {
     /// Numbers that are not finite.
     pub(crate) fn new(rows: &'a ContactRows) -> Result<Self, NnddError> {
         let limits = rows.limits();
-        let (mut lines, mut loads) =
-            (SparseRows::new(rows.len()), Vec::with_capacity(rows.motions.len()));
+        let (mut lines, mut loads) = (SparseRows::new(rows.len()), Vec::with_capacity(rows.motions.len()));
         for of in &rows.motions {
             // A row that has no force resists nothing, and round-off must not: directions are of length one.
             let resists =

@@ -32,7 +32,9 @@ pub enum NnddError {
         motion: UnresistedMotion,
     },
     /// No forces within the cones of Coulomb friction balance the loads.
-    #[error("the load is not balanced within the friction cones; hold the bodies, or raise the coefficients of friction")]
+    #[error(
+        "the load is not balanced within the friction cones; hold the bodies, or raise the coefficients of friction"
+    )]
     OutsideCones {
         /// The motion along the load that is left.
         motion: UnresistedMotion,

@@ -287,7 +287,14 @@ impl<'a> Programme<'a> {
     }
 
     /// Takes what belongs to the friction of a pair.
-    fn friction(&self, pair: &PairRows, limits: &[f64], x: &[f64], y: &[f64], places: &[Place]) -> PairFriction {
+    fn friction(
+        &self,
+        pair: &PairRows,
+        limits: &[f64],
+        x: &[f64],
+        y: &[f64],
+        places: &[Place],
+    ) -> PairFriction {
         let (normal, tangential) = (pair.normal.clone(), pair.tangential.clone());
         let state = |(n, t): (usize, usize)| match (places[n], places[t]) {
             (Place::Lower, _) => NodeState::Open,
@@ -307,7 +314,8 @@ impl<'a> Programme<'a> {
 /// Computes the traces of both sides of all rows under forces on the interface unknowns, m.
 fn traces(system: &ContactSystem<'_>, forces: &[Vec<f64>], amounts: &[f64]) -> [Vec<f64>; 2] {
     let rows = &system.rows;
-    let mut traces = [vec![0.0; rows.len()], rows.rows.iter().map(|row| row.obstacle.unwrap_or(0.0)).collect()];
+    let mut traces =
+        [vec![0.0; rows.len()], rows.rows.iter().map(|row| row.obstacle.unwrap_or(0.0)).collect()];
     let unknowns = each_body(system.bodies.len(), |b| unknowns(system.bodies[b], Some(&forces[b])));
     for (of_body, unknowns) in system.of_body.iter().zip(&unknowns) {
         of_body.iter().for_each(|row| traces[row.side][row.row] = row.of(unknowns) + row.imposed);

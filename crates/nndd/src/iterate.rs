@@ -159,7 +159,9 @@ impl Iterate {
         let mut unknowns = vec![None; system.bodies[body].len()];
         for row in &system.of_body[body] {
             let pair = &rows.pairs[rows.rows[row.row].pair];
-            let (false, [(unknown, factor)]) = (pair.has_friction(), row.terms.as_slice()) else { return None };
+            let (false, [(unknown, factor)]) = (pair.has_friction(), row.terms.as_slice()) else {
+                return None;
+            };
             let place = rows.rows[row.row].node_pair;
             let trace = match self.role(system, row) {
                 0 => self.lambda[place],

@@ -82,7 +82,8 @@ impl<'a> Steps<'a> {
     /// Starts with a known active set of all rows along normals, and full stick.
     pub(crate) fn start_from(&mut self, active: &ActiveSet) {
         let normal: Vec<bool> = (0..active.len()).map(|i| active.is_active(i)).collect();
-        let stick: Vec<bool> = self.system.rows.tangentials(&self.system.rows.limits()).iter().map(|s| *s > 0.0).collect();
+        let stick: Vec<bool> =
+            self.system.rows.tangentials(&self.system.rows.limits()).iter().map(|s| *s > 0.0).collect();
         let free = self.system.rows.joined(&normal, &stick);
         let place = |(carrier, row): (&Carrier, &usize)| {
             let free = *carrier == Carrier::Itself || free[*row];
@@ -156,7 +157,8 @@ impl<'a> Steps<'a> {
         let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();
         let [lower, upper] = &self.bounds;
         let nearest = |allowed: Option<&[bool]>| {
-            let open = |i: usize| allowed.is_some_and(|allowed| !allowed[i] && !self.system.rows.is_tangential(i));
+            let open =
+                |i: usize| allowed.is_some_and(|allowed| !allowed[i] && !self.system.rows.is_tangential(i));
             let upper: Vec<f64> =
                 upper.iter().enumerate().map(|(i, u)| if open(i) { 0.0 } else { *u }).collect();
             let (lines, loads) = &self.lines;
