@@ -6,6 +6,7 @@ use case_io::Case;
 use certified_contact::suits_iteration;
 use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
+use nndd::flexibility_entries;
 
 /// Memory that must be available, over the estimate, which is right within 8 %.
 const MARGIN: f64 = 1.1;
@@ -58,14 +59,14 @@ fn of_sizes(bodies: &[Size]) -> f64 {
 }
 
 fn sizes(problem: &ContactProblem) -> Vec<Size> {
-    let of_body = |(b, body): (usize, &Body)| {
-        let pairs = problem.sides_of(b).map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
+    let of_body = |(body, sides): (&Body, Vec<(usize, usize)>)| {
+        let pairs = sides.into_iter().map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
         Size { nodes: body.mesh().points().len() as u64, pairs }
     };
-    let mut sizes: Vec<Size> = problem.bodies.iter().enumerate().map(of_body).collect();
+    let mut sizes: Vec<Size> = problem.bodies.iter().zip(problem.sides()).map(of_body).collect();
     if !suits_iteration(problem) {
         // The flexibility of all pairs together, with its factor.
-        sizes.push(Size { nodes: 0, pairs: problem.node_pairs() });
+        sizes.push(Size { nodes: 0, pairs: flexibility_entries(problem).isqrt() });
     }
     sizes
 }
