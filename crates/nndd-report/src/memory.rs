@@ -21,6 +21,9 @@ const FACTOR: f64 = 56.0;
 const FIELDS: f64 = 450.0;
 const INTERFACE: f64 = 3.0 * 8.0;
 
+/// Bytes of a body whatever its size, measured on walls of 500 and 2,000 blocks.
+const BODY: f64 = 6e4;
+
 /// A contact line is named if it makes the need this many times as large.
 const LONG_LINE: f64 = 2.0;
 
@@ -53,7 +56,7 @@ struct Size {
 fn of_sizes(bodies: &[Size]) -> f64 {
     let of_body = |body: &Size| {
         let (n, pairs) = (2.0 * body.nodes.max(1) as f64, body.pairs as f64);
-        FACTOR * n * n.log2() + FIELDS * n + INTERFACE * pairs * pairs
+        FACTOR * n * n.log2() + FIELDS * n + INTERFACE * pairs * pairs + BODY
     };
     bodies.iter().map(of_body).sum::<f64>() + PROGRAM
 }
