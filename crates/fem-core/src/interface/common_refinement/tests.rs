@@ -146,7 +146,7 @@ fn conditions_pass_on_and_held_nodes_stay() {
         |x: Vector| if x[0] > 1e-9 && x[0] < 2.0 - 1e-9 { Vector::new(x[0] + 0.0025, x[1]) } else { x };
     let lower = body([0.0, 0.0], [2.0, 1.0], [16, 4]);
     let points = lower.mesh().points().iter().map(|x| shift(*x)).collect();
-    let lower = replaced(&lower, 1, points, None).unwrap();
+    let lower = super::moved::replaced(&lower, 1, points, &Default::default()).unwrap();
     let common = common_refinement([upper, lower], ["bottom", "top"]).unwrap();
     let changes = common.changes.unwrap();
     // Six of the seven inner nodes slide; the one where "half" ends stays, and the lower one's node moves onto it.
