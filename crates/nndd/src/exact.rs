@@ -21,7 +21,9 @@ use contact_qp::{
     BoxQp, IndependentRows, KktResiduals, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows,
     solve_box,
 };
-use fem_core::contact_system::{BodyField, BodyFields, ContactRow, ContactSystem, PairRows, RowLaw};
+use fem_core::contact_system::{
+    BodyField, BodyFields, ContactRow, ContactRows, ContactSystem, PairRows, RowLaw,
+};
 use fem_core::{condensation::CondensedBody, each_body};
 
 /// Smaller programmes have a full matrix.
@@ -129,7 +131,7 @@ impl Flexibility {
     /// Adds up the blocks of the bodies: a sparse matrix if it is large and at most a quarter of its entries is not zero.
     fn new(system: &ContactSystem<'_>) -> Self {
         let (count, of_bodies) = (system.rows.len(), &system.of_body);
-        let entries: usize = of_bodies.iter().map(|rows| rows.len() * rows.len()).sum();
+        let entries = entries(of_bodies.iter().map(Vec::len));
         let mut upper = Vec::with_capacity(entries / 2);
         for (condensed, rows) in system.bodies.iter().zip(of_bodies) {
             let (n, inverse) = (condensed.len(), condensed.flexibility());
@@ -143,7 +145,7 @@ impl Flexibility {
                 upper.extend(below.map(|of_i| (of_i.row, of_j.row, of_i.of(&column))));
             }
         }
-        if count < LARGE || 4 * entries > count * count {
+        if is_full(count, entries) {
             let mut full = vec![0.0; count * count];
             for (j, i, value) in upper {
                 full[j * count + i] += value;
@@ -185,6 +187,28 @@ impl Flexibility {
             }
         }
     }
+}
+
+/// Adds up the entries of the blocks of the bodies.
+fn entries(rows: impl Iterator<Item = usize>) -> usize {
+    rows.map(|rows| rows * rows).sum()
+}
+
+/// Tells whether a flexibility with blocks of so many entries together is a full matrix.
+fn is_full(count: usize, entries: usize) -> bool {
+    count < LARGE || 4 * entries > count * count
+}
+
+/// Counts the entries of the flexibility of an assembly as it is stored: of a full matrix, or of one block per body.
+pub fn flexibility_entries(rows: &ContactRows) -> usize {
+    let mut of_body = vec![0; rows.bodies];
+    for pair in &rows.pairs {
+        for body in pair.bodies.into_iter().filter(|body| *body < rows.bodies) {
+            of_body[body] += pair.all().len();
+        }
+    }
+    let (count, entries) = (rows.len(), entries(of_body.into_iter()));
+    if is_full(count, entries) { count * count } else { entries }
 }
 
 impl<'a> Programme<'a> {
