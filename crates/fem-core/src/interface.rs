@@ -336,11 +336,11 @@ impl ContactInterface {
         self.edges.iter().any(|edge| edge.bent)
     }
 
-    /// Finds the corner of the first body's contact surface that turns most: where, and by how many degrees.
+    /// Finds the corner of the first body's contact surface that turns most: where, and by how many degrees. Corners that end a stretch do not count.
     ///
     /// * `first`: the first body.
     pub fn sharpest_corner(&self, first: &Body) -> Option<(Vector, f64)> {
-        let corner = normals::sharpest_turn(first, self.edges.iter().map(|e| e.edges[0]));
+        let corner = normals::sharpest_turn(first, &self.pairs, &self.edges);
         corner.map(|(point, cosine)| (point, cosine.acos().to_degrees()))
     }
 

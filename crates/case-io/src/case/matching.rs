@@ -258,7 +258,8 @@ impl Case {
                 CaseError::from(self.swap_names(contact, self.refinement_diagnostic(contact, &error)))
             })?;
         if let Some(changes) = &common.changes {
-            let bent = given.geometric && common.measured.facing.iter().any(|f| f.sagitta > BENT * f.spacing);
+            let bent = given.geometric
+                && common.measured.facing.iter().flatten().any(|f| f.sagitta > BENT * f.spacing);
             let more = if bent {
                 "; the gap is measured between smooth curves through the nodes of each"
             } else {

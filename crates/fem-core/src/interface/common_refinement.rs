@@ -18,6 +18,9 @@
 //! and the rest is free. The parts of an edge inherit its conditions ([`Body::refined`]), so the problem is the same.
 //! The result does not depend on the order of the two bodies.
 //!
+//! At a corner between declared curves or straight stretches beside them both surfaces end, and others begin: its node is projected once along the
+//! normal of each.
+//!
 //! On curved surfaces the normals belong to the line on which both are measured, before the cuts (the cut polygon has
 //! edges in a row, whose averaged normals would be edge normals and lock), and gaps are measured between smooth curves
 //! through the nodes: two polygons on one circle are apart by the square of their edge length, more than the
@@ -28,6 +31,7 @@
 //! match and the constitutive relation error remains a bound.
 
 mod chain;
+mod corners;
 pub(super) mod curve;
 mod cut;
 mod error;
@@ -44,7 +48,7 @@ use crate::mesh::refine::RefinementEdges;
 use chain::Chain;
 use curve::Between;
 use cut::Side;
-use moved::{replaced, with_moved};
+use moved::{Moves, replaced, with_moved};
 use overlap::Overlap;
 use std::collections::HashMap;
 
@@ -92,8 +96,8 @@ pub struct Facing {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Measured {
-    /// The nodes of the contact surfaces that face each other.
-    pub facing: Vec<Facing>,
+    /// The nodes of the contact surfaces that face each other, in order along each stretch.
+    pub facing: Vec<Vec<Facing>>,
     /// The gap from one of the first body's nodes to the next, measured as [`Facing::gap`].
     pub(super) between: HashMap<[NodeId; 2], Between>,
 }
@@ -126,7 +130,14 @@ pub fn common_refinement(
     let reference = reference(&bodies, surfaces, &chains);
     let before = [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b]));
     let nodes = [0, 1].map(|b| bodies[b].mesh().points().len());
-    let mut moves = seam::open(&mut bodies, &mut chains, reference, normal)?;
+    let mut moves = Moves::default();
+    if normal == ContactNormal::Averaged {
+        let same = corners::end_stretches(&bodies, &mut chains, reference);
+        let other = 1 - reference;
+        moves.add(other, &bodies[other], &same);
+        bodies[other] = with_moved(bodies[other].clone(), other, &same)?;
+    }
+    seam::open(&mut bodies, &mut chains, reference, normal, &mut moves)?;
     let mut overlaps = overlap::find(&bodies, &chains, reference, normal)?;
     if overlaps.is_empty() {
         return Err(CommonRefinementError::NoOverlap {
@@ -158,7 +169,7 @@ pub fn common_refinement(
     };
     let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
     let measured_on = (&bodies[reference], nodes[reference]);
-    let facing = overlaps.iter().flat_map(|overlap| overlap.facing(measured_on)).collect();
+    let facing = overlaps.iter().map(|overlap| overlap.facing(measured_on).collect()).collect();
     let between = overlaps.iter().flat_map(Overlap::between).collect();
     let measured = Measured { facing, between };
     Ok(CommonRefinement { bodies, measured, changes: (!nothing).then_some(changes) })

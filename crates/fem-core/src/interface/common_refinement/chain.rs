@@ -10,17 +10,26 @@ use std::collections::HashMap;
 const CORNER: f64 = 0.866;
 
 /// One stretch.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Chain {
     /// Nodes in order; a closed stretch ends with its first node.
     pub(super) nodes: Vec<NodeId>,
     /// True if its first node was inserted in an edge.
     pub(super) inserted: bool,
+    /// Whether it begins and ends at a corner at which another stretch continues.
+    pub(super) corners: [bool; 2],
+    /// Normals that smooth pieces of the other body give to its corners, out of its own body.
+    pub(super) faced: Vec<(NodeId, Vector)>,
 }
 
 impl Chain {
     pub(super) fn is_closed(&self) -> bool {
-        self.nodes.len() > 1 && self.nodes.first() == self.nodes.last()
+        self.nodes.len() > 1 && self.nodes.first() == self.nodes.last() && !self.is_cut()
+    }
+
+    /// Tells whether it is a part of a longer stretch, between corners.
+    pub(super) fn is_cut(&self) -> bool {
+        self.corners != [false; 2]
     }
 }
 
@@ -31,7 +40,7 @@ pub(super) fn chains(mesh: &TriMesh, surface: &[EdgeId]) -> Option<Vec<Chain>> {
         return None;
     }
     let walks = mesh.walks(surface, |a, b| before(mesh, a, b));
-    let mut chains: Vec<Chain> = walks.into_iter().map(|nodes| Chain { nodes, inserted: false }).collect();
+    let mut chains: Vec<Chain> = walks.into_iter().map(|nodes| Chain { nodes, ..Chain::default() }).collect();
     chains.sort_by(|a, b| before(mesh, a.nodes[0], b.nodes[0]));
     Some(chains)
 }
@@ -52,7 +61,7 @@ pub(super) fn sorted_points(mesh: &TriMesh, chains: &[Chain]) -> Vec<Vector> {
 /// How freely a node may be moved along its surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Motion {
-    /// Not at all: the direction of a roller would change.
+    /// Not at all: the direction of a roller would change, or it is a corner between two stretches.
     None,
     /// Only within rounding: an end, a corner, a supported node, a node at which a group or a material begins.
     Shifts,
@@ -80,7 +89,9 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<NodeId, Motion> 
                 }
             };
             let slides = inner && !held && !mixed && !corner;
-            motions.insert(node, if slides { Motion::Slides } else { Motion::Shifts });
+            let cut = (k == 0 && chain.corners[0]) || (k + 1 == chain.nodes.len() && chain.corners[1]);
+            let motion = if slides { Motion::Slides } else { Motion::Shifts };
+            motions.insert(node, if cut { Motion::None } else { motion });
         }
     }
     // A group has two edges at a node, or it begins there.
@@ -92,7 +103,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<NodeId, Motion> 
             }
         }
         for node in count.into_iter().filter(|(_, c)| *c != 2).map(|(n, _)| n) {
-            motions.insert(node, Motion::Shifts);
+            motions.entry(node).and_modify(|motion| *motion = (*motion).min(Motion::Shifts));
         }
     }
     for node in body.roller_nodes().filter(|n| motions.contains_key(n)).collect::<Vec<_>>() {
