@@ -1,12 +1,4 @@
 //! Corners between declared arcs and straight stretches of one contact side: the line ends there, and another one begins.
-//!
-//! ```text
-//!   ┌───────────┬───────────┐   pressed down
-//!   │           │     Ω₁    │
-//!   ────────────┐‾‾‾‾──___ _│   y = f(x): flat for x ≤ 0, an arc for x ≥ 0 that begins at an angle
-//!   │           │     Ω₂    │
-//!   └───────────┴───────────┘   held
-//! ```
 
 use certified_contact::{
     AdaptSettings, AdaptiveEnd, CertifiedSolution, Criterion, Imposed, Settings, Silent, solve,
@@ -18,36 +10,21 @@ use fem_core::geometry::{Vector, angle_between};
 use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Friction, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::{block, ring};
-use fem_core::mesh::id::EdgeId;
 use nndd::NnddSettings;
 use tests::distance::{Outcome, outcome};
+use tests::kinked;
 use tests::run::{paired_in_common, relative_difference};
 use tests::shapes::moved;
 
 const SIDES: [&str; 2] = ["bottom", "top"];
-const RADIUS: f64 = 3.0;
 
-/// The height of the side, which turns by an angle at x = 0, down if it is positive.
-fn height(x: f64, angle: f64) -> f64 {
-    let (sine, cosine) = angle.sin_cos();
-    let past = x.max(0.0) + RADIUS * sine;
-    let root = (RADIUS * RADIUS - past * past).sqrt();
-    // Without a difference of nearly equal numbers.
-    -(x.max(0.0)) * (x.max(0.0) + 2.0 * RADIUS * sine) / (root + RADIUS * cosine)
-}
-
-/// Makes a body above or below the side; the two parts of it are also groups of their own.
+/// Makes a body above or below the line; the two parts of it together are a group, too.
 fn body(above: bool, angle: f64, cells: [usize; 2], conditions: &BoundaryConditions) -> Body {
-    let mesh = block([-1.0, if above { 0.0 } else { -1.0 }], [2.0, 1.0], cells).unwrap();
-    let mesh = moved(&mesh, |p| p + (1.0 - p[1].abs()) * height(p[0], angle) * Vector::y()).unwrap();
     let steel =
         LinearElastic::isotropic(if above { 1000.0 } else { 1500.0 }, 0.3, Hypothesis::PlaneStrain).unwrap();
-    let mut body = Body::new(mesh, steel, conditions).unwrap();
-    let edges = body.mesh().group(SIDES[usize::from(!above)]).unwrap().to_vec();
-    let (round, flat): (Vec<EdgeId>, Vec<EdgeId>) =
-        edges.into_iter().partition(|e| body.mesh().edge_middle(*e)[0] > 0.0);
-    body.add_group("round", round);
-    body.add_group("flat", flat);
+    let mut body = Body::new(kinked::mesh(above, angle, cells).unwrap(), steel, conditions).unwrap();
+    let edges = kinked::PARTS.iter().flat_map(|part| body.mesh().group(part).unwrap().to_vec()).collect();
+    body.add_group(SIDES[usize::from(!above)], edges);
     body.with_curves(&[CurvedSide { on: "round".to_owned(), kind: CurveKind::Arc }]).unwrap()
 }
 
