@@ -1,7 +1,8 @@
 //! Lengths and normals of the contact line.
 //!
 //! The normal is a frozen field `n(s) = Σ φ_i n_i`, linear between unit normals at the nodes. Edge normals would lock: two
-//! matching polygons interlock at their corners under linearised kinematics.
+//! matching polygons interlock at their corners under linearised kinematics. A corner between declared curves, or straight stretches beside them, is
+//! one of the bodies themselves: it ends the line, see [`super::matching::ended_at_corners`].
 
 use super::common_refinement::Facing;
 use super::common_refinement::curve::{smooth_beyond, turns_into};

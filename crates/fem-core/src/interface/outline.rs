@@ -1,4 +1,7 @@
 //! Contact sides of declared curves and straight stretches: they are known exactly, whatever the first mesh.
+//!
+//! At a node between two pieces that meet within 1 degree the normal is the mean of theirs, weighted by the lengths of the edges. Beyond that it is a
+//! corner, at which the contact line ends.
 
 use super::{ContactEdge, NodePair};
 use crate::body::{Body, Piece};
@@ -256,5 +259,43 @@ mod tests {
         assert!(angle_between(mean, expected) < 1e-14, "{mean:?}");
         // Straight lines alone keep the normals of their edges.
         assert_eq!(normals(&[Some(straight(0)), Some(straight(1))], &points, up, [false; 2]), [None; 3]);
+    }
+
+    #[test]
+    fn a_corner_has_two_normals_and_within_one_degree_there_is_their_mean() {
+        for (degrees, corner) in [(5.0f64, true), (1.01, true), (0.99, false), (0.0, false)] {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            // An arc of radius 2 that begins at the origin at this angle below the x axis.
+            let centre = Vector::new(-2.0 * sine, -2.0 * cosine);
+            let end = centre
+                + 2.0
+                    * Vector::new(
+                        (2.0 * degrees.to_radians() + 0.1).sin(),
+                        (2.0 * degrees.to_radians() + 0.1).cos(),
+                    );
+            let points = [Vector::new(-1.0, 0.0), Vector::zeros(), end];
+            let line = Piece::Line { point: points[0], direction: Vector::x() };
+            let pieces = [Some(line), Some(Piece::Arc { centre, radius: 2.0 })];
+            let found = beside(&pieces, &points, |_| Vector::y(), false)[1];
+            assert_eq!((found.is_corner(), found.is_smooth()), (corner, !corner), "{degrees}");
+            let sided = found.pieces.map(|piece| piece.unwrap().0);
+            assert_eq!(sided[0], Vector::y());
+            assert!(angle_between(sided[1], Vector::new(sine, cosine)) < 1e-14);
+            let mean = norm(points[1] - points[0]) * sided[0] + norm(end) * sided[1];
+            assert!(angle_between(found.normal().unwrap(), mean) < 1e-14);
+            // Each alone has its own normal.
+            let alone =
+                |k: usize| normals(&pieces[k..=k], &points[k..=k + 1], |_| Vector::y(), [false, true]);
+            assert_eq!([alone(0)[1], alone(1)[0]], sided.map(Some));
+        }
+    }
+
+    #[test]
+    fn a_closed_part_is_divided_from_its_first_corner_on() {
+        assert_eq!(divided(5, false, &[2]), [([0, 2], [false, true]), ([2, 5], [true, false])]);
+        assert_eq!(divided(5, false, &[]), [([0, 5], [false, false])]);
+        assert_eq!(divided(5, true, &[1, 3]), [([1, 3], [true, true]), ([3, 6], [true, true])]);
+        assert_eq!(divided(5, true, &[4]), [([4, 9], [true, true])]);
+        assert_eq!(divided(5, true, &[]), [([0, 5], [false, false])]);
     }
 }
