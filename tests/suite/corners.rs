@@ -192,7 +192,7 @@ fn a_smooth_piece_of_the_other_side_gives_the_normal_of_a_corner() {
     let [normal] = found[..] else { panic!("{found:?}") };
     let tilt = angle_between(normal, -Vector::y()).to_degrees();
     assert!(normal[0] < 0.0 && (1.0..6.0).contains(&tilt), "{tilt}");
-    // A polygon is not known: the corner is the first body's, or there is none.
+    // A polygon is not known: the corner is the first body's, or missing.
     let unknown = other(angle, [16, 6], false);
     assert_eq!(at_corner([&above, &unknown], SIDES).len(), 2);
     assert_eq!(at_corner([&unknown, &above], ["top", "bottom"]).len(), 1);

@@ -15,7 +15,7 @@ pub(super) const TOLERANCE: f64 = 0.05;
 pub(super) struct Stretch {
     pub(super) nodes: Vec<NodeId>,
     pub(super) edges: Vec<EdgeId>,
-    /// Whether it begins and ends at a corner at which another stretch continues.
+    /// For its first and its last node: true at a corner at which another stretch continues.
     pub(super) corners: [bool; 2],
     /// Normals that smooth pieces of the second body give to corners of the first, out of the first.
     pub(super) faced: Vec<(NodeId, Vector)>,

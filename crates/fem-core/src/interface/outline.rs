@@ -59,7 +59,7 @@ fn continues(points: &[Vector]) -> bool {
 pub(super) struct Beside {
     /// Before and after it: the unit normal there, the length of the edge, and the piece.
     pieces: [Option<(Vector, f64, Piece)>; 2],
-    /// Whether the two are parts of one curve.
+    /// True if the two are parts of one curve.
     same: bool,
 }
 

@@ -16,7 +16,7 @@ pub(super) struct Chain {
     pub(super) nodes: Vec<NodeId>,
     /// True if its first node was inserted in an edge.
     pub(super) inserted: bool,
-    /// Whether it begins and ends at a corner at which another stretch continues.
+    /// For its first and its last node: true at a corner at which another stretch continues.
     pub(super) corners: [bool; 2],
     /// Normals that smooth pieces of the other body give to its corners, out of its own body.
     pub(super) faced: Vec<(NodeId, Vector)>,
