@@ -215,7 +215,7 @@ fn distribution(measured: &[(Case, Course)]) -> String {
         "iterations",
         "EET alone",
         "two steps",
-        "tolerance 0.002",
+        "tolerance 1e-4",
         "refused",
     ]) + "\n";
     let mut groups: Vec<(&str, f64)> = measured.iter().map(|(c, _)| (c.name, c.contrast)).collect();
@@ -251,7 +251,7 @@ fn meshes(measured: &[(Case, Course)]) -> String {
         "stops at",
         "EET alone",
         "two steps",
-        "tolerance 0.002",
+        "tolerance 1e-4",
         "steps",
         "reference",
     ];

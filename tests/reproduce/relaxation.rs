@@ -20,8 +20,8 @@ pub(crate) fn section(quick: bool) -> Result<String, Box<dyn Error>> {
 /// `‖τ − σ̂‖` of each body after 0, 1, 2, 3, 8 steps and at the end, at the converged iteration.
 fn steps(quick: bool) -> Result<String, Box<dyn Error>> {
     let mut text = String::from(
-        "## Steps of relaxation\n\n`‖τ − σ̂‖` of each body at the converged iteration; the best is where a step gains \
-         less than 1e-6. Targets of two steps over the best: 1.10 where the solution is smooth, 1.25 in the body with \
+        "## Steps of relaxation\n\n`‖τ − σ̂‖` of each body at the converged iteration; the best is where at most \
+         1e-6 is expected to be left to gain, at most 400 steps. Targets of two steps over the best: 1.10 where the solution is smooth, 1.25 in the body with \
          the strong singularity (half open, upper). The last column: the same by another program, written independently of \
          this one, to the digits it printed (EET, one step, two; the best).\n\n",
     );
@@ -135,8 +135,8 @@ fn tolerances(quick: bool) -> Result<String, Box<dyn Error>> {
     relaxations.push(BEST);
     let mut text = String::from(
         "## Tolerances of relaxation\n\nEffectivity where the default criterion stops, and in brackets the steps made \
-         in both bodies together; relaxation ends when a step lowers `‖τ − σ̂‖` by less than the fraction at the head of \
-         the column.\n\n",
+         in both bodies together; relaxation ends if twice the gain of the second half of its steps is less than the fraction at the \
+         head of the column, at most after 100 steps.\n\n",
     );
     let mut names = vec!["problem".to_owned(), "E1/E2".to_owned(), "nodes".to_owned()];
     names.extend(GAINS.iter().map(f64::to_string));

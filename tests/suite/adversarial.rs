@@ -40,6 +40,24 @@ fn every_promise_is_kept_in_a_sample_of_every_feature() {
 }
 
 #[test]
+fn the_default_relaxation_leaves_little_to_gain() {
+    let left = |number: u64| -> Option<f64> {
+        let problem = Problem::new(number).unwrap();
+        if ["[estimator]", "[adapt]", "[[step]]"].iter().any(|table| problem.text.contains(table)) {
+            return None;
+        }
+        let [default, best] =
+            ["", "[estimator]\nrelaxation = 100\n"].map(|more| problem.bound_with(more).unwrap());
+        Some(default? / best? - 1.0)
+    };
+    let all: Vec<(u64, f64)> =
+        (2_000_000..2_000_100u64).into_par_iter().filter_map(|n| Some((n, left(n)?))).collect();
+    assert!(all.len() >= 25, "{} bounds", all.len());
+    let much: Vec<_> = all.iter().filter(|(_, left)| *left > 0.02).collect();
+    assert!(much.is_empty(), "{much:?}");
+}
+
+#[test]
 fn the_table_of_keys_names_the_features_that_draw_them() {
     let table: toml::Table = tests::matrix::KEYS.parse().unwrap();
     let problems: Vec<Problem> = (0..600).map(|n| Problem::new(n).unwrap()).collect();

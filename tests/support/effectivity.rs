@@ -9,7 +9,7 @@ use certified_contact::{Settings, Silent, solve};
 use cre_estimator::Relaxation;
 use fem_core::norm::energy_error_squared;
 
-/// The relaxations of every iteration: EET alone, the default, and until a step gains next to nothing.
+/// The relaxations of every iteration: EET alone, two steps, and until next to nothing is left to gain.
 pub const RELAXATIONS: [Relaxation; 3] =
     [Relaxation::NONE, Relaxation::Steps(2), Relaxation::Tolerance { tolerance: 1e-4, max_steps: 50 }];
 

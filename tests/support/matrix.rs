@@ -222,6 +222,21 @@ impl Problem {
     }
 }
 
+impl Problem {
+    /// Solves the case with a few more lines, and returns `e_CRE`; `None` if there is no valid certificate.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn bound_with(&self, more: &str) -> Made<Option<f64>> {
+        let folder = tempfile::tempdir()?;
+        self.write(folder.path())?;
+        let text = format!("{}\n{more}", self.text);
+        let source = runs::CaseText { text, folder: folder.path().to_owned() };
+        let done = runs::run(&source, &folder.path().join("out"), &mut runs::Quiet::new());
+        Ok(done.ok().and_then(|done| done.report.certificate?.e_cre))
+    }
+}
+
 /// A bound beside the distance to the solution on halved cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {

@@ -110,7 +110,7 @@ pub(crate) fn parse(
     if !faults.is_empty() {
         return Err(CaseError::new(faults));
     }
-    let at = At { source, span: 0..0 };
+    let at = At::new(&source, 0..0);
     if root.entries.is_empty() {
         let help = "write a case file to start from with `nndd new paper`";
         let message = if text.is_empty() { "the case file is empty" } else { "the case file sets nothing" };
@@ -125,7 +125,7 @@ pub(crate) fn parse(
 fn document(text: &str, source: &Arc<Source>) -> Result<Table, CaseError> {
     refuse_controls(text, source)?;
     let first = match DeTable::parse(text) {
-        Ok(table) => return Ok(tree::table(table.get_ref(), source, 0)),
+        Ok(table) => return Ok(tree::table(table.into_inner(), source, 0)),
         Err(error) => error.span().map_or(0, |span| span.start),
     };
     // Every byte behind a fault can be one more: those far behind the first one are not looked for.

@@ -50,12 +50,16 @@ impl IndependentRows {
             let (mut row, mut combination) = left.swap_remove(place);
             row.iter_mut().chain(&mut combination).for_each(|x| *x /= length);
             clear_rounding(&mut row);
+            // The entries of the motion of one body lie close together: zeros around them change no other row.
+            let is_entry = |x: &f64| *x != 0.0;
+            let first = row.iter().position(is_entry).unwrap_or(0);
+            let entries = first..row.iter().rposition(is_entry).map_or(first, |last| last + 1);
             for ((other, of_other), length) in left.iter_mut().zip(&mut lengths) {
                 // Twice, so that the rows stay orthogonal to round-off. Most motions of an assembly have no row in common.
                 for _ in 0..2 {
-                    let part = dot(other, &row);
+                    let part = dot(&other[entries.clone()], &row[entries.clone()]);
                     if part != 0.0 {
-                        subtract(other, part, &row);
+                        subtract(&mut other[entries.clone()], part, &row[entries.clone()]);
                         subtract(of_other, part, &combination);
                         *length = norm(other);
                     }

@@ -6,7 +6,7 @@ use crate::admissible::{
 use crate::eet::EdgeMoments;
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
-use crate::star_relaxation::{Relaxation, StarRelaxation, relax, relax_with_stars};
+use crate::star_relaxation::{LEAST, Relaxation, StarRelaxation, relax, relax_with_stars};
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -125,6 +125,9 @@ pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
 
 /// Recovers the stress of a body for a frozen λ, and relaxes it.
 ///
+/// A relaxation to a tolerance takes no more steps than that of the bound: at ends of the contact line, where a frozen λ leaves strong
+/// singularities, it would take up to 100 steps for an indicator.
+///
 /// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. The moments that they added to the stress of the
 ///   bound are in equilibrium with a frozen λ as well. A relaxation to a tolerance begins with them: little is left to gain then.
 pub(crate) fn frozen_stress(
@@ -143,6 +146,12 @@ pub(crate) fn frozen_stress(
     };
     let conditions = with_imposed_normal(prepared.problem(), b);
     let mut recovered = EquilibratedStress::recover(body, stress, conditions);
+    let relaxation = match relaxation {
+        Relaxation::Tolerance { tolerance, max_steps } => {
+            Relaxation::Tolerance { tolerance, max_steps: max_steps.min(fields.relaxation.steps.max(LEAST)) }
+        }
+        fixed => fixed,
+    };
     match found {
         Some((stars, added)) => {
             if let Relaxation::Tolerance { .. } = relaxation {

@@ -29,7 +29,7 @@ use outline::Radial;
 use profile::Profile;
 
 pub use error::InterfaceError;
-pub use facing::facing_edges;
+pub use facing::{FacingSide, facing_edges};
 pub use friction::{ContactRow, Friction, SlipBefore};
 pub use obstacle::{Obstacle, RigidLine};
 pub use problem::{ContactPair, ContactProblem, ContactState, FactorError, LeftOut, PairState};

@@ -171,6 +171,8 @@ pub struct TriMesh {
     topology: Topology,
     groups: BTreeMap<String, Vec<EdgeId>>,
     turned: usize,
+    /// See [`TriMesh::bounding_box`].
+    bounds: [Vector; 2],
 }
 
 impl TriMesh {
@@ -238,13 +240,24 @@ impl TriMesh {
                 return Err(MeshError::DuplicateGroup { group: name });
             }
         }
-        Ok(Self { points, triangles, topology, groups: named, turned: 0 })
+        let bounds = geometry::bounding_box(&points);
+        Ok(Self { points, triangles, topology, groups: named, turned: 0, bounds })
     }
 
     /// Returns the coordinates of the nodes.
     #[inline]
     pub fn points(&self) -> &[Vector] {
         &self.points
+    }
+
+    /// Returns the lower left and the upper right corner of the box around all nodes, m.
+    pub fn bounding_box(&self) -> [Vector; 2] {
+        self.bounds
+    }
+
+    /// Returns the diagonal of [`TriMesh::bounding_box`], m.
+    pub fn diagonal(&self) -> f64 {
+        geometry::norm(self.bounds[1] - self.bounds[0])
     }
 
     /// Returns the corners of the triangles, counter-clockwise.

@@ -2,15 +2,21 @@
 
 use crate::args::{Certify, Format};
 use crate::console;
+use crate::deadline::{Deadline, MESHES};
 use crate::machine::Machine;
 use nndd_report::failure::NOT_CERTIFIED;
 use nndd_report::{Failure, certify, run};
 
 pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
+    let machine = Machine::start();
     let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let problem = run::build_last(&mut case, &Machine::start())?;
-    let found = certify::certify(&case, &problem, &options.displacement)?;
     let for_people = options.format == Format::Human;
+    let limit = case.limits.time.as_ref().map(|limit| limit.value);
+    let mut deadline = Deadline::watch(limit, machine.started, MESHES, !for_people);
+    let problem = run::build_last(&mut case, &machine)?;
+    deadline.next("the certificate of the field");
+    let found = certify::certify(&case, &problem, &options.displacement)?;
+    deadline.end();
     if for_people {
         // Nodes that were added or moved so that surfaces match.
         console::notes(case.notes());

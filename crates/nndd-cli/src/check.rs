@@ -2,6 +2,7 @@
 
 use crate::args::{Check, Format};
 use crate::console;
+use crate::deadline::{Deadline, MESHES};
 use crate::machine::Machine;
 use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
@@ -45,13 +46,18 @@ fn components(force: Vector) -> String {
 }
 
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
+    let machine = Machine::start();
     let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let problem = run::build(&mut case, &Machine::start())?;
+    let limit = case.limits.time.as_ref().map(|limit| limit.value);
+    let mut deadline = Deadline::watch(limit, machine.started, MESHES, options.format == Format::Json);
+    let problem = run::build(&mut case, &machine)?;
+    deadline.next("the checks of loads, supports and free motions");
     console::warnings(&case.warnings());
     console::notes(case.notes());
     let said = notes::of_problem(&case, &problem);
     console::notes(&said);
     let bodies = nndd_report::check::check(&case, &problem)?;
+    deadline.end();
     if options.format == Format::Json {
         console::print_json(&summary(&case, &problem, &bodies, &said))?;
         return Ok(0);

@@ -54,10 +54,19 @@ pub(crate) fn width() -> Option<usize> {
 }
 
 /// Makes the one object that `--format json` gets of a failure.
-pub(crate) fn failed(failure: &Failure) -> Value {
+fn failed(failure: &Failure) -> Value {
     let diagnostics = failure.diagnostics.iter().map(ToString::to_string);
     let message: Vec<String> = diagnostics.chain(failure.message.clone()).collect();
     json!({ "event": "failed", "code": failure.code, "message": message.join("\n") })
+}
+
+/// Prints why a command failed, for programs as an object on stdout too.
+pub(crate) fn end(cause: &Failure, for_programs: bool) {
+    if for_programs {
+        // If stdout itself failed, only the text on stderr remains.
+        let _ = print_json(&failed(cause));
+    }
+    failure(cause);
 }
 
 /// Prints why a command failed.

@@ -5,6 +5,7 @@ mod args;
 mod certify;
 mod check;
 mod console;
+mod deadline;
 mod help;
 mod machine;
 mod manual;
@@ -31,11 +32,7 @@ pub fn run() -> ExitCode {
     match signals::outlive_file_size_limit().map_err(Failure::from).and_then(|()| dispatch(&arguments)) {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
-            if arguments.command.is_for_programs() {
-                // If stdout itself failed, only the text on stderr remains.
-                let _ = console::print_json(&console::failed(&failure));
-            }
-            console::failure(&failure);
+            console::end(&failure, arguments.command.is_for_programs());
             ExitCode::from(failure.code)
         }
     }

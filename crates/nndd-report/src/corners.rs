@@ -20,7 +20,7 @@ use crate::solved::Fields;
 use crate::words::place;
 use case_io::Case;
 use fem_core::body::{Body, EdgeReaction};
-use fem_core::geometry::{Vector, cross, diagonal, norm};
+use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::ContactProblem;
 use fem_core::material::LinearElastic;
 use fem_core::mesh::id::{EdgeId, NodeId};
@@ -57,12 +57,12 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
     let Some(results) = fields.results.filter(|_| !is_exact(fields)) else { return Vec::new() };
     let (problem, mut notes) = (fields.problem, Vec::new());
     let note = |what: &str, (body, node, cause): (usize, NodeId, Cause)| {
-        let points = problem.bodies[body].mesh().points();
+        let mesh = problem.bodies[body].mesh();
         format!(
             "the largest {what} is at {} of body \"{}\" at {}, and grows without limit as the mesh gets finer",
             cause,
             case.bodies[body].name,
-            place(points[node], diagonal(points))
+            place(mesh.points()[node], mesh.diagonal())
         )
     };
     let stress = infinite_stress(fields);

@@ -5,7 +5,7 @@ use crate::solved::Fields;
 use crate::words::place;
 use case_io::Case;
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, diagonal, shown};
+use fem_core::geometry::{Vector, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::{EdgeId, NodeId};
@@ -31,7 +31,7 @@ pub(crate) fn refined(
         let mut halved = edges.iter().filter(|[a, b]| topology.find_edge(*a, *b).is_none());
         let Some(first) = halved.next() else { continue };
         let count = 1 + halved.count();
-        let at = place(mesh.points()[first[0]], diagonal(mesh.points()));
+        let at = place(mesh.points()[first[0]], mesh.diagonal());
         let sides = sides_at(mesh, edges);
         let of = match sides.is_empty() {
             true => "a side without a name".to_owned(),

@@ -113,7 +113,8 @@ impl Failure {
         ))
     }
 
-    pub(crate) fn limit(message: impl Into<String>) -> Self {
+    /// Makes the failure of a run that would take more than it may.
+    pub fn limit(message: impl Into<String>) -> Self {
         Self::plain(LIMIT, message)
     }
 

@@ -6,6 +6,7 @@ use case_io::Case;
 use certified_contact::suits_iteration;
 use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
+use nndd::flexibility_entries;
 
 /// Memory that must be available, over the estimate, which is right within 8 %.
 const MARGIN: f64 = 1.1;
@@ -19,6 +20,9 @@ const PROGRAM: f64 = 20e6;
 const FACTOR: f64 = 56.0;
 const FIELDS: f64 = 450.0;
 const INTERFACE: f64 = 3.0 * 8.0;
+
+/// Bytes of a body whatever its size, measured on walls of 500 and 2,000 blocks.
+const BODY: f64 = 6e4;
 
 /// A contact line is named if it makes the need this many times as large.
 const LONG_LINE: f64 = 2.0;
@@ -52,20 +56,20 @@ struct Size {
 fn of_sizes(bodies: &[Size]) -> f64 {
     let of_body = |body: &Size| {
         let (n, pairs) = (2.0 * body.nodes.max(1) as f64, body.pairs as f64);
-        FACTOR * n * n.log2() + FIELDS * n + INTERFACE * pairs * pairs
+        FACTOR * n * n.log2() + FIELDS * n + INTERFACE * pairs * pairs + BODY
     };
     bodies.iter().map(of_body).sum::<f64>() + PROGRAM
 }
 
 fn sizes(problem: &ContactProblem) -> Vec<Size> {
-    let of_body = |(b, body): (usize, &Body)| {
-        let pairs = problem.sides_of(b).map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
+    let of_body = |(body, sides): (&Body, Vec<(usize, usize)>)| {
+        let pairs = sides.into_iter().map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
         Size { nodes: body.mesh().points().len() as u64, pairs }
     };
-    let mut sizes: Vec<Size> = problem.bodies.iter().enumerate().map(of_body).collect();
+    let mut sizes: Vec<Size> = problem.bodies.iter().zip(problem.sides()).map(of_body).collect();
     if !suits_iteration(problem) {
         // The flexibility of all pairs together, with its factor.
-        sizes.push(Size { nodes: 0, pairs: problem.node_pairs() });
+        sizes.push(Size { nodes: 0, pairs: flexibility_entries(problem).isqrt() });
     }
     sizes
 }

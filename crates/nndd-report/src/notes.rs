@@ -13,7 +13,7 @@ use case_io::case::{BodyCase, MaterialLaw, Method};
 use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
-use fem_core::geometry::{Vector, bounding_box, diagonal, norm, shown};
+use fem_core::geometry::{Vector, norm, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::material::Hypothesis;
 use nndd::NnddStatus;
@@ -67,7 +67,7 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
             NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => norm(*value),
         });
         let largest = imposed.fold(0.0, f64::max);
-        let [low, high] = bounding_box(body.mesh().points());
+        let [low, high] = body.mesh().bounding_box();
         let size = norm(high - low);
         if largest > DISPLACEMENT * size {
             notes.push(format!(
@@ -181,7 +181,7 @@ fn short_sides(case: &Case, fields: &Fields<'_>) -> Vec<String> {
 fn moved_far(given: &BodyCase, body: &Body, displacement: &[Vector]) -> Option<String> {
     body.free_motion()?;
     let largest = displacement.iter().map(|u| norm(*u)).fold(0.0, f64::max);
-    let size = diagonal(body.mesh().points());
+    let size = body.mesh().diagonal();
     (largest > DISPLACEMENT * size).then(|| {
         format!(
             "body \"{}\", which only contact holds, moves by {largest:.2e} and has the size {size:.2e}: small displacements may not \

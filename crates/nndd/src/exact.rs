@@ -148,7 +148,7 @@ impl Lines {
 impl Flexibility {
     /// Adds up the blocks of the bodies: a sparse matrix if it is large and at most a quarter of its entries is not zero.
     fn new(problem: &PreparedProblem, count: usize, of_bodies: &[Vec<BodyRow>]) -> Self {
-        let entries: usize = of_bodies.iter().map(|rows| rows.len() * rows.len()).sum();
+        let entries = entries(of_bodies.iter().map(Vec::len));
         let mut upper = Vec::with_capacity(entries / 2);
         for (condensed, rows) in problem.bodies().iter().zip(of_bodies) {
             let (n, inverse) = (condensed.len(), condensed.flexibility());
@@ -162,7 +162,7 @@ impl Flexibility {
                 upper.extend(below.map(|of_i| (of_i.row, of_j.row, of_i.of(&column))));
             }
         }
-        if count < LARGE || 4 * entries > count * count {
+        if is_full(count, entries) {
             let mut full = vec![0.0; count * count];
             for (j, i, value) in upper {
                 full[j * count + i] += value;
@@ -204,6 +204,25 @@ impl Flexibility {
             }
         }
     }
+}
+
+/// Adds up the entries of the blocks of the bodies.
+fn entries(rows: impl Iterator<Item = usize>) -> usize {
+    rows.map(|rows| rows * rows).sum()
+}
+
+/// Tells whether a flexibility with blocks of so many entries together is a full matrix.
+fn is_full(count: usize, entries: usize) -> bool {
+    count < LARGE || 4 * entries > count * count
+}
+
+/// Counts the entries of the flexibility of an assembly as it is stored: of a full matrix, or of one block per body.
+pub fn flexibility_entries(problem: &ContactProblem) -> usize {
+    let (count, bodies) = (problem.rows(), problem.bodies.len());
+    let of_body =
+        |sides: &Vec<(usize, usize)>| sides.iter().map(|(k, _)| problem.contacts[*k].row_count()).sum();
+    let entries = entries(problem.sides()[..bodies].iter().map(of_body));
+    if is_full(count, entries) { count * count } else { entries }
 }
 
 impl<'a> Programme<'a> {

@@ -110,7 +110,7 @@ pub use coulomb::{
     CoulombSettings, CoulombSolution, CoulombStart, CoulombStatus, coulomb_coupling, solve_coulomb,
 };
 pub use error::NnddError;
-pub use exact::{ExactSolution, solve_exactly};
+pub use exact::{ExactSolution, flexibility_entries, solve_exactly};
 pub use fem_core;
 pub use friction::{NodeState, PairFriction};
 pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery, Tangential};

@@ -102,8 +102,14 @@ impl Stack {
     }
 }
 
-/// Measures, and writes `assemblies.md`.
+/// Measures, and writes `scaling.md`, then `assemblies.md`, which needs other programs.
 pub(super) fn run(workspace: &Workspace, command: &str, runs: usize) -> Outcome<()> {
+    let scaling = super::scaling::table(workspace, runs)?;
+    let machine = Machine::look();
+    let table = provenance(workspace, &machine, command, &[("rounds", runs.to_string())])?;
+    let title = format!("# Scaling of assemblies, {} on {}", super::today(), machine.slug());
+    super::write_all(workspace, &machine, &[("scaling.md", format!("{title}\n\n{table}{scaling}"))])?;
+    print!("\n{scaling}");
     let pardiso = Pardiso::new(workspace)?;
     let stacks = BODIES.iter().flat_map(|b| ROWS.iter().filter_map(|rows| Stack::new(*b, *rows, false)));
     let pairs = ROWS.iter().filter_map(|rows| Stack::new(2, *rows, true));
@@ -114,9 +120,6 @@ pub(super) fn run(workspace: &Workspace, command: &str, runs: usize) -> Outcome<
         }
         text.push_str(&line(workspace, &pardiso, stack, runs)?);
     }
-    text.push_str(&super::scaling::table(workspace, runs)?);
-    let machine = Machine::look();
-    let table = provenance(workspace, &machine, command, &[("rounds", runs.to_string())])?;
     let title = format!("# Assemblies and friction, {} on {}", super::today(), machine.slug());
     let page = format!(
         "{title}\n\n{table}\nMedians of interleaved runs, {THREADS} threads, seconds. A stack of blocks of 2 m x 1 m, or two strips \

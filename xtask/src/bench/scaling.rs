@@ -141,7 +141,7 @@ fn pairs(count: usize) -> String {
 
 /// Measures all families, and returns the table.
 pub(super) fn table(workspace: &Workspace, runs: usize) -> Outcome<String> {
-    let mut text = "\n## Scaling\n\nMedian processor time of the whole process, seconds; the exponent is the slope of a line through the logarithms.\n\n\
+    let mut text = "\nMedian processor time of the whole process, seconds; the exponent is the slope of a line through the logarithms.\n\n\
                     | family | command | sizes | seconds | exponent | at most |\n|---|---|---|---|---|---|\n"
         .to_owned();
     for Family { name, largest, most, case } in FAMILIES {

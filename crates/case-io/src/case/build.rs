@@ -33,8 +33,11 @@ impl Case {
         for b in 0..bodies.len() {
             let mesh = bodies[b].mesh();
             let (piece_of, count) = mesh.topology().pieces();
+            if count < 2 {
+                continue;
+            }
             let sides: Vec<_> = self.sides_of(b).filter_map(|side| mesh.group(side)).collect();
-            if count < 2 || sides.is_empty() {
+            if sides.is_empty() {
                 continue;
             }
             let mut in_contact = vec![false; count];

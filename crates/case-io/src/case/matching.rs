@@ -6,9 +6,11 @@ use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use fem_core::body::Body;
 use fem_core::geometry::{norm, shown};
 use fem_core::interface::common_refinement::{
-    Changes, CommonRefinement, CommonRefinementError, Measured, common_refinement,
+    Changes, CommonRefinementError, Measured, Surfaces, common_refinement, common_refinements,
 };
-use fem_core::interface::{ContactInterface, ContactProblem, GapChange, InterfaceError, facing_edges};
+use fem_core::interface::{
+    ContactInterface, ContactProblem, FacingSide, GapChange, InterfaceError, facing_edges,
+};
 use fem_core::mesh::id::EdgeId;
 use mesh_io::words::counted;
 use std::collections::{BTreeSet, HashMap};
@@ -131,7 +133,7 @@ impl Case {
         Ok(problem)
     }
 
-    /// Pairs the surfaces of all pairs, those that do not match after a common refinement: then all pairs of the two bodies are made again.
+    /// Pairs the surfaces of all pairs, those that do not match after a common refinement: then all pairs of the changed bodies are made again.
     fn matching_interfaces(&self, meshes: &mut Meshes) -> Result<Vec<ContactInterface>, CaseError> {
         let count = self.contacts.len();
         let mut of_body: HashMap<usize, Vec<usize>> = HashMap::new();
@@ -140,39 +142,38 @@ impl Case {
         }
         let mut refined = vec![0; count];
         let mut interfaces: Vec<Option<ContactInterface>> = (0..count).map(|_| None).collect();
-        let mut missing: BTreeSet<usize> = (0..count).collect();
-        while let Some(&k) = missing.first() {
-            let error = match self.interface(k, meshes) {
-                Ok(interface) => {
-                    interfaces[k] = Some(interface);
-                    missing.remove(&k);
+        let mut missing: Vec<usize> = (0..count).collect();
+        while !missing.is_empty() {
+            // The pairs that are to be refined, and whether their sides are occupied.
+            let mut waiting: Vec<(usize, InterfaceError)> = Vec::new();
+            let mut again = BTreeSet::new();
+            for k in missing {
+                let error = match self.interface(k, meshes) {
+                    Ok(interface) => {
+                        interfaces[k] = Some(interface);
+                        continue;
+                    }
+                    Err(error) => error,
+                };
+                again.insert(k);
+                let first = refined[k] == 0;
+                let apart = matches!(error, InterfaceError::NotFacing { .. }) && first;
+                if apart && self.take_facing(k, meshes) {
                     continue;
                 }
-                Err(error) => error,
-            };
-            let first = refined[k] == 0;
-            let apart = matches!(error, InterfaceError::NotFacing { .. }) && first;
-            if apart && self.take_facing(k, meshes) {
-                continue;
-            }
-            let occupied = matches!(error, InterfaceError::Occupied { .. }) && first;
-            let again = error.is_mismatch() && refined[k] < MOST_REFINEMENTS;
-            if self.contacts[k].obstacle.is_some() || !(occupied || again) {
-                return Err(self.swap_names(k, self.interface_diagnostic(k, &error)).into());
-            }
-            refined[k] += 1;
-            match self.refine(k, meshes) {
-                // Pairs of one body may share nodes.
-                Ok(()) => {
-                    let bodies = self.contacts[k].bodies.iter();
-                    missing.extend(bodies.filter_map(|b| of_body.get(b)).flatten());
+                let occupied = matches!(error, InterfaceError::Occupied { .. }) && first;
+                let mismatch = error.is_mismatch() && refined[k] < MOST_REFINEMENTS;
+                if self.contacts[k].obstacle.is_none() && (occupied || mismatch) {
+                    waiting.push((k, error));
+                } else if again.len() == 1 {
+                    return Err(self.swap_names(k, self.interface_diagnostic(k, &error)).into());
                 }
-                // Sides that face each other only in part.
-                Err(_) if refined[k] == 1 && self.take_facing(k, meshes) => {}
-                // The load on the side is what the user can change.
-                Err(_) if occupied => return Err(self.interface_diagnostic(k, &error).into()),
-                Err(fault) => return Err(fault),
             }
+            for body in self.refine(&waiting, &mut refined, meshes)? {
+                // Pairs of one body may share nodes.
+                again.extend(of_body.get(&body).into_iter().flatten());
+            }
+            missing = again.into_iter().collect();
         }
         Ok(interfaces.into_iter().flatten().collect())
     }
@@ -185,14 +186,20 @@ impl Case {
             *uses.entry((*b, side)).or_default() += 1;
         }
         meshes.sides = self.contacts.iter().map(|contact| contact.surfaces.clone()).collect();
+        let mut known: HashMap<(usize, &str), FacingSide> = HashMap::new();
         for (k, contact) in self.contacts.iter().enumerate() {
             let shared = |(&b, side): (&usize, &String)| {
                 let body = &meshes.bodies[b];
                 let edges = body.mesh().group(side).unwrap_or(&[]);
                 uses[&(b, side.as_str())] > 1 || edges.iter().any(|edge| !body.is_free(*edge))
             };
+            let ([a, b], [first, second]) = (&contact.bodies[..], &contact.surfaces[..]) else { continue };
             if contact.bodies.iter().zip(&contact.surfaces).any(shared) {
-                self.take_facing(k, meshes);
+                let both = [(*a, first.as_str()), (*b, second.as_str())];
+                for of in both {
+                    known.entry(of).or_insert_with(|| FacingSide::new(&meshes.bodies[of.0], of.1));
+                }
+                self.take_edges(k, meshes, facing_edges(both.map(|of| &known[&of])));
             }
         }
     }
@@ -200,15 +207,20 @@ impl Case {
     /// Gives a pair sides of its own, with the edges that face each other. Tells whether there are any, and fewer than
     /// before.
     fn take_facing(&self, contact: usize, meshes: &mut Meshes) -> bool {
+        // Against an obstacle the pairing itself takes what faces it.
+        let ([a, b], [first, second]) = (&self.contacts[contact].bodies[..], &meshes.sides[contact][..])
+        else {
+            return false;
+        };
+        let sides =
+            [(*a, first), (*b, second)].map(|(body, side)| FacingSide::new(&meshes.bodies[body], side));
+        let edges = facing_edges(sides.each_ref());
+        self.take_edges(contact, meshes, edges)
+    }
+
+    fn take_edges(&self, contact: usize, meshes: &mut Meshes, edges: [Vec<EdgeId>; 2]) -> bool {
         let given = &self.contacts[contact];
         let sides = &meshes.sides[contact];
-        let edges: Vec<Vec<EdgeId>> = match (&given.bodies[..], &sides[..]) {
-            ([a, b], [first, second]) => {
-                facing_edges([&meshes.bodies[*a], &meshes.bodies[*b]], [first, second]).into()
-            }
-            // Against an obstacle the pairing itself takes what faces it.
-            _ => return false,
-        };
         let before = given.bodies.iter().zip(sides).map(|(b, side)| meshes.bodies[*b].mesh().group(side));
         let fewer = before.zip(&edges).any(|(before, now)| before.is_some_and(|all| all.len() > now.len()));
         if edges.iter().any(Vec::is_empty) {
@@ -245,40 +257,86 @@ impl Case {
         }
     }
 
-    /// Refines the surfaces of two bodies in common.
-    fn refine(&self, contact: usize, meshes: &mut Meshes) -> Result<(), CaseError> {
-        let given = &self.contacts[contact];
-        let ([a, b], [first, second]) = (&given.bodies[..], &meshes.sides[contact][..]) else {
-            return Ok(());
-        };
-        let (_, normal) = self.gap_and_normal(contact);
-        let bodies = [&meshes.bodies[*a], &meshes.bodies[*b]];
-        let lengths = [length(bodies[0], first), length(bodies[1], second)];
-        let common =
-            common_refinement(bodies.map(Body::clone), [first, second], normal).map_err(|error| {
-                CaseError::from(self.swap_names(contact, self.refinement_diagnostic(contact, &error)))
-            })?;
-        if let Some(changes) = &common.changes {
-            let bent = given.geometric
-                && common.measured.facing.iter().flatten().any(|f| f.sagitta > BENT * f.spacing);
-            let more = if bent {
-                "; the gap is measured between smooth curves through the nodes of each"
-            } else {
-                ""
+    /// Refines the surfaces of pairs in common, of several at once if they are apart, and returns the bodies that were changed.
+    ///
+    /// * `waiting`: pairs of bodies, each with the reason why it must be refined; `refined`: how often each pair was refined.
+    fn refine(
+        &self,
+        waiting: &[(usize, InterfaceError)],
+        refined: &mut [usize],
+        meshes: &mut Meshes,
+    ) -> Result<BTreeSet<usize>, CaseError> {
+        let sides = meshes.sides.clone();
+        let surfaces =
+            |(k, _): &(usize, InterfaceError)| match (&self.contacts[*k].bodies[..], &sides[*k][..]) {
+                ([a, b], [first, second]) => Some(Surfaces {
+                    bodies: [*a, *b],
+                    groups: [first, second],
+                    normal: self.gap_and_normal(*k).1,
+                }),
+                _ => None,
             };
-            let names = [*a, *b].map(|body| format!("\"{}\"", self.bodies[body].name));
-            let note = |names: [&str; 2]| changes_note(names, changes, lengths) + more;
-            let shared = note(["first body", "second body"]);
-            meshes.notes[contact] =
-                Some(PairNote { contact, alone: note(names.each_ref().map(|name| name.as_str())), shared });
+        let surfaces: Vec<Surfaces<'_>> = waiting.iter().filter_map(surfaces).collect();
+        let length =
+            |pair: &Surfaces<'_>| [0, 1].map(|b| length(&meshes.bodies[pair.bodies[b]], pair.groups[b]));
+        let lengths: Vec<[f64; 2]> = surfaces.iter().map(length).collect();
+        let mut changed = BTreeSet::new();
+        for (place, found) in common_refinements(&mut meshes.bodies, &surfaces) {
+            let (contact, error) = &waiting[place];
+            refined[*contact] += 1;
+            match found {
+                Ok((measured, changes)) => {
+                    let note = |changes| self.refinement_note(*contact, &changes, &measured, lengths[place]);
+                    if let Some(note) = changes.map(note) {
+                        meshes.notes[*contact] = Some(note);
+                    }
+                    meshes.measured[*contact] = Some(measured);
+                    changed.extend(surfaces[place].bodies);
+                }
+                // Sides that face each other only in part.
+                Err(_) if refined[*contact] == 1 && self.take_facing(*contact, meshes) => {}
+                // The load on the side is what the user can change.
+                Err(_) if matches!(error, InterfaceError::Occupied { .. }) => {
+                    return Err(self.interface_diagnostic(*contact, error).into());
+                }
+                Err(fault) => {
+                    return Err(self
+                        .swap_names(*contact, self.refinement_diagnostic(*contact, &fault))
+                        .into());
+                }
+            }
         }
-        let CommonRefinement { bodies, .. } = &common;
-        for (b, body) in [a, b].into_iter().zip(bodies) {
+        for &b in &changed {
             // A part of a side may end at a new node.
-            meshes.bodies[*b] = body.reselected().map_err(|error| self.body_diagnostic(*b, &error))?;
+            let body = meshes.bodies[b].reselected();
+            meshes.bodies[b] = body.map_err(|error| self.body_diagnostic(b, &error))?;
         }
-        meshes.measured[contact] = Some(common.measured);
-        Ok(())
+        Ok(changed)
+    }
+
+    /// Says what a common refinement changed.
+    ///
+    /// * `lengths`: of the surfaces as they were.
+    fn refinement_note(
+        &self,
+        contact: usize,
+        changes: &Changes,
+        measured: &Measured,
+        lengths: [f64; 2],
+    ) -> PairNote {
+        let given = &self.contacts[contact];
+        let bent = given.geometric && measured.facing.iter().flatten().any(|f| f.sagitta > BENT * f.spacing);
+        let more =
+            if bent { "; the gap is measured between smooth curves through the nodes of each" } else { "" };
+        let names: Vec<String> =
+            given.bodies.iter().map(|body| format!("\"{}\"", self.bodies[*body].name)).collect();
+        let note = |names: [&str; 2]| changes_note(names, changes, lengths) + more;
+        let shared = note(["first body", "second body"]);
+        let alone = match &names[..] {
+            [first, second] => note([first, second]),
+            _ => shared.clone(),
+        };
+        PairNote { contact, alone, shared }
     }
 
     /// Helps if the two names of `surfaces` fit the other way round.

@@ -1,7 +1,7 @@
 //! Boxes along the axes: `part` of a side, `box` of a region.
 
 use crate::case_file::Reader;
-use fem_core::geometry::{Vector, diagonal};
+use fem_core::geometry::Vector;
 use fem_core::mesh::TriMesh;
 use serde::Serialize;
 
@@ -23,7 +23,7 @@ pub struct Part {
 impl Part {
     /// How far beyond its limits a point may be.
     pub(super) fn tolerance(mesh: &TriMesh) -> f64 {
-        TOLERANCE * diagonal(mesh.points())
+        TOLERANCE * mesh.diagonal()
     }
 
     /// Returns the test whether a point of the mesh's plane lies in the closed box, to [`Self::tolerance`].

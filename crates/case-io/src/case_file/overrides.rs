@@ -22,7 +22,7 @@ pub fn split_override(argument: &str) -> Result<(String, String), CaseError> {
         Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
         _ => {
             let source = Source::new(&format!("--set {argument}"), argument, true);
-            let place = At { source, span: 0..argument.len() }.place();
+            let place = At::new(&source, 0..argument.len()).place();
             Err(Diagnostic::new(code::OVERRIDE, Some(place), "an override without a key and a value")
                 .expected("KEY=VALUE, such as solver.theta=0.3")
                 .fix("write the key, `=` and the value without blanks, or all of it in quotes")
@@ -35,7 +35,7 @@ pub fn split_override(argument: &str) -> Result<(String, String), CaseError> {
 pub(super) fn apply(root: &mut Table, key: &str, value: &str) -> Result<(), CaseError> {
     let text = format!("{key}={value}");
     let source = Source::new(&format!("--set {text}"), &text, true);
-    let key_at = At { source: Arc::clone(&source), span: 0..key.len() };
+    let key_at = At::new(&source, 0..key.len());
     let fault = |message: String| Diagnostic::new(code::OVERRIDE, Some(key_at.place()), message);
     let path = key_path(key).ok_or_else(|| {
         fault(format!("`{key}` is not a key"))
@@ -71,9 +71,9 @@ pub(super) fn key_path(key: &str) -> Option<Vec<String>> {
 /// Reads a value; what is not TOML and does not begin like a compound value is a string.
 fn parse_value(value: &str, source: &Arc<Source>, offset: usize) -> Result<Node, CaseError> {
     match DeValue::parse(value) {
-        Ok(parsed) => Ok(tree::node(&parsed, source, offset)),
+        Ok(parsed) => Ok(tree::node(parsed, source, offset)),
         Err(error) => {
-            let at = At { source: Arc::clone(source), span: offset..offset + value.len() };
+            let at = At::new(source, offset..offset + value.len());
             let compound = |c: char| ['[', '{', '"', '\''].contains(&c) || numeral::is_curly(c);
             if value.is_empty() || value.starts_with(compound) {
                 if let Some(slip) = slips::in_line(value, 0..value.len(), source, offset) {

@@ -34,7 +34,7 @@ impl Sweep {
     /// A missing key or value, numbers that do not make a range, or more than [`MOST_SWEEP_VALUES`] values.
     pub fn parse(argument: &str) -> Result<Self, CaseError> {
         let source = Source::new(&format!("--over {argument}"), argument, true);
-        let place = At { source, span: 0..argument.len() }.place();
+        let place = At::new(&source, 0..argument.len()).place();
         let fault = |message: String| {
             CaseError::from(
                 Diagnostic::new(code::OVERRIDE, Some(place.clone()), message)

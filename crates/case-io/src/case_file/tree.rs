@@ -9,21 +9,32 @@ use toml::de::{DeInteger, DeTable, DeValue};
 #[derive(Clone, Debug)]
 pub(crate) struct At {
     pub(crate) source: Arc<Source>,
-    pub(crate) span: Range<usize>,
+    /// Begin and end: a case file has at most [`super::LARGEST_CASE_FILE`] bytes, and a value on the command line not many more.
+    span: [u32; 2],
 }
 
 impl At {
+    pub(crate) fn new(source: &Arc<Source>, span: Range<usize>) -> Self {
+        let span = [span.start, span.end].map(|byte| u32::try_from(byte).unwrap_or(u32::MAX));
+        Self { source: Arc::clone(source), span }
+    }
+
+    /// Returns the bytes of the text.
+    pub(crate) fn span(&self) -> Range<usize> {
+        self.span[0] as usize..self.span[1] as usize
+    }
+
     pub(crate) fn place(&self) -> Place {
-        Place::new(&self.source, self.span.clone())
+        Place::new(&self.source, self.span())
     }
 
     /// Returns the place of some bytes of the string here; the place of the string if escapes make the two
     /// differ.
     pub(crate) fn within(&self, text: &str, bytes: Range<usize>) -> Place {
-        let written = self.source.text().get(self.span.clone()).unwrap_or_default();
+        let written = self.source.text().get(self.span()).unwrap_or_default();
         match written.find(text).filter(|_| !text.is_empty()) {
             Some(start) => {
-                let start = self.span.start + start;
+                let start = self.span().start + start;
                 Place::new(&self.source, start + bytes.start..start + bytes.end)
             }
             None => self.place(),
@@ -85,31 +96,32 @@ pub(crate) struct Entry {
     pub(crate) node: Node,
 }
 
-/// Copies a table; its spans are shifted by `offset`, where its text begins in the source.
-pub(crate) fn table(table: &DeTable<'_>, source: &Arc<Source>, offset: usize) -> Table {
-    let entries = table.iter().map(|(key, value)| Entry {
-        key: key.get_ref().clone().into_owned(),
+/// Takes a table apart, so that no value is there twice; its spans are shifted by `offset`, where its text begins in the source.
+pub(crate) fn table(table: DeTable<'_>, source: &Arc<Source>, offset: usize) -> Table {
+    let entries = table.into_iter().map(|(key, value)| Entry {
         key_at: at(source, key.span(), offset),
+        key: key.into_inner().into_owned(),
         node: node(value, source, offset),
     });
     Table { entries: entries.collect() }
 }
 
-/// Copies a value, see [`table`].
-pub(crate) fn node(value: &toml::Spanned<DeValue<'_>>, source: &Arc<Source>, offset: usize) -> Node {
-    let copy = match value.get_ref() {
-        DeValue::String(text) => NodeValue::String(text.clone().into_owned()),
-        DeValue::Integer(number) => integer(number),
+/// Takes a value, see [`table`].
+pub(crate) fn node(value: toml::Spanned<DeValue<'_>>, source: &Arc<Source>, offset: usize) -> Node {
+    let at = at(source, value.span(), offset);
+    let value = match value.into_inner() {
+        DeValue::String(text) => NodeValue::String(text.into_owned()),
+        DeValue::Integer(number) => integer(&number),
         // TOML's floats are Rust's, `nan` and `inf` included; one too large becomes infinite and is refused later.
         DeValue::Float(number) => NodeValue::Float(number.as_str().parse().unwrap_or(f64::NAN)),
-        DeValue::Boolean(truth) => NodeValue::Boolean(*truth),
+        DeValue::Boolean(truth) => NodeValue::Boolean(truth),
         DeValue::Datetime(_) => NodeValue::Datetime,
         DeValue::Array(items) => {
-            NodeValue::Array(items.iter().map(|item| node(item, source, offset)).collect())
+            NodeValue::Array(items.into_iter().map(|item| node(item, source, offset)).collect())
         }
         DeValue::Table(inner) => NodeValue::Table(table(inner, source, offset)),
     };
-    Node { value: copy, at: at(source, value.span(), offset) }
+    Node { value, at }
 }
 
 fn integer(number: &DeInteger<'_>) -> NodeValue {
@@ -120,5 +132,5 @@ fn integer(number: &DeInteger<'_>) -> NodeValue {
 }
 
 fn at(source: &Arc<Source>, span: Range<usize>, offset: usize) -> At {
-    At { source: Arc::clone(source), span: span.start + offset..span.end + offset }
+    At::new(source, span.start + offset..span.end + offset)
 }

@@ -315,7 +315,7 @@ fn one_large_gain_predicts_no_end() {
     // Gains of 50 % and 10 %: a geometric series of their ratio would promise 2.5 % more.
     assert!(left_to_gain(&[1.0, 0.25, 0.25 * 0.81]) > 0.3);
     assert!(left_to_gain(&[1.0, 0.25]).is_infinite() && left_to_gain(&[1.0, 0.9, 0.1]).is_infinite());
-    // The last two of four steps lower the square from 1.02 to 1: at most by 0.04 more.
+    // The last two of four steps lower the square from 1.02 to 1: by 0.04 more.
     assert!((left_to_gain(&[9.0, 2.0, 1.02, 1.01, 1.0]) - (0.96f64.sqrt().recip() - 1.0)).abs() < 1e-12);
     assert_eq!(left_to_gain(&[1.0, 0.5, 0.5]), 0.0);
 }

@@ -9,7 +9,7 @@ use super::{
     Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, EdgeReaction, NodeConstraint, SupportSet,
 };
 use crate::boundary::{BoundaryConditions, EdgeSelection, Load, RigidCondition, ScalarData, Support};
-use crate::geometry::{self, Vector, cross};
+use crate::geometry::{Vector, cross, norm};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
@@ -256,7 +256,7 @@ impl Evaluation<'_> {
             return Err(BodyError::UnknownGroup { place, group, known: names.join(", ") });
         };
         let points = self.mesh.points();
-        let tolerance = 1e-9 * geometry::diagonal(points);
+        let tolerance = 1e-9 * self.mesh.diagonal();
         let inside = |p: Vector| {
             selection.part.is_none_or(|part| {
                 (0..2).all(|c| p[c] >= part[c][0] - tolerance && p[c] <= part[c][1] + tolerance)
@@ -377,7 +377,7 @@ impl Evaluation<'_> {
             let blocked = match condition.reaction {
                 EdgeReaction::None => false,
                 EdgeReaction::Along(d) => {
-                    traction.iter().any(|&t| t.dot(&d).abs() > SAME_DIRECTION * geometry::norm(t))
+                    traction.iter().any(|&t| t.dot(&d).abs() > SAME_DIRECTION * norm(t))
                 }
                 EdgeReaction::Both => traction.iter().any(|&t| t != Vector::zeros()),
             };

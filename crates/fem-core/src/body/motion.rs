@@ -1,7 +1,7 @@
 //! Finds the rigid motions that the supports of a body leave free.
 
 use super::{Body, NodeConstraint};
-use crate::geometry::{self, Vector, norm, perpendicular, shown};
+use crate::geometry::{Vector, norm, perpendicular, shown};
 use nalgebra::Matrix3;
 use std::fmt;
 
@@ -141,7 +141,7 @@ const HELD: f64 = 1e-12;
 /// The middle of a body, and its size: rotations are about the one and scaled by the other, so that they are comparable
 /// with translations.
 fn middle_and_size(body: &Body) -> (Vector, f64) {
-    let [low, high] = geometry::bounding_box(body.mesh().points());
+    let [low, high] = body.mesh().bounding_box();
     (0.5 * (low + high), norm(high - low))
 }
 

@@ -30,6 +30,7 @@
 //! Source: the common refinement of Jiao and Heath 2004, here by insertion into the meshes themselves, so that the pairs
 //! match and the constitutive relation error remains a bound.
 
+mod batch;
 mod chain;
 mod corners;
 pub(super) mod curve;
@@ -44,11 +45,8 @@ use super::{ContactNormal, outline};
 use crate::body::Body;
 use crate::geometry::Vector;
 use crate::mesh::id::{EdgeId, NodeId};
-use crate::mesh::refine::RefinementEdges;
 use chain::Chain;
 use curve::Between;
-use cut::Side;
-use moved::{Moves, replaced, with_moved};
 use overlap::Overlap;
 use std::collections::HashMap;
 
@@ -113,6 +111,20 @@ pub struct CommonRefinement {
     pub changes: Option<Changes>,
 }
 
+/// Two surfaces whose nodes are to match.
+#[derive(Clone, Copy, Debug)]
+pub struct Surfaces<'a> {
+    /// The numbers of their two bodies.
+    pub bodies: [usize; 2],
+    /// The edge group of the first and of the second body.
+    pub groups: [&'a str; 2],
+    /// The direction of projection.
+    pub normal: ContactNormal,
+}
+
+/// The measured nodes of two surfaces that were made to match, and the changes; `None` if there are no changes.
+pub type Matched = (Measured, Option<Changes>);
+
 /// Makes the contact surfaces of two bodies match.
 ///
 /// * `surfaces`: the edge group of the first and of the second body.
@@ -126,53 +138,28 @@ pub fn common_refinement(
     surfaces: [&str; 2],
     normal: ContactNormal,
 ) -> Result<CommonRefinement, CommonRefinementError> {
-    let mut chains = [chains(&bodies[0], 0, surfaces[0])?, chains(&bodies[1], 1, surfaces[1])?];
-    let reference = reference(&bodies, surfaces, &chains);
-    let before = [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b]));
-    let nodes = [0, 1].map(|b| bodies[b].mesh().points().len());
-    let mut moves = Moves::default();
-    if normal == ContactNormal::Averaged {
-        let same = corners::end_stretches(&bodies, &mut chains, reference);
-        let other = 1 - reference;
-        moves.add(other, &bodies[other], &same);
-        bodies[other] = with_moved(bodies[other].clone(), other, &same)?;
-    }
-    seam::open(&mut bodies, &mut chains, reference, normal, &mut moves)?;
-    let mut overlaps = overlap::find(&bodies, &chains, reference, normal)?;
-    if overlaps.is_empty() {
-        return Err(CommonRefinementError::NoOverlap {
-            points: [0, 1].map(|b| centre(&bodies[b], &chains[b])),
-        });
-    }
-    let mut moved = [HashMap::new(), HashMap::new()];
-    for overlap in &mut overlaps {
-        overlap::snap(overlap, &bodies, &mut moved)?;
-    }
-    for b in 0..2 {
-        moves.add(b, &bodies[b], &moved[b]);
-    }
-    let [first, second] = bodies;
-    let mut sides = [side(first, 0, &moved[0])?, side(second, 1, &moved[1])?];
-    cut::cut_all(&mut sides, &mut overlaps, reference)?;
-    let [first, second] = sides.map(|s| s.body);
-    let (first, free_0) = restrict(first, 0, surfaces[0], &overlaps)?;
-    let (second, free_1) = restrict(second, 1, surfaces[1], &overlaps)?;
-    let mut bodies = [first, second];
-    bodies.iter_mut().zip(nodes).for_each(|(body, from)| body.note_inserted(from));
-    let changes = Changes {
-        added: [0, 1].map(|b| bodies[b].mesh().points().len() - nodes[b]),
-        snapped: moves.count,
-        largest_move: moves.largest,
-        angle_before: before,
-        smallest_angle: [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b])),
-        free: [free_0, free_1],
-    };
-    let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
-    let measured_on = (&bodies[reference], nodes[reference]);
-    let facing = overlaps.iter().map(|overlap| overlap.facing(measured_on).collect()).collect();
-    let between = overlaps.iter().flat_map(Overlap::between).collect();
-    let measured = Measured { facing, between };
-    Ok(CommonRefinement { bodies, measured, changes: (!nothing).then_some(changes) })
+    let mut found = common_refinements(&mut bodies, &[Surfaces { bodies: [0, 1], groups: surfaces, normal }]);
+    let (_, found) = found.remove(0);
+    found.map(|(measured, changes)| CommonRefinement { bodies, measured, changes })
+}
+
+/// Makes the contact surfaces of several pairs match, each body is cut once for all of them: the first pair, and those of the others whose
+/// surroundings have no node in common. Surfaces that cannot match change nothing.
+///
+/// Returns the numbers of the pairs that were looked at, ascending, each with what was found.
+pub fn common_refinements(
+    bodies: &mut [Body],
+    pairs: &[Surfaces<'_>],
+) -> Vec<(usize, Result<Matched, CommonRefinementError>)> {
+    let together = batch::independent(bodies, pairs);
+    batch::match_all(bodies, pairs, &together).unwrap_or_else(|fault| match together[..] {
+        // The fault of one of several: the first is cut alone.
+        [first, _, ..] => match batch::match_all(bodies, pairs, &[first]) {
+            Ok(found) => found,
+            Err(fault) => vec![(first, Err(fault))],
+        },
+        _ => vec![(0, Err(fault))],
+    })
 }
 
 fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonRefinementError> {
@@ -183,10 +170,10 @@ fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonR
 
 /// Chooses the surface on which both are measured: one that is a declared arc of a body that may spin, whose own normals leave it free;
 /// otherwise the one with fewer edges; for equal numbers the one that comes first in space, so that the order of the bodies does not matter.
-fn reference(bodies: &[Body; 2], surfaces: [&str; 2], chains: &[Vec<Chain>; 2]) -> usize {
+fn reference(bodies: [&Body; 2], surfaces: [&str; 2], chains: &[Vec<Chain>; 2]) -> usize {
     let spins = [0, 1].map(|b| {
         let edges = bodies[b].mesh().group(surfaces[b]).unwrap_or(&[]);
-        outline::is_one_arc(&bodies[b], edges.iter().copied()) && bodies[b].free_motion().is_some()
+        outline::is_one_arc(bodies[b], edges.iter().copied()) && bodies[b].free_motion().is_some()
     });
     if spins[0] != spins[1] {
         return usize::from(spins[1]);
@@ -214,19 +201,8 @@ fn surface_angle(body: &Body, group: &str) -> f64 {
     chain::smallest_angle(mesh, edges.iter().flat_map(|&e| mesh.topology().edges()[e]))
 }
 
-fn side(body: Body, number: usize, moved: &HashMap<NodeId, Vector>) -> Result<Side, CommonRefinementError> {
-    let body = with_moved(body, number, moved)?;
-    let refinement_edges = RefinementEdges::longest(body.mesh());
-    Ok(Side { body, refinement_edges })
-}
-
-/// Keeps only the edges of the overlaps in the group of the contact surface, and returns the length of the others.
-fn restrict(
-    body: Body,
-    number: usize,
-    group: &str,
-    overlaps: &[Overlap],
-) -> Result<(Body, f64), CommonRefinementError> {
+/// Finds the edges of the overlaps in the group of the contact surface, and the length of the others; `None` if there are no others.
+fn restricted(body: &Body, number: usize, group: &str, overlaps: &[Overlap]) -> Option<(Vec<EdgeId>, f64)> {
     let mesh = body.mesh();
     let find = |ends: [NodeId; 2]| mesh.topology().find_edge(ends[0], ends[1]);
     let mut kept: Vec<EdgeId> = overlaps.iter().flat_map(|o| o.common(number)).filter_map(find).collect();
@@ -234,11 +210,10 @@ fn restrict(
     kept.dedup();
     let all = mesh.group(group).unwrap_or(&[]);
     if kept == all {
-        return Ok((body, 0.0));
+        return None;
     }
     let free = all.iter().filter(|e| kept.binary_search(e).is_err()).map(|&e| mesh.edge_length(e)).sum();
-    let points = mesh.points().to_vec();
-    Ok((replaced(&body, number, points, Some((group, kept)))?, free))
+    Some((kept, free))
 }
 
 #[cfg(test)]

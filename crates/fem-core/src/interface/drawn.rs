@@ -4,7 +4,7 @@ use super::common_refinement::Facing;
 use super::common_refinement::curve::Between;
 use super::{ContactEdge, GapChange, InterfaceError, NodePair, STRAIGHT, matching};
 use crate::body::Body;
-use crate::geometry::{self, Vector, cross, norm};
+use crate::geometry::{Vector, cross, norm};
 
 /// Paired nodes face each other along the contact normal to this fraction of the edges there.
 const FACING: f64 = 1e-9;
@@ -45,8 +45,7 @@ impl Drawn {
                 spacing[k as usize] = spacing[k as usize].min(edge.length);
             }
         }
-        let size =
-            bodies.map(|b| geometry::diagonal(b.mesh().points())).into_iter().fold(f64::INFINITY, f64::min);
+        let size = bodies[0].mesh().diagonal().min(bodies[1].mesh().diagonal());
         let (mut gaps, mut uncertainty) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
         for (k, (pair, &spacing)) in pairs.iter().zip(&spacing).enumerate() {
             let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b]]);

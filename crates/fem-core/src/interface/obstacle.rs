@@ -305,7 +305,7 @@ fn check_apart(
     if given && off > 0.0 {
         return Err(InterfaceError::Distance { point, gap: distance, spacing });
     }
-    if !given && off > TOUCHING * geometry::diagonal(mesh.points()) {
+    if !given && off > TOUCHING * mesh.diagonal() {
         return Err(InterfaceError::Overlap { point, depth: off, spacing });
     }
     Ok(())
@@ -320,7 +320,7 @@ fn change(body: &Body, line: &RigidLine, pairs: &[NodePair]) -> Option<GapChange
     };
     let size = |c: &GapChange| (c.used - c.drawn).abs();
     let largest = pairs.iter().map(change).max_by(|a, b| size(a).total_cmp(&size(b)));
-    largest.filter(|c| size(c) > ROUND_OFF * geometry::diagonal(points))
+    largest.filter(|c| size(c) > ROUND_OFF * body.mesh().diagonal())
 }
 
 /// Pairs and edges along an obstacle.
@@ -398,7 +398,7 @@ impl Chained {
             Some(Gap::Given(data)) => data.at(point),
             Some(Gap::Touching) => 0.0,
             Some(Gap::Geometric) | None => {
-                let size = geometry::diagonal(body.mesh().points());
+                let size = body.mesh().diagonal();
                 if distance < -TOUCHING * size {
                     let around = body.mesh().topology().triangles_around(node).first();
                     let spacing = around.map_or(size, |t| body.mesh().area(*t as usize).sqrt());

@@ -41,7 +41,7 @@ impl TriMesh {
         outer.sort_unstable();
         outer.dedup();
         let tree = tree(self, &outer);
-        let width = WIDTH * geometry::diagonal(self.points());
+        let width = WIDTH * self.diagonal();
         first_near(&tree, self, |t| {
             let near = overlapping(&tree, self, self.corners(t), width);
             let found = near.filter(|found| found.0 != t).map(|(other, point, area)| CellOverlap {
@@ -58,7 +58,7 @@ impl TriMesh {
     /// * `cells`: triangles of this mesh.
     pub fn overlap_with(&self, cells: &[u32], other: &Self) -> Option<CellOverlap> {
         let tree = tree(self, cells);
-        let width = WIDTH * geometry::diagonal(self.points()).min(geometry::diagonal(other.points()));
+        let width = WIDTH * self.diagonal().min(other.diagonal());
         first_near(&tree, other, |t| {
             let near = overlapping(&tree, self, other.corners(t), width);
             let found = near.map(|(own, point, area)| CellOverlap { triangles: [own, t], point, area });

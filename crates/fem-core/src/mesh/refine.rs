@@ -128,19 +128,37 @@ pub fn close(mesh: &TriMesh, refinement_edges: &RefinementEdges, marked: &mut [b
     assert!(found == expected, "`marked` has {found} entries, the mesh {expected} edges");
     let (found, expected) = (refinement_edges.len(), mesh.triangles().len());
     assert!(found == expected, "there are {found} refinement edges for {expected} triangles");
-    let mut waiting: Vec<EdgeId> = (0..marked.len()).map(EdgeId::new).filter(|&e| marked[e]).collect();
-    let mut added = false;
-    while let Some(edge) = waiting.pop() {
-        for triangle in topology.edge_triangles()[edge].into_iter().filter(|&t| t != NONE) {
-            let needed = refinement_edges.of(mesh, triangle as usize);
-            if !marked[needed] {
-                marked[needed] = true;
-                added = true;
-                waiting.push(needed);
-            }
+    let given: Vec<EdgeId> = (0..marked.len()).map(EdgeId::new).filter(|&e| marked[e]).collect();
+    let needed = given.into_iter().flat_map(|edge| needed_with(mesh, refinement_edges, edge));
+    mark(mesh, refinement_edges, marked, needed.collect()) > 0
+}
+
+/// Marks edges, and further ones until the refinement is conforming if it was before. Returns how many were not marked yet.
+pub(crate) fn mark(
+    mesh: &TriMesh,
+    refinement_edges: &RefinementEdges,
+    marked: &mut [bool],
+    mut edges: Vec<EdgeId>,
+) -> usize {
+    let mut added = 0;
+    while let Some(edge) = edges.pop() {
+        if !marked[edge] {
+            marked[edge] = true;
+            added += 1;
+            edges.extend(needed_with(mesh, refinement_edges, edge));
         }
     }
     added
+}
+
+/// Lists the refinement edges of the triangles of an edge.
+fn needed_with<'a>(
+    mesh: &'a TriMesh,
+    refinement_edges: &'a RefinementEdges,
+    edge: EdgeId,
+) -> impl Iterator<Item = EdgeId> + use<'a> {
+    let triangles = mesh.topology().edge_triangles()[edge].into_iter().filter(|&t| t != NONE);
+    triangles.map(|t| refinement_edges.of(mesh, t as usize))
 }
 
 /// Halves the marked edges and cuts the triangles accordingly, after [`close`].

@@ -284,3 +284,45 @@ fn twenty_thousand_unused_materials_give_twenty_warnings() {
         20
     );
 }
+
+/// Blocks side by side on one body, too many to be checked within a second.
+fn many_blocks() -> String {
+    let mut text = "schema = 1\n[materials.a]\nyoung = 1000.0\npoisson = 0.2\n".to_owned();
+    let count = 20_000;
+    let mut body = |name: &str, [x, y]: [usize; 2], width: usize, cells: usize, condition: &str| {
+        text += &format!(
+            "[[body]]\nname = \"{name}\"\nmaterial = \"a\"\ngenerator = {{ kind = \"block\", origin = [{x}.0, {y}.0], \
+             size = [{width}.0, 1.0], cells = [{cells}, 1] }}\n[[body.displacement]]\non = {condition}\n"
+        );
+    };
+    body("base", [0, 0], 2 * count, 2 * count, "\"bottom\"\nfixed = true");
+    for k in 0..count {
+        body(&format!("b{k}"), [2 * k, 1], 1, 2, "\"left\"\nux = 0.0");
+    }
+    for k in 0..count {
+        text += &format!("[[contact]]\nbodies = [\"b{k}\", \"base\"]\nsurfaces = [\"bottom\", \"top\"]\n");
+    }
+    text
+}
+
+#[test]
+fn the_time_limit_ends_work_that_has_no_result_in_whatever_loop_it_is() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = temp.path().join("many.toml");
+    std::fs::write(&case, many_blocks()).unwrap();
+    let out = temp.path().join("out");
+    for command in ["check", "solve", "certify"] {
+        let mut run = nndd(temp.path());
+        run.arg(command).arg(&case).args(["--set", "limits.time=\"0.001s\""]);
+        match command {
+            "solve" => run.arg("--out").arg(&out),
+            "certify" => run.arg("--displacement").arg("none.vtu"),
+            _ => &mut run,
+        };
+        let output = run.output().unwrap();
+        assert_eq!(output.status.code(), Some(8), "{command}: {}", said(&output));
+        let text = said(&output);
+        assert!(text.contains("limits.time = 0.001 s reached") && text.contains("in making"), "{text}");
+        assert!(!out.exists());
+    }
+}

@@ -1,6 +1,6 @@
 //! The field of a file on a mesh of a case.
 
-use fem_core::geometry::{Vector, diagonal, norm};
+use fem_core::geometry::{Vector, norm};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::cell_tree::{CellAt, CellTree};
 use fem_core::mesh::id::NodeId;
@@ -35,7 +35,7 @@ pub(super) enum Mismatch {
 /// of the file would be certified. Points outside the mesh are left out.
 pub(super) fn matched<'a>(read: &PointVectors, mesh: &'a TriMesh) -> Result<Matched<'a>, Mismatch> {
     let tree = CellTree::new(mesh);
-    let width = SAME * diagonal(mesh.points());
+    let width = SAME * mesh.diagonal();
     let around: Vec<Vec<CellAt>> = read.points.iter().map(|point| tree.around(*point, width)).collect();
     let corners = |at: &CellAt| mesh.triangles()[at.triangle];
     // The nearest point of each node.

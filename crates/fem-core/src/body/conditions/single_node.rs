@@ -18,7 +18,7 @@ impl Evaluation<'_> {
         let nodes = topology.boundary_edges().iter().flat_map(|&edge| topology.edges()[edge]);
         let distance = |node: &NodeId| geometry::norm(points[*node] - at);
         let nearest = nodes.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let tolerance = AT_NODE * geometry::diagonal(points);
+        let tolerance = AT_NODE * self.mesh.diagonal();
         match nearest {
             Some(node) if distance(&node) <= tolerance => Ok(node),
             Some(node) => Err(BodyError::NoNode { place, point: at, nearest: points[node] }),

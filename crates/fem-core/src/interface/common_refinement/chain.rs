@@ -4,7 +4,7 @@ use crate::body::{Body, NodeConstraint};
 use crate::geometry::{self, Vector};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Cosine of the turn, 30 degrees, from which a node is a corner that does not move.
 const CORNER: f64 = 0.866;
@@ -69,8 +69,31 @@ pub(super) enum Motion {
     Slides,
 }
 
+/// Nodes of a body that are not moved freely, whatever stretch they belong to.
+pub(super) struct Fixed {
+    /// A group begins there, or has more than two edges.
+    ends: HashSet<NodeId>,
+    /// On rollers.
+    rollers: HashSet<NodeId>,
+}
+
+impl Fixed {
+    /// Finds them in one pass over all groups.
+    pub(super) fn new(body: &Body) -> Self {
+        let mut ends = HashSet::new();
+        for edges in body.mesh().groups().values() {
+            let mut count: HashMap<NodeId, usize> = HashMap::new();
+            for node in edges.iter().flat_map(|&e| body.mesh().topology().edges()[e]) {
+                *count.entry(node).or_default() += 1;
+            }
+            ends.extend(count.into_iter().filter(|(_, c)| *c != 2).map(|(node, _)| node));
+        }
+        Self { ends, rollers: body.roller_nodes().collect() }
+    }
+}
+
 /// Tells how each node of the stretches may move along its surface.
-pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<NodeId, Motion> {
+pub(super) fn motions(body: &Body, chains: &[Chain], fixed: &Fixed) -> HashMap<NodeId, Motion> {
     let mesh = body.mesh();
     let topology = mesh.topology();
     let mut motions: HashMap<NodeId, Motion> = HashMap::new();
@@ -90,24 +113,13 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<NodeId, Motion> 
             };
             let slides = inner && !held && !mixed && !corner;
             let cut = (k == 0 && chain.corners[0]) || (k + 1 == chain.nodes.len() && chain.corners[1]);
-            let motion = if slides { Motion::Slides } else { Motion::Shifts };
-            motions.insert(node, if cut { Motion::None } else { motion });
+            let motion = match slides && !fixed.ends.contains(&node) {
+                _ if cut || fixed.rollers.contains(&node) => Motion::None,
+                true => Motion::Slides,
+                false => Motion::Shifts,
+            };
+            motions.insert(node, motion);
         }
-    }
-    // A group has two edges at a node, or it begins there.
-    for edges in mesh.groups().values() {
-        let mut count: HashMap<NodeId, usize> = HashMap::new();
-        for node in edges.iter().flat_map(|&e| topology.edges()[e]) {
-            if motions.contains_key(&node) {
-                *count.entry(node).or_default() += 1;
-            }
-        }
-        for node in count.into_iter().filter(|(_, c)| *c != 2).map(|(n, _)| n) {
-            motions.entry(node).and_modify(|motion| *motion = (*motion).min(Motion::Shifts));
-        }
-    }
-    for node in body.roller_nodes().filter(|n| motions.contains_key(n)).collect::<Vec<_>>() {
-        motions.insert(node, Motion::None);
     }
     motions
 }

@@ -4,7 +4,7 @@ use super::chain::Chain;
 use super::line;
 use super::overlap::{ROUND_OFF, SAME};
 use crate::body::{Body, Piece};
-use crate::geometry::{Vector, diagonal, norm, right_normal};
+use crate::geometry::{Vector, norm, right_normal};
 use crate::interface::outline::{self, Beside};
 use crate::mesh::id::NodeId;
 use std::collections::HashMap;
@@ -56,7 +56,7 @@ enum Faced {
 /// piece of the other surface gives its normal to the corner instead. Returns the new places of corners of the other surface, which coincide with
 /// the reference's up to the rounding of the meshes.
 pub(super) fn end_stretches(
-    bodies: &[Body; 2],
+    bodies: [&Body; 2],
     chains: &mut [Vec<Chain>; 2],
     reference: usize,
 ) -> HashMap<NodeId, Vector> {
@@ -66,12 +66,8 @@ pub(super) fn end_stretches(
         return moved;
     }
     let outlines =
-        [0, 1].map(|b| chains[b].iter().map(|chain| Outline::new(&bodies[b], chain)).collect::<Vec<_>>());
-    let size = bodies
-        .each_ref()
-        .map(|body| diagonal(body.mesh().points()))
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
+        [0, 1].map(|b| chains[b].iter().map(|chain| Outline::new(bodies[b], chain)).collect::<Vec<_>>());
+    let size = bodies[0].mesh().diagonal().min(bodies[1].mesh().diagonal());
     let mut cuts = [0, 1].map(|b: usize| vec![Vec::new(); chains[b].len()]);
     for (i, own) in outlines[r].iter().enumerate() {
         for k in own.nodes().filter(|k| own.beside[*k].is_corner()) {

@@ -49,57 +49,84 @@ impl Cut {
     }
 }
 
-/// Cuts until the nodes of both sides on every overlap are the same.
-///
-/// * `first`: the body to be cut first; the other one takes its new nodes into account.
-pub(super) fn cut_all(
-    sides: &mut [Side; 2],
-    overlaps: &mut [Overlap],
-    first: usize,
-) -> Result<(), CommonRefinementError> {
+/// Two surfaces while they are cut.
+pub(super) struct Pair {
+    /// The numbers of their bodies among those that are cut.
+    pub(super) bodies: [usize; 2],
+    /// The surface that is cut first; the other one takes its new nodes into account.
+    pub(super) first: usize,
+    pub(super) overlaps: Vec<Overlap>,
+    /// Nodes that were added to each body.
+    pub(super) added: [usize; 2],
+}
+
+/// A surface on a body: the number of its pair, and 0 or 1.
+type Surface = (usize, usize);
+
+/// Cuts until the nodes of both surfaces on every overlap are the same.
+pub(super) fn cut_all(sides: &mut [Side], pairs: &mut [Pair]) -> Result<(), CommonRefinementError> {
+    let mut on_body: Vec<Vec<Surface>> = vec![Vec::new(); sides.len()];
+    for (k, pair) in pairs.iter().enumerate() {
+        pair.bodies.iter().enumerate().for_each(|(b, body)| on_body[*body].push((k, b)));
+    }
+    // The surfaces of all pairs that are cut first, then the others.
+    let cut_first = |(k, b): &Surface| pairs[*k].first == *b;
+    let turns = on_body.iter().map(|all| all.iter().partition::<Vec<Surface>, _>(|of| cut_first(of)));
+    let (firsts, seconds): (Vec<_>, Vec<_>) = turns.unzip();
     for _ in 0..PASSES {
-        let mut thin = [false; 2];
-        let mut open = [false; 2];
-        for b in [first, 1 - first] {
-            let marks = marks(&sides[b].body, overlaps, b)?;
-            thin[b] = !marks.thin.is_empty();
-            open[b] = !marks.open.is_empty();
-            if thin[b] {
-                bisect(&mut sides[b], overlaps, b, &marks.thin)?;
+        let (mut thin, mut open) = (false, false);
+        for turn in [&firsts, &seconds] {
+            for (side, surfaces) in turn.iter().enumerate().filter(|(_, surfaces)| !surfaces.is_empty()) {
+                let marks = marks(&sides[side].body, pairs, surfaces)?;
+                open |= marks.open;
+                if !marks.thin.is_empty() {
+                    thin = true;
+                    bisect((&mut sides[side], side), pairs, &on_body[side], marks.thin)?;
+                }
             }
         }
-        if thin == [false; 2] {
-            if open == [false; 2] {
-                return Ok(());
-            }
-            for b in [first, 1 - first] {
-                split(&mut sides[b], overlaps, b)?;
+        if thin {
+            continue;
+        }
+        if !open {
+            return Ok(());
+        }
+        for turn in [&firsts, &seconds] {
+            for (side, surfaces) in turn.iter().enumerate() {
+                split((&mut sides[side], side), pairs, &on_body[side], surfaces)?;
             }
         }
     }
-    let point = overlaps.first().map_or(Vector::repeat(f64::NAN), |o| o.curve.at(o.range[0]).0);
+    let overlap = pairs.iter().flat_map(|pair| &pair.overlaps).next();
+    let point = overlap.map_or(Vector::repeat(f64::NAN), |o| o.curve.at(o.range[0]).0);
     Err(CommonRefinementError::Folded { point })
 }
 
-/// Contact edges that hold nodes of the other side, and the edges among them whose fan would be too thin.
+/// Whether contact edges hold nodes of the other side, and the edges among them whose fan would be too thin, by surface.
 #[derive(Default)]
 struct Marks {
-    open: Vec<EdgeId>,
-    thin: Vec<EdgeId>,
+    open: bool,
+    thin: Vec<(Surface, Vec<EdgeId>)>,
 }
 
-fn marks(body: &Body, overlaps: &[Overlap], b: usize) -> Result<Marks, CommonRefinementError> {
+fn marks(body: &Body, pairs: &[Pair], surfaces: &[Surface]) -> Result<Marks, CommonRefinementError> {
     let mut marks = Marks::default();
-    for overlap in overlaps {
-        for k in 0..overlap.sites[b].len() - 1 {
-            if overlap.targets(b, k).next().is_none() {
-                continue;
+    for &(pair, b) in surfaces {
+        let mut thin = Vec::new();
+        for overlap in &pairs[pair].overlaps {
+            for k in 0..overlap.sites[b].len() - 1 {
+                if overlap.targets(b, k).next().is_none() {
+                    continue;
+                }
+                marks.open = true;
+                let edge = edge_of(body, overlap, b, k)?;
+                if is_thin(body, overlap, b, k, edge)? {
+                    thin.push(edge);
+                }
             }
-            let edge = edge_of(body, overlap, b, k)?;
-            marks.open.push(edge);
-            if is_thin(body, overlap, b, k, edge)? {
-                marks.thin.push(edge);
-            }
+        }
+        if !thin.is_empty() {
+            marks.thin.push(((pair, b), thin));
         }
     }
     Ok(marks)
@@ -165,58 +192,73 @@ fn is_thin(
 }
 
 /// Bisects the given contact edges and further edges that newest-vertex bisection requires.
+///
+/// * `surfaces`: all on the body; `edges`: to be bisected, by surface.
 fn bisect(
-    side: &mut Side,
-    overlaps: &mut [Overlap],
-    b: usize,
-    edges: &[EdgeId],
+    (side, number): (&mut Side, usize),
+    pairs: &mut [Pair],
+    surfaces: &[Surface],
+    edges: Vec<(Surface, Vec<EdgeId>)>,
 ) -> Result<(), CommonRefinementError> {
     let mesh = side.body.mesh();
     let mut marked = vec![false; mesh.topology().edges().len()];
-    for &edge in edges {
-        marked[edge] = true;
+    for ((pair, b), edges) in edges {
+        pairs[pair].added[b] += refine::mark(mesh, &side.refinement_edges, &mut marked, edges);
     }
-    refine::close(mesh, &side.refinement_edges, &mut marked);
     let mut cuts = HashMap::new();
-    for overlap in &*overlaps {
-        for k in 0..overlap.sites[b].len() - 1 {
-            let edge = edge_of(&side.body, overlap, b, k)?;
-            if !marked[edge] {
-                continue;
-            }
-            let [from, to] = [k, k + 1].map(|k| overlap.sites[b][k].s);
-            let middle = 0.5 * (from + to);
-            let near = nearest(overlap, b, k).filter(|s| (s - middle).abs() <= (0.5 - CENTRAL) * (to - from));
-            if near.is_some() || !cuts.contains_key(&edge) {
-                let s = near.unwrap_or(middle);
-                cuts.insert(edge, Cut::new(&side.body, overlap, (b, k), s, edge)?);
+    for &(pair, b) in surfaces {
+        for overlap in &pairs[pair].overlaps {
+            for k in 0..overlap.sites[b].len() - 1 {
+                let edge = edge_of(&side.body, overlap, b, k)?;
+                if !marked[edge] {
+                    continue;
+                }
+                let [from, to] = [k, k + 1].map(|k| overlap.sites[b][k].s);
+                let middle = 0.5 * (from + to);
+                let near =
+                    nearest(overlap, b, k).filter(|s| (s - middle).abs() <= (0.5 - CENTRAL) * (to - from));
+                if near.is_some() || !cuts.contains_key(&edge) {
+                    let s = near.unwrap_or(middle);
+                    cuts.insert(edge, Cut::new(&side.body, overlap, (b, k), s, edge)?);
+                }
             }
         }
     }
     let edges = side.refinement_edges.clone();
-    apply(side, overlaps, b, &edges, &marked, &cuts)
+    apply((side, number), pairs, surfaces, (&edges, &marked), &cuts)
 }
 
 /// Cuts every contact edge that holds nodes of the other side at the one nearest to its middle, and its cell from there
 /// to the opposite corner.
-fn split(side: &mut Side, overlaps: &mut [Overlap], b: usize) -> Result<(), CommonRefinementError> {
+///
+/// * `surfaces`: all on the body; `now`: those that are cut.
+fn split(
+    (side, number): (&mut Side, usize),
+    pairs: &mut [Pair],
+    surfaces: &[Surface],
+    now: &[Surface],
+) -> Result<(), CommonRefinementError> {
     let mesh = side.body.mesh();
-    let mut marked = vec![false; mesh.topology().edges().len()];
     let mut cuts = HashMap::new();
-    for overlap in &*overlaps {
-        for k in 0..overlap.sites[b].len() - 1 {
-            if let Some(s) = nearest(overlap, b, k) {
-                let edge = edge_of(&side.body, overlap, b, k)?;
-                marked[edge] = true;
-                cuts.insert(edge, Cut::new(&side.body, overlap, (b, k), s, edge)?);
+    for &(pair, b) in now {
+        let before = cuts.len();
+        for overlap in &pairs[pair].overlaps {
+            for k in 0..overlap.sites[b].len() - 1 {
+                if let Some(s) = nearest(overlap, b, k) {
+                    let edge = edge_of(&side.body, overlap, b, k)?;
+                    cuts.insert(edge, Cut::new(&side.body, overlap, (b, k), s, edge)?);
+                }
             }
         }
+        pairs[pair].added[b] += cuts.len() - before;
     }
     if cuts.is_empty() {
         return Ok(());
     }
+    let mut marked = vec![false; mesh.topology().edges().len()];
+    cuts.keys().for_each(|edge| marked[*edge] = true);
     let edges = RefinementEdges::preferring(mesh, &marked);
-    apply(side, overlaps, b, &edges, &marked, &cuts)
+    apply((side, number), pairs, surfaces, (&edges, &marked), &cuts)
 }
 
 /// Finds the other side's node nearest to the middle of the edge between sites `k` and `k + 1`.
@@ -225,12 +267,14 @@ fn nearest(overlap: &Overlap, b: usize, k: usize) -> Option<f64> {
     overlap.targets(b, k).min_by(|x, y| (x - middle).abs().total_cmp(&(y - middle).abs()))
 }
 
+/// Cuts the marked edges of a body.
+///
+/// * `surfaces`: all on the body; their new nodes become sites.
 fn apply(
-    side: &mut Side,
-    overlaps: &mut [Overlap],
-    b: usize,
-    edges: &RefinementEdges,
-    marked: &[bool],
+    (side, number): (&mut Side, usize),
+    pairs: &mut [Pair],
+    surfaces: &[Surface],
+    (edges, marked): (&RefinementEdges, &[bool]),
     cuts: &HashMap<EdgeId, Cut>,
 ) -> Result<(), CommonRefinementError> {
     let old = side.body.mesh();
@@ -239,22 +283,26 @@ fn apply(
         None => side.body.curve_middle(e),
     };
     let refinement = refine::refine_onto(old, edges, marked, |e| cuts.get(&e).map(|c| c.point), curve)
-        .map_err(|source| CommonRefinementError::Mesh { body: b, source })?;
-    for overlap in overlaps {
-        let mut sites = Vec::with_capacity(overlap.sites[b].len());
-        for w in overlap.sites[b].windows(2) {
-            sites.push(w[0]);
-            let edge = old.topology().find_edge(w[0].node, w[1].node);
-            let new = edge.map_or(NodeId::NONE, |e| refinement.middle[e]);
-            if let Some(cut) = edge.and_then(|e| cuts.get(&e)).filter(|_| new != NodeId::NONE) {
-                sites.push(Site { s: cut.s, node: new, motion: Motion::None });
+        .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
+    for &(pair, b) in surfaces {
+        for overlap in &mut pairs[pair].overlaps {
+            let mut sites = Vec::with_capacity(overlap.sites[b].len());
+            for w in overlap.sites[b].windows(2) {
+                sites.push(w[0]);
+                let edge = old.topology().find_edge(w[0].node, w[1].node);
+                let new = edge.map_or(NodeId::NONE, |e| refinement.middle[e]);
+                if let Some(cut) = edge.and_then(|e| cuts.get(&e)).filter(|_| new != NodeId::NONE) {
+                    sites.push(Site { s: cut.s, node: new, motion: Motion::None });
+                }
             }
+            sites.extend(overlap.sites[b].last());
+            overlap.sites[b] = sites;
         }
-        sites.extend(overlap.sites[b].last());
-        overlap.sites[b] = sites;
     }
-    side.body =
-        side.body.refined(&refinement).map_err(|source| CommonRefinementError::Body { body: b, source })?;
+    side.body = side
+        .body
+        .refined(&refinement)
+        .map_err(|source| CommonRefinementError::Body { body: number, source })?;
     side.refinement_edges = refinement.refinement_edges;
     Ok(())
 }

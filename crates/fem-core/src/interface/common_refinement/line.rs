@@ -200,9 +200,16 @@ mod tests {
             for (i, near) in near.iter().enumerate() {
                 assert!(near.contains(&i) && near.len() <= 2, "{angle} {i}: {near:?}");
             }
-            let overlaps =
-                overlap::find(&[upper, lower], &[above.clone(), below.clone()], 0, ContactNormal::Averaged)
-                    .unwrap();
+            let bodies = [&upper, &lower];
+            let fixed = bodies.map(chain::Fixed::new);
+            let overlaps = overlap::find(
+                bodies,
+                fixed.each_ref(),
+                &[above.clone(), below.clone()],
+                0,
+                ContactNormal::Averaged,
+            )
+            .unwrap();
             assert_eq!(overlaps.len(), count);
         }
     }

@@ -6,7 +6,7 @@ use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::{Refinement, RefinementEdges};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Number of moved nodes of each body, and their largest motion, m.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,32 +37,32 @@ pub(super) fn with_moved(
     for (&node, &point) in moved {
         points[node] = point;
     }
-    replaced(&body, number, points, None)
+    replaced(&body, number, points, &BTreeMap::new())
 }
 
-/// Creates the same body with moved nodes, or with other edges in one group.
+/// Creates the same body with moved nodes, or with other edges in some groups.
 pub(super) fn replaced(
     body: &Body,
     number: usize,
     points: Vec<Vector>,
-    group: Option<(&str, Vec<EdgeId>)>,
+    changed: &BTreeMap<&str, Vec<EdgeId>>,
 ) -> Result<Body, CommonRefinementError> {
     let mesh = body.mesh();
     let edges = mesh.topology().edges();
     let groups = mesh.groups().iter().map(|(name, all)| {
-        let kept = group.as_ref().filter(|(changed, _)| changed == name).map_or(all, |(_, kept)| kept);
+        let kept = changed.get(name.as_str()).unwrap_or(all);
         (name.clone(), kept.iter().map(|&e| edges[e]).collect())
     });
-    let changed = TriMesh::counter_clockwise(points, mesh.triangles().to_vec(), groups.collect())
+    let now = TriMesh::counter_clockwise(points, mesh.triangles().to_vec(), groups.collect())
         .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
     // A refinement without cuts: conditions stay on their edges.
     let same = Refinement {
-        refinement_edges: RefinementEdges::longest(&changed),
+        refinement_edges: RefinementEdges::longest(&now),
         parent_cell: (0..mesh.triangles().len() as u32).collect(),
         parent_nodes: Vec::new(),
         middle: vec![NodeId::NONE; edges.len()],
         on_chord: Vec::new(),
-        mesh: changed,
+        mesh: now,
     };
     body.refined(&same).map_err(|source| CommonRefinementError::Body { body: number, source })
 }

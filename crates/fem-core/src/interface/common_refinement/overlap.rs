@@ -1,7 +1,7 @@
 //! The range in which two surfaces face each other, and the nodes of both along the common line.
 
 use super::Facing;
-use super::chain::{self, Chain, Motion};
+use super::chain::{self, Chain, Fixed, Motion};
 use super::curve::{Between, Curve};
 use super::error::CommonRefinementError;
 use super::line::{self, Line, Opposite, Uncut};
@@ -167,18 +167,20 @@ impl Overlap {
 
 /// Finds where the surfaces of the two bodies face each other.
 ///
+/// * `fixed`: the nodes of each body that may not slide.
 /// * `chains`: the stretches of each body's surface; closed ones that face each other begin at the same point.
 /// * `reference`: the body whose surface is the common line; `normal`: the direction of projection.
 pub(super) fn find(
-    bodies: &[Body; 2],
+    bodies: [&Body; 2],
+    fixed: [&Fixed; 2],
     chains: &[Vec<Chain>; 2],
     reference: usize,
     normal: ContactNormal,
 ) -> Result<Vec<Overlap>, CommonRefinementError> {
-    let motions = [0, 1].map(|b| chain::motions(&bodies[b], &chains[b]));
+    let motions = [0, 1].map(|b| chain::motions(bodies[b], &chains[b], fixed[b]));
     let (r, o) = (reference, 1 - reference);
-    let lines: Vec<Line<'_>> = chains[r].iter().map(|c| Line::new(&bodies[r], c, r, normal)).collect();
-    let others: Vec<Opposite> = chains[o].iter().map(|c| Opposite::new(&bodies[o], c)).collect();
+    let lines: Vec<Line<'_>> = chains[r].iter().map(|c| Line::new(bodies[r], c, r, normal)).collect();
+    let others: Vec<Opposite> = chains[o].iter().map(|c| Opposite::new(bodies[o], c)).collect();
     let mut found = Vec::new();
     for (i, near) in line::candidates(&lines, &others).into_iter().enumerate() {
         for j in near {
@@ -298,7 +300,7 @@ fn join_ends(overlap: &mut Overlap) {
 /// Surfaces that fold.
 pub(super) fn snap(
     overlap: &mut Overlap,
-    bodies: &[Body; 2],
+    bodies: [&Body; 2],
     moved: &mut [HashMap<NodeId, Vector>; 2],
 ) -> Result<(), CommonRefinementError> {
     let spacings =
@@ -343,7 +345,7 @@ pub(super) fn snap(
 /// * `least`: how freely a node must be able to move.
 fn move_one(
     overlap: &mut Overlap,
-    bodies: &[Body; 2],
+    bodies: [&Body; 2],
     at: [usize; 2],
     order: [usize; 2],
     least: Motion,
@@ -352,7 +354,7 @@ fn move_one(
     for motion in [Motion::Slides, Motion::Shifts].into_iter().filter(|m| *m >= least) {
         for b in order {
             let may = overlap.sites[b][at[b]].motion == motion;
-            if may && try_motion(overlap, &bodies[b], b, at, &mut moved[b])? {
+            if may && try_motion(overlap, bodies[b], b, at, &mut moved[b])? {
                 return Ok(());
             }
         }
@@ -362,7 +364,7 @@ fn move_one(
 
 /// Chooses the body whose node moves: the one with the longer edges; for equal ones the one with the larger (x, y),
 /// so that the order of the bodies does not matter.
-fn movable_first(overlap: &Overlap, bodies: &[Body; 2], at: [usize; 2], spacing: [f64; 2]) -> usize {
+fn movable_first(overlap: &Overlap, bodies: [&Body; 2], at: [usize; 2], spacing: [f64; 2]) -> usize {
     let [p, q] = [0, 1].map(|b| bodies[b].mesh().points()[overlap.sites[b][at[b]].node]);
     let order = spacing[0].total_cmp(&spacing[1]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]));
     usize::from(order.is_lt())

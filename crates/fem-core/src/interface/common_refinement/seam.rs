@@ -1,6 +1,6 @@
 //! Opens closed contact lines: both begin at one point, where a node of each faces a node of the other.
 
-use super::chain::{self, Chain, Motion};
+use super::chain::{self, Chain, Fixed, Motion};
 use super::cut::on_curve;
 use super::error::CommonRefinementError;
 use super::line::{Line, Opposite};
@@ -96,7 +96,7 @@ fn begin_together(
     let (r, o) = (reference, 1 - reference);
     let (k, _) = nearest(bodies, r, chains[r][i].nodes[0], &chains[o][j]);
     rotate(&mut chains[o][j], k);
-    let motions = [0, 1].map(|b| chain::motions(&bodies[b], &chains[b]));
+    let motions = [0, 1].map(|b| chain::motions(&bodies[b], &chains[b], &Fixed::new(&bodies[b])));
     let line = Line::new(&bodies[r], &chains[r][i], r, normal);
     let found = overlap::between(&line, &Opposite::new(&bodies[o], &chains[o][j]), r, &motions)?;
     let Some(mut overlap) = found else { return Ok(()) };

@@ -146,7 +146,7 @@ fn conditions_pass_on_and_held_nodes_stay() {
         |x: Vector| if x[0] > 1e-9 && x[0] < 2.0 - 1e-9 { Vector::new(x[0] + 0.0025, x[1]) } else { x };
     let lower = body([0.0, 0.0], [2.0, 1.0], [16, 4]);
     let points = lower.mesh().points().iter().map(|x| shift(*x)).collect();
-    let lower = replaced(&lower, 1, points, None).unwrap();
+    let lower = super::moved::replaced(&lower, 1, points, &Default::default()).unwrap();
     let common = common_refinement([upper, lower], ["bottom", "top"]).unwrap();
     let changes = common.changes.unwrap();
     // Six of the seven inner nodes slide; the one where "half" ends stays, and the lower one's node moves onto it.
@@ -291,4 +291,65 @@ fn surfaces_that_do_not_touch_are_refused_unless_a_gap_is_given() {
             }
         }
     }
+}
+
+#[test]
+fn pairs_that_are_apart_are_cut_at_once_as_they_would_be_alone() {
+    // Three blocks on one long body; the second touches the surroundings of the first.
+    let places = [0.3, 1.6, 4.3];
+    let groups = ["first", "second", "third"];
+    let mut base = body([0.0, 0.0], [8.0, 1.0], [8, 2]);
+    for (name, x) in groups.iter().zip(places) {
+        let mesh = base.mesh();
+        let over = |edge: &EdgeId| mesh.edge_ends(*edge).iter().any(|p| p[0] > x && p[0] < x + 1.0);
+        let edges = mesh.group("top").unwrap().iter().copied().filter(over).collect();
+        base.add_group(name, edges);
+    }
+    let mut bodies: Vec<Body> = places.iter().map(|x| body([*x, 1.0], [1.0, 1.0], [3, 3])).collect();
+    bodies.push(base);
+    let pair = |k: usize| Surfaces {
+        bodies: [k, 3],
+        groups: ["bottom", groups[k]],
+        normal: ContactNormal::Averaged,
+    };
+    let mut alone = bodies.clone();
+    let mut expected = Vec::new();
+    for k in [0, 2, 1] {
+        let (_, found) = common_refinements(&mut alone, &[pair(k)]).remove(0);
+        expected.push(found.unwrap());
+    }
+    let mut together = bodies;
+    let all = common_refinements(&mut together, &[pair(0), pair(1), pair(2)]);
+    assert_eq!(all.iter().map(|(k, _)| *k).collect::<Vec<_>>(), [0, 2]);
+    let last = common_refinements(&mut together, &[pair(1)]).remove(0);
+    let found = all.into_iter().chain([last]).map(|(_, found)| found.unwrap());
+    for ((measured, changes), (known, of_known)) in found.zip(expected) {
+        assert_eq!(changes, of_known);
+        let gaps = |of: &Measured| of.facing.iter().map(|f| (f.normal, f.gap, f.spacing)).collect::<Vec<_>>();
+        assert_eq!(gaps(&measured), gaps(&known));
+    }
+    for (body, known) in together.iter().zip(&alone) {
+        let places = |body: &Body| {
+            let mut all: Vec<[u64; 2]> =
+                body.mesh().points().iter().map(|p| [p[0].to_bits(), p[1].to_bits()]).collect();
+            all.sort_unstable();
+            all
+        };
+        assert_eq!(places(body), places(known));
+    }
+}
+
+#[test]
+fn surfaces_that_cannot_match_change_no_body() {
+    let mut bodies = vec![
+        body([0.0, 1.0], [1.0, 1.0], [2, 2]),
+        body([3.0, 5.0], [1.0, 1.0], [2, 2]),
+        body([0.0, 0.0], [2.0, 1.0], [3, 1]),
+    ];
+    let before = bodies.clone();
+    let apart = Surfaces { bodies: [1, 2], groups: ["right", "left"], normal: ContactNormal::Averaged };
+    let (_, found) = common_refinements(&mut bodies, &[apart]).remove(0);
+    assert!(matches!(found, Err(CommonRefinementError::NoOverlap { .. })), "{found:?}");
+    let points = |all: &[Body]| all.iter().map(|b| b.mesh().points().to_vec()).collect::<Vec<_>>();
+    assert_eq!(points(&bodies), points(&before));
 }
