@@ -33,7 +33,7 @@ impl Deadline {
         for_programs: bool,
     ) -> Self {
         let step = Arc::new(Mutex::new(step));
-        // A limit beyond the clock is none.
+        // A limit beyond the clock is not watched.
         let end = limit.and_then(|limit| {
             Some((limit, started.checked_add(Duration::try_from_secs_f64(limit + GRACE).ok()?)?))
         });

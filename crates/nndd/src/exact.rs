@@ -211,7 +211,9 @@ fn entries(rows: impl Iterator<Item = usize>) -> usize {
     rows.map(|rows| rows * rows).sum()
 }
 
-/// Tells whether a flexibility with blocks of so many entries together is a full matrix.
+/// Tells whether the flexibility is stored as a full matrix.
+///
+/// * `count`: of rows; `entries`: of the blocks of all bodies together.
 fn is_full(count: usize, entries: usize) -> bool {
     count < LARGE || 4 * entries > count * count
 }

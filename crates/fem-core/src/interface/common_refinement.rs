@@ -125,6 +125,9 @@ pub struct Surfaces<'a> {
 /// The measured nodes of two surfaces that were made to match, and the changes; `None` if there are no changes.
 pub type Matched = (Measured, Option<Changes>);
 
+/// The number of a pair that was looked at, and what was found.
+pub type Looked = (usize, Result<Matched, CommonRefinementError>);
+
 /// Makes the contact surfaces of two bodies match.
 ///
 /// * `surfaces`: the edge group of the first and of the second body.
@@ -147,10 +150,7 @@ pub fn common_refinement(
 /// surroundings have no node in common. Surfaces that cannot match change nothing.
 ///
 /// Returns the numbers of the pairs that were looked at, ascending, each with what was found.
-pub fn common_refinements(
-    bodies: &mut [Body],
-    pairs: &[Surfaces<'_>],
-) -> Vec<(usize, Result<Matched, CommonRefinementError>)> {
+pub fn common_refinements(bodies: &mut [Body], pairs: &[Surfaces<'_>]) -> Vec<Looked> {
     let together = batch::independent(bodies, pairs);
     batch::match_all(bodies, pairs, &together).unwrap_or_else(|fault| match together[..] {
         // The fault of one of several: the first is cut alone.

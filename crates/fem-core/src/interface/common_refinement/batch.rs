@@ -7,7 +7,7 @@ use super::error::CommonRefinementError;
 use super::moved::{Moves, replaced, with_moved};
 use super::overlap::{self, Overlap};
 use super::{
-    Changes, Matched, Measured, Surfaces, centre, chains, reference, restricted, seam, surface_angle,
+    Changes, Looked, Matched, Measured, Surfaces, centre, chains, reference, restricted, seam, surface_angle,
 };
 use crate::body::Body;
 use crate::geometry::Vector;
@@ -69,7 +69,7 @@ pub(super) fn match_all(
     bodies: &mut [Body],
     pairs: &[Surfaces<'_>],
     together: &[usize],
-) -> Result<Vec<(usize, Result<Matched, CommonRefinementError>)>, CommonRefinementError> {
+) -> Result<Vec<Looked>, CommonRefinementError> {
     let mut numbers: Vec<usize> = Vec::new();
     let mut place: HashMap<usize, usize> = HashMap::new();
     for body in together.iter().flat_map(|k| pairs[*k].bodies) {

@@ -296,7 +296,7 @@ fn surfaces_that_do_not_touch_are_refused_unless_a_gap_is_given() {
 #[test]
 fn pairs_that_are_apart_are_cut_at_once_as_they_would_be_alone() {
     // Three blocks on one long body; the second touches the surroundings of the first.
-    let places = [0.3, 1.6, 4.3];
+    let places = [0.3, 1.6, 5.3];
     let groups = ["first", "second", "third"];
     let mut base = body([0.0, 0.0], [8.0, 1.0], [8, 2]);
     for (name, x) in groups.iter().zip(places) {
