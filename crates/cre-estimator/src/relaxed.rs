@@ -125,11 +125,11 @@ pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
 
 /// Recovers the stress of a body for a frozen λ, and relaxes it.
 ///
-/// A relaxation to a tolerance takes no more steps than that of the bound: at ends of the contact line, where a frozen λ leaves strong
-/// singularities, it would take up to 100 steps for an indicator.
+/// A relaxation to a tolerance takes no more steps than the stress of the bound did. A frozen λ leaves strong singularities at ends of the contact
+/// line: an indicator would take up to 100 steps there.
 ///
-/// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. The moments that they added to the stress of the
-///   bound are in equilibrium with a frozen λ as well. A relaxation to a tolerance begins with them: little is left to gain then.
+/// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. The moments that they added to the
+///   stress of the bound are in equilibrium with a frozen λ as well. A relaxation to a tolerance begins with them: little is left to gain then.
 pub(crate) fn frozen_stress(
     (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
     (relaxation, accuracy): (Relaxation, Accuracy),

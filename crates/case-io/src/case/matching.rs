@@ -144,7 +144,7 @@ impl Case {
         let mut interfaces: Vec<Option<ContactInterface>> = (0..count).map(|_| None).collect();
         let mut missing: Vec<usize> = (0..count).collect();
         while !missing.is_empty() {
-            // The pairs that are to be refined, and whether their sides are occupied.
+            // The pairs that are to be refined, each with the reason.
             let mut waiting: Vec<(usize, InterfaceError)> = Vec::new();
             let mut again = BTreeSet::new();
             for k in missing {

@@ -96,7 +96,7 @@ pub(crate) struct Entry {
     pub(crate) node: Node,
 }
 
-/// Takes a table apart, so that no value is there twice; its spans are shifted by `offset`, where its text begins in the source.
+/// Takes a table apart, so that no value is there twice; its spans are shifted by `offset`, the start of its text in the source.
 pub(crate) fn table(table: DeTable<'_>, source: &Arc<Source>, offset: usize) -> Table {
     let entries = table.into_iter().map(|(key, value)| Entry {
         key_at: at(source, key.span(), offset),

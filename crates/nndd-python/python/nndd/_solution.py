@@ -401,8 +401,8 @@ class Certificate:
     support_change: float
     #: The part of `e_cre` that allows for round-off, √(J/m).
     round_off: float
-    #: Loads that were left out, along motions that contact resists only by the error of the polygon: for each its `body`, `motion`,
-    #: `load` and `share`.
+    #: Loads that were left out, along motions that contact resists only by the error of the polygon: for each its `body`,
+    #: `motion`, `load` and `share`.
     projected_load: list[dict[str, Any]]
     #: The checks that fail, with their residuals.
     failed_checks: dict[str, float]
