@@ -225,7 +225,8 @@ fn matched(
     };
     let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
     let on = pair.bodies[pair.reference];
-    let facing = cut.overlaps.iter().map(|overlap| overlap.facing((&bodies[on], nodes[on])).collect()).collect();
+    let facing =
+        cut.overlaps.iter().map(|overlap| overlap.facing((&bodies[on], nodes[on])).collect()).collect();
     let between = cut.overlaps.iter().flat_map(Overlap::between).collect();
     (Measured { facing, between }, (!nothing).then_some(changes))
 }
