@@ -13,6 +13,7 @@ mod bounds;
 mod cattaneo;
 mod certificate;
 mod contact_force;
+mod corners;
 mod curved;
 mod curved_non_matching;
 mod curved_sides;

@@ -18,6 +18,7 @@ pub mod goursat;
 pub mod heavy;
 pub mod hertz;
 pub mod hertz_box;
+pub mod kinked;
 pub mod kirsch;
 pub mod layers;
 pub mod matrix;

@@ -24,7 +24,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 70] = [
+pub const FEATURES: [&str; 71] = [
     "no contact",
     "one body",
     "two bodies",
@@ -49,6 +49,7 @@ pub const FEATURES: [&str; 70] = [
     "closed contact line",
     "declared arc",
     "declared smooth curve",
+    "corner of one side",
     "given normal",
     "gap: none",
     "gap: number",
@@ -96,6 +97,9 @@ pub const FEATURES: [&str; 70] = [
     "labels of units",
     "limits",
 ];
+
+/// One of this many problems has a corner of one side.
+const KINKED: u64 = 30;
 
 /// The table of the keys and values of a case file, with the features that switch them on.
 pub const KEYS: &str = include_str!("matrix/keys.toml");
@@ -156,7 +160,9 @@ impl Problem {
             layouts::alone,
         ];
         let layout = d.random.integer(0, LAYOUTS.len() - 1);
-        let mut known = LAYOUTS[layout](&mut d)?;
+        // Not among the layouts, so that the other problems keep their numbers.
+        let kinked = number % KINKED == KINKED / 2;
+        let mut known = if kinked { layouts::kinked(&mut d)? } else { LAYOUTS[layout](&mut d)? };
         if last != 1.0 {
             known = Known::default();
         }

@@ -21,6 +21,7 @@ use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem, NodePair};
 use fem_core::mesh::id::NodeId;
+use std::collections::HashMap;
 
 /// A node whose motion opens one of its edges by less than this fraction is not moved; the checks reject a remaining
 /// penetration.
@@ -51,18 +52,25 @@ impl Lift {
         self.by_pair.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Returns the moved nodes of [`Self::body`] and their displacement `l`, m.
+    /// Returns the moved nodes of [`Self::body`] and their displacement `l`, m. A node of two stretches of the pair moves by the larger amount.
     ///
     /// * `interface`: of the pair.
     pub fn field(&self, problem: &ContactProblem, interface: &ContactInterface) -> Vec<(NodeId, Vector)> {
         let sign = side_sign(self.side);
         let pairs = interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
-        pairs
-            .filter_map(|(pair, lift)| {
-                let direction = direction(problem, self.body, self.side, pair)?;
-                Some((pair.nodes[self.side], sign * lift * direction))
-            })
-            .collect()
+        let mut moved: Vec<(NodeId, Vector)> = Vec::new();
+        let mut places = HashMap::new();
+        for (pair, lift) in pairs {
+            let Some(direction) = direction(problem, self.body, self.side, pair) else { continue };
+            let (node, l) = (pair.nodes[self.side], sign * lift * direction);
+            let place = *places.entry(node).or_insert(moved.len());
+            match moved.get_mut(place) {
+                Some((_, largest)) if l.dot(&l) > largest.dot(largest) => *largest = l,
+                Some(_) => {}
+                None => moved.push((node, l)),
+            }
+        }
+        moved
     }
 
     /// Returns a displacement of [`Self::body`] with the lift added, m.

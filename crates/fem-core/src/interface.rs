@@ -43,7 +43,8 @@ const SAME_NORMAL: f64 = 1e-12;
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodePair {
-    /// Node of the first and of the second body; against an obstacle the number of the pair instead of the second.
+    /// Node of the first and of the second body; against an obstacle the number of the pair instead of the second. A node at a corner at which one
+    /// stretch ends and another begins is in two pairs.
     pub nodes: [NodeId; 2],
     /// Normal `n` out of the first body, into the second. Its length is one at the nodes of the first meshes. Between these the
     /// normal is linear, so it is shorter if the line is bent. If one side is a declared arc, it is the arm from the centre over the
@@ -172,7 +173,9 @@ pub struct GapChange {
 /// How the contact normal is chosen. In each case it is a datum, frozen on the undeformed meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ContactNormal {
-    /// At each node the mean of the first body's edge normals, weighted by length; linear between the nodes.
+    /// At each node the mean of the first body's edge normals, weighted by length; linear between the nodes. On declared curves, and straight stretches
+    /// beside them, the normals are their own. Where two of these meet at more than 1 degree, the contact line ends, and another one begins: the node
+    /// is in two pairs, each with the normal of one side. If the other body's side is smooth there, its normal is used.
     #[default]
     Averaged,
     /// One direction for the whole line, out of the first body; of any length except zero.
@@ -205,7 +208,7 @@ impl ContactInterface {
     /// * `gap`: the initial gap along the normal.
     ///
     /// # Errors
-    /// Surfaces that do not match, do not face each other, have corners above 60 degrees, or are held or loaded, see
+    /// Surfaces that do not match, do not face each other, have undeclared corners above 60 degrees, or are held or loaded, see
     /// [`InterfaceError`].
     pub fn pair(first: &Body, second: &Body, surfaces: [&str; 2], gap: &Gap) -> Result<Self, InterfaceError> {
         Self::pair_along(first, second, surfaces, gap, ContactNormal::Averaged)
@@ -336,11 +339,11 @@ impl ContactInterface {
         self.edges.iter().any(|edge| edge.bent)
     }
 
-    /// Finds the corner of the first body's contact surface that turns most: where, and by how many degrees.
+    /// Finds the corner of the first body's contact surface that turns most: where, and by how many degrees. Corners that end a stretch do not count.
     ///
     /// * `first`: the first body.
     pub fn sharpest_corner(&self, first: &Body) -> Option<(Vector, f64)> {
-        let corner = normals::sharpest_turn(first, self.edges.iter().map(|e| e.edges[0]));
+        let corner = normals::sharpest_turn(first, &self.pairs, &self.edges);
         corner.map(|(point, cosine)| (point, cosine.acos().to_degrees()))
     }
 

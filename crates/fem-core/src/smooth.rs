@@ -69,6 +69,17 @@ impl Arch {
         (point - self.ends[0]).dot(&chord) / chord.dot(&chord)
     }
 
+    /// Returns the normal of the curve at one of its two ends, on the right of the chord; `None` at other points. The piece itself may be flatter there, see
+    /// [`Self::at`].
+    pub(crate) fn end_normal(&self, point: Vector) -> Option<Vector> {
+        let [from, to] = self.ends;
+        let end = self.ends.iter().position(|end| *end == point)?;
+        let half = [-0.5, 0.5][end] * self.slopes[end];
+        let along = 1.0 / norm(to - from) * (to - from);
+        let squared = half * half;
+        Some(1.0 / (1.0 + squared) * ((1.0 - squared) * right_normal(from, to) + 2.0 * half * along))
+    }
+
     /// Returns the chord.
     pub(crate) fn chord(&self) -> Vector {
         self.ends[1] - self.ends[0]

@@ -193,7 +193,7 @@ fn held(problem: &ContactProblem, b: usize, edge: EdgeId) -> Held {
 }
 
 /// Tells whether an edge belongs to a contact line.
-fn touches(problem: &ContactProblem, b: usize, edge: EdgeId) -> bool {
+pub(crate) fn touches(problem: &ContactProblem, b: usize, edge: EdgeId) -> bool {
     let mut sides = problem.sides_of(b);
     sides.any(|(k, side)| {
         problem.contacts[k].interface.edges().iter().any(|contact| contact.edges[side] == edge)

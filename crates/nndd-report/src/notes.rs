@@ -160,6 +160,7 @@ fn short_sides(case: &Case, fields: &Fields<'_>) -> Vec<String> {
         let smooth = |(side, b): (usize, usize)| {
             let mesh = problem.bodies[b].mesh();
             let beyond = mesh.topology().boundary_beyond(edge.edges[side], nodes[k].nodes[side]);
+            let beyond = beyond.filter(|e| !corners::touches(problem, b, *e));
             beyond.is_some_and(|e| mesh.edge_normal(e).dot(&mesh.edge_normal(edge.edges[side])) >= SMOOTH)
         };
         if largest > 0.0 && edge.clamped.is_none() && problem.bodies_of(pair).all(smooth) {

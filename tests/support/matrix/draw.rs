@@ -1,7 +1,7 @@
 //! A random case file under construction: numbers with units, bodies with materials and meshes, pairs of surfaces.
 
 use crate::mesh_files::{self, Encoding, Format};
-use crate::model::{Made, Vector, block};
+use crate::model::{Made, TriMesh, Vector, block};
 use crate::random::Random;
 use crate::shapes::moved;
 use std::cell::RefCell;
@@ -283,9 +283,28 @@ impl Draw {
             }
             Vector::new(x[0] + size[0] * step[0], x[1] + size[1] * step[1])
         })?;
+        Ok(self.written(name, &mesh))
+    }
+
+    /// Writes a mesh in some format.
+    fn written(&mut self, name: &str, mesh: &TriMesh) -> (String, Vec<u8>) {
         let formats = [Format::Msh4(Encoding::Text), Format::Msh2(Encoding::Little), Format::Deck];
         let format = formats[self.random.integer(0, 2)];
-        Ok((format!("{name}.{}", format.ending()), mesh_files::write(&[(name, &mesh)], format)))
+        (format!("{name}.{}", format.ending()), mesh_files::write(&[(name, mesh)], format))
+    }
+
+    /// Adds a body with a mesh of its own, in units of length from the origin, in a mesh file.
+    ///
+    /// # Errors
+    /// None.
+    pub(super) fn of_mesh(&mut self, mesh: &TriMesh, conditions: &str) -> Made<Member> {
+        self.mark("mesh file");
+        let name = format!("b{}", self.members);
+        let placed = moved(mesh, |p| Vector::new(self.at(0, p[0]), self.at(1, p[1])))?;
+        let (file, bytes) = self.written(&name, &placed);
+        self.files.push((file.clone(), bytes));
+        let mesh = format!("mesh = {{ file = \"{file}\", region = \"{name}\" }}");
+        Ok(self.body(&mesh, &format!("{name}."), conditions))
     }
 
     /// Adds a disc; its rim is bent.
@@ -334,6 +353,13 @@ impl Draw {
         let names = bodies.map(|b| &b.name);
         let sides = [0, 1].map(|k| bodies[k].side(surfaces[k]));
         let _ = writeln!(self.contacts, "[[contact]]\nbodies = {names:?}\nsurfaces = {sides:?}\n{more}");
+    }
+
+    /// Adds a pair of bodies that touch along the same two sides of each, with further keys.
+    pub(super) fn pair_on(&mut self, bodies: [&Member; 2], sides: [&str; 2], more: &str) {
+        let names = bodies.map(|b| &b.name);
+        let lists = bodies.map(|body| sides.map(|side| body.side(side)));
+        let _ = writeln!(self.contacts, "[[contact]]\nbodies = {names:?}\nsurfaces = {lists:?}\n{more}");
     }
 
     /// Adds a pair with an obstacle, and further keys.

@@ -1,6 +1,7 @@
 //! The shapes of the random problems: which bodies there are, what holds and loads them, where they touch.
 
 use super::draw::{Draw, Member};
+use crate::kinked;
 use crate::model::Made;
 use std::fmt::Write as _;
 
@@ -526,6 +527,43 @@ pub(super) fn arcs(d: &mut Draw) -> Made<Known> {
         keys
     };
     d.pair([&inner, &outer], ["outer", "inner"], &keys);
+    Ok(Known::default())
+}
+
+/// Two bodies that touch along a straight stretch and a declared arc, between which there is a corner.
+pub(super) fn kinked(d: &mut Draw) -> Made<Known> {
+    for feature in ["corner of one side", "bent contact line", "declared arc"] {
+        d.mark(feature);
+    }
+    d.nested = false;
+    d.triangles = (0.5 * d.triangles).max(16.0);
+    let turn = d.between(1.2, 15.0) * d.random.signed().signum();
+    let columns = |d: &Draw| ((0.25 * d.triangles).sqrt().round() as usize).clamp(2, 12);
+    let first = columns(d);
+    let second = if d.matching { first } else { d.random.integer(2, 12) };
+    let rows =
+        [first, second].map(|columns| ((0.25 * d.triangles / columns as f64).round() as usize).clamp(1, 20));
+    let above = if d.random.unit() < 0.5 {
+        d.mark("floating body");
+        let sideways = "[[body.displacement]]\non = \"@left\"\nux = 0.0\n";
+        let slope = d.between(-0.3, 0.3);
+        let y = d.linear(d.stress * d.strain, [-1.0, slope], 0.0);
+        d.pulled("top", ["0", &y]) + sideways
+    } else {
+        let size = d.length * d.strain;
+        let [along, down] = [size * d.random.signed(), size * d.between(0.2, 1.0)];
+        d.displaced("top", &format!("ux = {along:?}\nuy = {:?}", -down))
+    };
+    let arc = "[[body.curve]]\non = \"@round\"\nkind = \"arc\"\n";
+    let angle = turn.to_radians();
+    let upper = d.of_mesh(&kinked::mesh(true, angle, [2 * first, rows[0]])?, &(above + arc))?;
+    let lower =
+        d.of_mesh(&kinked::mesh(false, angle, [2 * second, rows[1]])?, &(CLAMPED.to_owned() + arc))?;
+    let gap = if d.on(0.5, "gap: geometric") { "gap = \"geometric\"\n" } else { "" };
+    if gap.is_empty() {
+        d.mark("gap: none");
+    }
+    d.pair_on([&upper, &lower], kinked::PARTS, gap);
     Ok(Known::default())
 }
 

@@ -63,8 +63,9 @@ impl Case {
             let path = &self.contacts[k].path;
             self.add_note(format!(
                 "the contact line turns by {degrees:.1} degrees at ({}, {}): the contact normal there is the mean of its two \
-                 edges' normals, weighted by their lengths; finer edges round the corner off, `{path}.normal` gives one \
-                 direction, and more than 60 degrees are refused",
+                 edges' normals, weighted by their lengths; finer edges round the corner off, a `[[body.curve]]` of both \
+                 bodies beside it makes it a corner with two normals, `{path}.normal` gives one direction, and more than 60 \
+                 degrees are refused",
                 shown(point[0]),
                 shown(point[1])
             ));
@@ -324,7 +325,7 @@ impl Case {
         lengths: [f64; 2],
     ) -> PairNote {
         let given = &self.contacts[contact];
-        let bent = given.geometric && measured.facing.iter().any(|f| f.sagitta > BENT * f.spacing);
+        let bent = given.geometric && measured.facing.iter().flatten().any(|f| f.sagitta > BENT * f.spacing);
         let more =
             if bent { "; the gap is measured between smooth curves through the nodes of each" } else { "" };
         let names: Vec<String> =

@@ -77,6 +77,13 @@ impl Piece {
         across.dot(&side).signum() / norm(across) * across
     }
 
+    /// Tells whether a piece is the continuation of another in one smooth curve, at a node of both.
+    pub(crate) fn continues(&self, other: &Self, node: Vector) -> bool {
+        let (Self::Smooth(one), Self::Smooth(two)) = (self, other) else { return self == other };
+        let normals = one.end_normal(node).zip(two.end_normal(node));
+        normals.is_some_and(|(a, b)| norm(a - b) <= ON_CHORD.sqrt())
+    }
+
     /// Estimates the largest distance of the curve from the chord between two of its points, m.
     pub(crate) fn sagitta(&self, length: f64) -> f64 {
         match self {

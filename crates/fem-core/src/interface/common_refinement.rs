@@ -18,6 +18,9 @@
 //! and the rest is free. The parts of an edge inherit its conditions ([`Body::refined`]), so the problem is the same.
 //! The result does not depend on the order of the two bodies.
 //!
+//! At a corner between declared curves or straight stretches beside them both surfaces end, and others begin: its node is projected once along the
+//! normal of each.
+//!
 //! On curved surfaces the normals belong to the line on which both are measured, before the cuts (the cut polygon has
 //! edges in a row, whose averaged normals would be edge normals and lock), and gaps are measured between smooth curves
 //! through the nodes: two polygons on one circle are apart by the square of their edge length, more than the
@@ -29,6 +32,7 @@
 
 mod batch;
 mod chain;
+mod corners;
 pub(super) mod curve;
 mod cut;
 mod error;
@@ -90,8 +94,8 @@ pub struct Facing {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Measured {
-    /// The nodes of the contact surfaces that face each other.
-    pub facing: Vec<Facing>,
+    /// The nodes of the contact surfaces that face each other, in order along each stretch.
+    pub facing: Vec<Vec<Facing>>,
     /// The gap from one of the first body's nodes to the next, measured as [`Facing::gap`].
     pub(super) between: HashMap<[NodeId; 2], Between>,
 }

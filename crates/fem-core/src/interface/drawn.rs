@@ -5,8 +5,6 @@ use super::common_refinement::curve::Between;
 use super::{ContactEdge, GapChange, InterfaceError, NodePair, STRAIGHT, matching};
 use crate::body::Body;
 use crate::geometry::{Vector, cross, norm};
-use crate::mesh::id::NodeId;
-use std::collections::HashMap;
 
 /// Paired nodes face each other along the contact normal to this fraction of the edges there.
 const FACING: f64 = 1e-9;
@@ -31,7 +29,7 @@ pub(super) struct Drawn {
 impl Drawn {
     /// Measures the distances.
     ///
-    /// * `facing`: the distances from a common refinement, between smooth curves.
+    /// * `facing`: the distances from a common refinement, between smooth curves, at every pair.
     ///
     /// # Errors
     /// Paired nodes that do not face each other along the contact normal to round-off.
@@ -39,7 +37,7 @@ impl Drawn {
         bodies: [&Body; 2],
         pairs: &[NodePair],
         edges: &[ContactEdge],
-        facing: Option<&HashMap<NodeId, &Facing>>,
+        facing: Option<&[&Facing]>,
     ) -> Result<Self, InterfaceError> {
         let mut spacing = vec![f64::INFINITY; pairs.len()];
         for edge in edges {
@@ -49,10 +47,10 @@ impl Drawn {
         }
         let size = bodies[0].mesh().diagonal().min(bodies[1].mesh().diagonal());
         let (mut gaps, mut uncertainty) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
-        for (pair, &spacing) in pairs.iter().zip(&spacing) {
+        for (k, (pair, &spacing)) in pairs.iter().zip(&spacing).enumerate() {
             let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b]]);
             let distance = other - point;
-            let found = facing.and_then(|all| all.get(&pair.nodes[0]));
+            let found = facing.map(|all| all[k]);
             let offset = cross(pair.normal, distance).abs();
             // On a straight line every node has the normal of the first edge.
             let turn = if found.is_some() { STRAIGHT * norm(distance) } else { 0.0 };
@@ -157,13 +155,10 @@ impl Surfaces<'_> {
 }
 
 /// Rejects surfaces with a common refinement that are too far apart, or overlap too much, for a given gap.
-pub(super) fn check_distances(
-    points: &[Vector],
-    facing: &HashMap<NodeId, &Facing>,
-) -> Result<(), InterfaceError> {
+pub(super) fn check_distances(points: &[Vector], facing: &[&Facing]) -> Result<(), InterfaceError> {
     let excess = |f: &Facing| f.gap.abs() - matching::TOLERANCE * f.spacing - f.sagitta;
     let worst =
-        facing.values().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
+        facing.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
     match worst.filter(|f| !(excess(f) <= 0.0)) {
         Some(f) => {
             Err(InterfaceError::Distance { point: points[f.nodes[0]], gap: f.gap, spacing: f.spacing })

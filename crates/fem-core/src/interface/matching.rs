@@ -1,9 +1,9 @@
 //! Finds, for each node of the first body's contact surface, the second body's node that faces it.
 
-use super::InterfaceError;
-use super::common_refinement::Facing;
+use super::common_refinement::{Facing, Measured};
+use super::{InterfaceError, outline};
 use crate::body::Body;
-use crate::geometry::{self, Vector, norm};
+use crate::geometry::{self, Vector, angle_between, norm};
 use crate::mesh::id::{EdgeId, NodeId};
 use std::collections::HashMap;
 
@@ -11,9 +11,14 @@ use std::collections::HashMap;
 pub(super) const TOLERANCE: f64 = 0.05;
 
 /// One stretch of the contact line: nodes in order, and the edges between them.
+#[derive(Clone, Default)]
 pub(super) struct Stretch {
     pub(super) nodes: Vec<NodeId>,
     pub(super) edges: Vec<EdgeId>,
+    /// For its first and its last node: true at a corner at which another stretch continues.
+    pub(super) corners: [bool; 2],
+    /// Normals that smooth pieces of the second body give to corners of the first, out of the first.
+    pub(super) faced: Vec<(NodeId, Vector)>,
 }
 
 impl Stretch {
@@ -21,6 +26,79 @@ impl Stretch {
     pub(super) fn is_closed(&self) -> bool {
         self.edges.len() == self.nodes.len()
     }
+
+    /// Tells whether it is a part of a longer stretch, between corners.
+    pub(super) fn is_cut(&self) -> bool {
+        self.corners != [false; 2]
+    }
+
+    /// Returns the two nodes of an edge.
+    pub(super) fn ends(&self, edge: usize) -> [NodeId; 2] {
+        [edge, edge + 1].map(|k| self.nodes[k % self.nodes.len()])
+    }
+
+    /// Divides it at corners, see [`outline::divided`].
+    fn divided(self, corners: &[usize]) -> Vec<Self> {
+        if corners.is_empty() {
+            return vec![self];
+        }
+        let around = self.nodes.len();
+        let part = |([from, to], corners): ([usize; 2], [bool; 2])| Self {
+            nodes: (from..=to).map(|k| self.nodes[k % around]).collect(),
+            edges: (from..to).map(|k| self.edges[k % self.edges.len()]).collect(),
+            corners,
+            faced: self.faced.clone(),
+        };
+        outline::divided(self.edges.len(), self.is_closed(), corners).into_iter().map(part).collect()
+    }
+
+    /// Lists the points of its nodes on one body; a closed stretch ends with its first.
+    ///
+    /// * `nodes`: of that body.
+    pub(super) fn points(&self, body: &Body, nodes: &[NodeId]) -> Vec<Vector> {
+        let closing = self.is_closed().then(|| nodes[0]);
+        nodes.iter().copied().chain(closing).map(|n| body.mesh().points()[n]).collect()
+    }
+}
+
+/// Ends the stretches at the corners between known pieces of the first body's side, if the second body's side has one there as well, or is not
+/// known there. A smooth piece of the second body gives the normal instead.
+pub(super) fn ended_at_corners(
+    bodies: [&Body; 2],
+    chain: Vec<Stretch>,
+    partner: &HashMap<NodeId, NodeId>,
+) -> Vec<Stretch> {
+    if !bodies[0].has_curves() {
+        return chain;
+    }
+    chain.into_iter().flat_map(|stretch| ended(bodies, stretch, partner)).collect()
+}
+
+fn ended(bodies: [&Body; 2], mut stretch: Stretch, partner: &HashMap<NodeId, NodeId>) -> Vec<Stretch> {
+    let others: Vec<NodeId> = stretch.nodes.iter().map(|n| partner[n]).collect();
+    let facing = |k: usize| {
+        bodies[1].mesh().topology().find_edge(partner[&stretch.ends(k)[0]], partner[&stretch.ends(k)[1]])
+    };
+    // Edges without a partner are refused later.
+    let Some(facing) = (0..stretch.edges.len()).map(facing).collect::<Option<Vec<EdgeId>>>() else {
+        return vec![stretch];
+    };
+    let beside = |b: usize, nodes: &[NodeId], edges: &[EdgeId]| {
+        let points = stretch.points(bodies[b], nodes);
+        let pieces = outline::pieces(bodies[b], edges, &points, false);
+        outline::beside(&pieces, &points, |k| bodies[b].mesh().edge_normal(edges[k]), stretch.is_closed())
+    };
+    let own = beside(0, &stretch.nodes, &stretch.edges);
+    let corners: Vec<usize> = (0..stretch.nodes.len()).filter(|k| own[*k].is_corner()).collect();
+    if corners.is_empty() {
+        return vec![stretch];
+    }
+    let other = beside(1, &others, &facing);
+    let (smooth, corners): (Vec<usize>, Vec<usize>) =
+        corners.into_iter().partition(|k| other[*k].is_smooth());
+    stretch.faced =
+        smooth.into_iter().filter_map(|k| Some((stretch.nodes[k], -other[k].normal()?))).collect();
+    stretch.divided(&corners)
 }
 
 /// Collects the stretches of the first body's surface, each from its end with the smaller (x, y).
@@ -44,7 +122,7 @@ pub(super) fn walk(body: &Body, surface: &[EdgeId]) -> Vec<Stretch> {
     let mut used = std::collections::HashSet::new();
     let mut stretches = Vec::new();
     for start in starts {
-        let mut stretch = Stretch { nodes: vec![start], edges: Vec::new() };
+        let mut stretch = Stretch { nodes: vec![start], ..Stretch::default() };
         let mut node = start;
         while let Some(&edge) = around[&node].iter().find(|e| !used.contains(*e)) {
             used.insert(edge);
@@ -95,26 +173,46 @@ pub(super) fn nearest(
     Ok(partner)
 }
 
-/// Uses the partners from a common refinement.
-pub(super) fn refined(
+/// Uses the partners from a common refinement: for each stretch, which ends where two lines of the refinement meet at an angle, the second body's
+/// nodes that face its own, stretch by stretch.
+pub(super) fn refined<'a>(
     body: &Body,
-    chain: &[Stretch],
-    facing: &HashMap<NodeId, &Facing>,
-) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
-    let mut partner = HashMap::new();
-    for stretch in chain {
-        for (k, node) in stretch.nodes.iter().enumerate() {
-            let Some(found) = facing.get(node) else {
-                let edge = stretch.edges[k.min(stretch.edges.len() - 1)];
-                return Err(InterfaceError::EdgeWithoutPartner {
-                    body: 0,
-                    point: body.mesh().edge_middle(edge),
-                });
-            };
-            partner.insert(*node, found.nodes[1]);
-        }
+    chain: Vec<Stretch>,
+    common: &'a Measured,
+) -> Result<(Vec<Stretch>, Vec<&'a Facing>), InterfaceError> {
+    let mut along: HashMap<[NodeId; 2], [&Facing; 2]> = HashMap::new();
+    for w in common.facing.iter().flat_map(|line| line.windows(2)) {
+        let [a, b] = [&w[0], &w[1]];
+        along.insert([a.nodes[0], b.nodes[0]], [a, b]);
+        along.insert([b.nodes[0], a.nodes[0]], [b, a]);
     }
-    Ok(partner)
+    let mut stretches = Vec::new();
+    let mut facing = Vec::new();
+    for stretch in chain {
+        let of_edge = |k: usize| {
+            let fault = || {
+                let point = body.mesh().edge_middle(stretch.edges[k]);
+                InterfaceError::EdgeWithoutPartner { body: 0, point }
+            };
+            along.get(&stretch.ends(k)).copied().ok_or_else(fault)
+        };
+        let found = (0..stretch.edges.len()).map(of_edge).collect::<Result<Vec<_>, _>>()?;
+        let (count, closed) = (found.len(), stretch.is_closed());
+        let is_corner = |k: &usize| {
+            let [a, b] = [found[(k + count - 1) % count][1], found[*k][0]];
+            angle_between(a.normal, b.normal) > 0.5 * outline::CORNER
+        };
+        let corners: Vec<usize> = (usize::from(!closed)..count).filter(is_corner).collect();
+        for part in outline::divided(count, closed, &corners) {
+            let ([from, to], _) = part;
+            facing.extend((from..to).map(|k| found[k % count][0]));
+            if !(closed && corners.is_empty()) {
+                facing.push(found[(to - 1) % count][1]);
+            }
+        }
+        stretches.extend(stretch.divided(&corners));
+    }
+    Ok((stretches, facing))
 }
 
 /// Computes the shortest contact edge at each contact node.

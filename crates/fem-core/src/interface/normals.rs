@@ -1,7 +1,8 @@
 //! Lengths and normals of the contact line.
 //!
 //! The normal is a frozen field `n(s) = Σ φ_i n_i`, linear between unit normals at the nodes. Edge normals would lock: two
-//! matching polygons interlock at their corners under linearised kinematics.
+//! matching polygons interlock at their corners under linearised kinematics. A corner between declared curves, or straight stretches beside them, is
+//! one of the bodies themselves: it ends the line, see [`super::matching::ended_at_corners`].
 
 use super::common_refinement::Facing;
 use super::common_refinement::curve::{smooth_beyond, turns_into};
@@ -9,7 +10,7 @@ use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held, outline};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm, perpendicular};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::EdgeId;
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
@@ -20,14 +21,14 @@ pub(super) const SUPPORT: f64 = 0.867;
 
 /// Sets tributary lengths and normals of all pairs.
 ///
-/// * `facing`: the normals from a common refinement; averages of cut surfaces would be edge normals.
+/// * `facing`: the normals from a common refinement, at every pair; averages of cut surfaces would be edge normals.
 pub(super) fn choose(
     bodies: [&Body; 2],
     chain: &[Stretch],
     pairs: &mut [NodePair],
     edges: &[ContactEdge],
     normal: ContactNormal,
-    facing: Option<&HashMap<NodeId, &Facing>>,
+    facing: Option<&[&Facing]>,
 ) -> Result<(), InterfaceError> {
     for edge in edges {
         for pair in edge.pairs {
@@ -47,10 +48,15 @@ pub(super) fn choose(
                 let found = &edges[first_edge..last_edge];
                 match facing {
                     Some(facing) => {
-                        check_corners(bodies[0], found)?;
-                        frozen(bodies[0], &mut pairs[first_pair..last_pair], found, facing);
+                        check_corners(bodies[0], pairs, found)?;
+                        frozen(
+                            bodies[0],
+                            &mut pairs[first_pair..last_pair],
+                            found,
+                            &facing[first_pair..last_pair],
+                        );
                     }
-                    None => averaged(bodies[0], pairs, first_pair..last_pair, found)?,
+                    None => averaged(bodies[0], pairs, first_pair..last_pair, found, stretch)?,
                 }
                 (first_pair, first_edge) = (last_pair, last_edge);
             }
@@ -81,17 +87,17 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
     Ok(unit)
 }
 
-/// Finds the sharpest turn between neighbouring edges of a body's side of the line: its place and the cosine of its angle.
-pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = EdgeId>) -> Option<(Vector, f64)> {
-    let mut before: HashMap<NodeId, Vector> = HashMap::new();
+/// Finds the sharpest turn between neighbouring edges of the first body's side of the line: its place and the cosine of its angle.
+pub(super) fn sharpest_turn(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> Option<(Vector, f64)> {
+    let mut before: HashMap<u32, Vector> = HashMap::new();
     let mut sharpest: Option<(Vector, f64)> = None;
     for edge in edges {
-        let normal = body.mesh().edge_normal(edge);
-        for node in body.mesh().topology().edges()[edge] {
-            let Some(other) = before.insert(node, normal) else { continue };
+        let normal = body.mesh().edge_normal(edge.edges[0]);
+        for k in edge.pairs {
+            let Some(other) = before.insert(k, normal) else { continue };
             let cosine = other.dot(&normal).clamp(-1.0, 1.0);
             if sharpest.is_none_or(|s| cosine < s.1) {
-                sharpest = Some((body.mesh().points()[node], cosine));
+                sharpest = Some((body.mesh().points()[pairs[k as usize].nodes[0]], cosine));
             }
         }
     }
@@ -99,8 +105,8 @@ pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = EdgeId>) ->
 }
 
 /// Rejects corners of more than 60 degrees.
-fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceError> {
-    match sharpest_turn(body, edges.iter().map(|e| e.edges[0])) {
+fn check_corners(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
+    match sharpest_turn(body, pairs, edges) {
         Some((point, cosine)) if cosine < TURN => {
             Err(InterfaceError::Curved { point, degrees: cosine.acos().to_degrees() })
         }
@@ -109,10 +115,10 @@ fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceErro
 }
 
 /// Uses the normals of a common refinement; on a straight stretch all nodes have the normal of the first edge.
-fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &HashMap<NodeId, &Facing>) {
+fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &[&Facing]) {
     let common = body.mesh().edge_normal(edges[0].edges[0]);
-    for pair in pairs.iter_mut() {
-        pair.normal = facing.get(&pair.nodes[0]).map_or(common, |f| f.normal);
+    for (pair, facing) in pairs.iter_mut().zip(facing) {
+        pair.normal = facing.normal;
     }
     if pairs.iter().all(|p| cross(common, p.normal).abs() <= STRAIGHT && common.dot(&p.normal) > 0.0) {
         pairs.iter_mut().for_each(|p| p.normal = common);
@@ -126,21 +132,25 @@ fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &H
 fn averaged(
     body: &Body,
     pairs: &mut [NodePair],
-    stretch: std::ops::Range<usize>,
+    range: std::ops::Range<usize>,
     edges: &[ContactEdge],
+    stretch: &Stretch,
 ) -> Result<(), InterfaceError> {
     let of = |edge: &ContactEdge| body.mesh().edge_normal(edge.edges[0]);
     let common = of(&edges[0]);
-    let (first, last) = (stretch.start, stretch.end - 1);
-    let beyond =
+    let (first, last) = (range.start, range.end - 1);
+    let mut beyond =
         if edges.len() == last - first { edges_beyond(body, &pairs[first..=last], edges) } else { [None; 2] };
+    for (beyond, _) in beyond.iter_mut().zip(stretch.corners).filter(|(_, corner)| *corner) {
+        *beyond = None;
+    }
     let is_common = |e: &ContactEdge| cross(common, of(e)).abs() <= STRAIGHT && common.dot(&of(e)) > 0.0;
     // A single edge may be part of a curve.
     if edges.iter().all(is_common) && (edges.len() > 1 || beyond == [None; 2]) {
-        pairs[stretch].iter_mut().for_each(|p| p.normal = common);
+        pairs[range].iter_mut().for_each(|p| p.normal = common);
         return Ok(());
     }
-    check_corners(body, edges)?;
+    check_corners(body, pairs, edges)?;
     for edge in edges {
         for k in edge.pairs {
             let pair = &mut pairs[k as usize];
@@ -152,7 +162,7 @@ fn averaged(
             pairs[end].normal += body.mesh().edge_length(edge) * body.mesh().edge_normal(edge);
         }
     }
-    for pair in &mut pairs[stretch] {
+    for pair in &mut pairs[range] {
         pair.normal = 1.0 / norm(pair.normal) * pair.normal;
     }
     if edges.len() == last - first && edges.len() > 1 {
@@ -163,14 +173,15 @@ fn averaged(
             pairs[end].normal = 2.0 * next.dot(&own) * own - next;
         }
     }
-    let closing = (edges.len() > last - first).then_some(first);
-    let points: Vec<Vector> =
-        (first..=last).chain(closing).map(|k| body.mesh().points()[pairs[k].nodes[0]]).collect();
-    let numbers: Vec<EdgeId> = edges.iter().map(|edge| edge.edges[0]).collect();
-    let pieces = outline::pieces(body, &numbers, &points);
-    let known = outline::normals(&pieces, &points, |k| of(&edges[k]), closing.is_some());
+    let points = stretch.points(body, &stretch.nodes);
+    let pieces = outline::pieces(body, &stretch.edges, &points, stretch.is_cut());
+    let known =
+        outline::normals(&pieces, &points, |k| of(&edges[k]), [stretch.is_closed(), stretch.is_cut()]);
     for (pair, normal) in pairs[first..=last].iter_mut().zip(known) {
         pair.normal = normal.unwrap_or(pair.normal);
+    }
+    for (node, normal) in &stretch.faced {
+        pairs[first..=last].iter_mut().filter(|p| p.nodes[0] == *node).for_each(|p| p.normal = *normal);
     }
     Ok(())
 }

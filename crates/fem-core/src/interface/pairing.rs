@@ -1,6 +1,6 @@
 //! Pairs two matching contact surfaces.
 
-use super::common_refinement::{Facing, Measured};
+use super::common_refinement::Measured;
 use super::drawn::{self, Drawn, Surfaces};
 use super::held::Line;
 use super::matching::{self, Stretch};
@@ -10,7 +10,6 @@ use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
 use crate::mesh::id::{EdgeId, NodeId};
-use std::collections::HashMap;
 
 /// Pairs the surfaces.
 ///
@@ -24,18 +23,27 @@ pub(super) fn pair(
 ) -> Result<ContactInterface, InterfaceError> {
     let edges = [surface(bodies[0], 0, surfaces[0])?, surface(bodies[1], 1, surfaces[1])?];
     let chain = matching::walk(bodies[0], edges[0]);
-    let facing: Option<HashMap<NodeId, &Facing>> =
-        common.map(|common| common.facing.iter().map(|f| (f.nodes[0], f)).collect());
-    let partner = match (&facing, gap) {
-        (Some(facing), _) => matching::refined(bodies[0], &chain, facing)?,
-        (None, Gap::Given(_) | Gap::Touching) => matching::nearest(bodies, edges, &chain)?,
-        (None, Gap::Geometric) => matching::along(bodies, edges, &chain)?,
+    let (chain, partners, facing) = match (common, gap) {
+        (Some(common), _) => {
+            let (chain, facing) = matching::refined(bodies[0], chain, common)?;
+            (chain, facing.iter().map(|f| f.nodes[1]).collect(), Some(facing))
+        }
+        (None, gap) => {
+            let partner = match gap {
+                Gap::Given(_) | Gap::Touching => matching::nearest(bodies, edges, &chain)?,
+                Gap::Geometric => matching::along(bodies, edges, &chain)?,
+            };
+            let chain = match normal {
+                ContactNormal::Averaged => matching::ended_at_corners(bodies, chain, &partner),
+                ContactNormal::Fixed(_) => chain,
+            };
+            let partners: Vec<NodeId> = chain.iter().flat_map(|s| &s.nodes).map(|n| partner[n]).collect();
+            (chain, partners, None)
+        }
     };
-    let mut pairs = make_pairs(bodies, &chain, &partner);
-    let number: HashMap<NodeId, u32> =
-        pairs.iter().enumerate().map(|(k, p)| (p.nodes[0], k as u32)).collect();
-    let edges = make_edges(bodies, edges, &chain, &partner, &number)?;
-    normals::choose(bodies, &chain, &mut pairs, &edges, normal, facing.as_ref())?;
+    let mut pairs = make_pairs(bodies, &chain, &partners);
+    let edges = make_edges(bodies, edges, &chain, &pairs)?;
+    normals::choose(bodies, &chain, &mut pairs, &edges, normal, facing.as_deref())?;
     let radial = match normal {
         ContactNormal::Averaged => Radial::find(bodies, &pairs, &edges),
         ContactNormal::Fixed(_) => None,
@@ -43,7 +51,7 @@ pub(super) fn pair(
     if let Some(radial) = radial {
         pairs.iter_mut().for_each(|pair| pair.normal = radial.normal(bodies, pair.nodes));
     }
-    let drawn = Drawn::measure(bodies, &pairs, &edges, facing.as_ref())?;
+    let drawn = Drawn::measure(bodies, &pairs, &edges, facing.as_deref())?;
     let between = match (gap, common) {
         (Gap::Given(_), _) => vec![None; edges.len()],
         (_, Some(common)) => profile::of_refined(&pairs, &edges, &common.between),
@@ -105,8 +113,11 @@ pub(super) fn check_free(
     Ok(())
 }
 
-fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<NodeId, NodeId>) -> Vec<NodePair> {
-    let mut pairs = Vec::new();
+/// Creates the pairs of all stretches.
+///
+/// * `partners`: the second body's nodes, stretch by stretch.
+fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec<NodePair> {
+    let mut pairs = Vec::with_capacity(partners.len());
     let mut arc_length = 0.0;
     for stretch in chain {
         for (k, &node) in stretch.nodes.iter().enumerate() {
@@ -114,7 +125,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<NodeId, N
                 arc_length += bodies[0].mesh().edge_length(stretch.edges[k - 1]);
             }
             pairs.push(NodePair {
-                nodes: [node, partner[&node]],
+                nodes: [node, partners[pairs.len()]],
                 normal: Vector::zeros(),
                 gap: 0.0,
                 tributary_length: 0.0,
@@ -145,15 +156,16 @@ fn make_edges(
     bodies: [&Body; 2],
     surfaces: [&[EdgeId]; 2],
     chain: &[Stretch],
-    partner: &HashMap<NodeId, NodeId>,
-    number: &HashMap<NodeId, u32>,
+    pairs: &[NodePair],
 ) -> Result<Vec<ContactEdge>, InterfaceError> {
     let mut edges = Vec::new();
+    let mut first = 0;
     let mut seen = std::collections::HashSet::new();
     for stretch in chain {
         for (k, &edge) in stretch.edges.iter().enumerate() {
-            let nodes = [stretch.nodes[k], stretch.nodes[(k + 1) % stretch.nodes.len()]];
-            let found = bodies[1].mesh().topology().find_edge(partner[&nodes[0]], partner[&nodes[1]]);
+            let ends = [k, k + 1].map(|k| first + k % stretch.nodes.len());
+            let [from, to] = ends.map(|k| pairs[k].nodes[1]);
+            let found = bodies[1].mesh().topology().find_edge(from, to);
             let Some(other) = found.filter(|e| surfaces[1].binary_search(e).is_ok()) else {
                 return Err(InterfaceError::EdgeWithoutPartner {
                     body: 0,
@@ -165,10 +177,11 @@ fn make_edges(
             }
             seen.insert(other);
             let length = bodies[0].mesh().edge_length(edge);
-            let pairs = nodes.map(|n| number[&n]);
+            let pairs = ends.map(|k| k as u32);
             // The line decides which edges are bent once it is complete.
             edges.push(ContactEdge { pairs, edges: [edge, other], length, bent: false, clamped: None });
         }
+        first += stretch.nodes.len();
     }
     match surfaces[1].iter().find(|e| !seen.contains(*e)) {
         Some(&edge) => {

@@ -119,12 +119,11 @@ pub(super) fn of_matching(
         let own = &pairs[first_pair..first_pair + stretch.nodes.len()];
         let along = &edges[first_edge..first_edge + stretch.edges.len()];
         let curves = [0, 1].map(|b| {
-            let place = |p: &NodePair| bodies[b].mesh().points()[p.nodes[b]];
-            let closing = stretch.is_closed().then(|| place(&own[0]));
-            let points: Vec<Vector> = own.iter().map(place).chain(closing).collect();
+            let nodes: Vec<NodeId> = own.iter().map(|p| p.nodes[b]).collect();
+            let points = stretch.points(bodies[b], &nodes);
             let numbers: Vec<EdgeId> = along.iter().map(|edge| edge.edges[b]).collect();
-            let pieces = outline::pieces(bodies[b], &numbers, &points);
-            Curve::new(points).with_pieces(pieces)
+            let pieces = outline::pieces(bodies[b], &numbers, &points, stretch.is_cut());
+            Curve::new(points).kept_open(!stretch.is_closed()).with_pieces(pieces)
         });
         for (k, edge) in along.iter().enumerate() {
             let [i, j] = edge.pairs.map(|k| k as usize);

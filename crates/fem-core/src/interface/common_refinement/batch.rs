@@ -1,6 +1,7 @@
 //! Surfaces of several pairs that are cut at once.
 
 use super::chain::{Chain, Fixed};
+use super::corners;
 use super::cut::{self, Side};
 use super::error::CommonRefinementError;
 use super::moved::{Moves, replaced, with_moved};
@@ -10,6 +11,7 @@ use super::{
 };
 use crate::body::Body;
 use crate::geometry::Vector;
+use crate::interface::ContactNormal;
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::RefinementEdges;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -132,12 +134,19 @@ fn prepare(
     let reference = reference(both, pair.groups, &chains);
     let angle = [0, 1].map(|b| surface_angle(both[b], pair.groups[b]));
     let (mut moves, mut added) = (Moves::default(), [0; 2]);
+    if pair.normal == ContactNormal::Averaged {
+        let (same, other) = (corners::end_stretches(both, &mut chains, reference), 1 - reference);
+        moves.add(other, both[other], &same);
+        if !same.is_empty() {
+            bodies[at[other]] = with_moved(bodies[at[other]].clone(), other, &same)?;
+        }
+    }
     // Only a pair alone may have closed stretches.
     if let [first, second] = bodies
         && chains.iter().flatten().any(Chain::is_closed)
     {
         let mut open = [first.clone(), second.clone()];
-        moves = seam::open(&mut open, &mut chains, reference, pair.normal)?;
+        seam::open(&mut open, &mut chains, reference, pair.normal, &mut moves)?;
         added = [0, 1].map(|b| open[b].mesh().points().len() - bodies[b].mesh().points().len());
         bodies.clone_from_slice(&open);
     }
@@ -216,7 +225,8 @@ fn matched(
     };
     let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
     let on = pair.bodies[pair.reference];
-    let facing = cut.overlaps.iter().flat_map(|overlap| overlap.facing((&bodies[on], nodes[on]))).collect();
+    let facing =
+        cut.overlaps.iter().map(|overlap| overlap.facing((&bodies[on], nodes[on])).collect()).collect();
     let between = cut.overlaps.iter().flat_map(Overlap::between).collect();
     (Measured { facing, between }, (!nothing).then_some(changes))
 }

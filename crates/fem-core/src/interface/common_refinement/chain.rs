@@ -10,17 +10,26 @@ use std::collections::{HashMap, HashSet};
 const CORNER: f64 = 0.866;
 
 /// One stretch.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Chain {
     /// Nodes in order; a closed stretch ends with its first node.
     pub(super) nodes: Vec<NodeId>,
     /// True if its first node was inserted in an edge.
     pub(super) inserted: bool,
+    /// For its first and its last node: true at a corner at which another stretch continues.
+    pub(super) corners: [bool; 2],
+    /// Normals that smooth pieces of the other body give to its corners, out of its own body.
+    pub(super) faced: Vec<(NodeId, Vector)>,
 }
 
 impl Chain {
     pub(super) fn is_closed(&self) -> bool {
-        self.nodes.len() > 1 && self.nodes.first() == self.nodes.last()
+        self.nodes.len() > 1 && self.nodes.first() == self.nodes.last() && !self.is_cut()
+    }
+
+    /// Tells whether it is a part of a longer stretch, between corners.
+    pub(super) fn is_cut(&self) -> bool {
+        self.corners != [false; 2]
     }
 }
 
@@ -31,7 +40,7 @@ pub(super) fn chains(mesh: &TriMesh, surface: &[EdgeId]) -> Option<Vec<Chain>> {
         return None;
     }
     let walks = mesh.walks(surface, |a, b| before(mesh, a, b));
-    let mut chains: Vec<Chain> = walks.into_iter().map(|nodes| Chain { nodes, inserted: false }).collect();
+    let mut chains: Vec<Chain> = walks.into_iter().map(|nodes| Chain { nodes, ..Chain::default() }).collect();
     chains.sort_by(|a, b| before(mesh, a.nodes[0], b.nodes[0]));
     Some(chains)
 }
@@ -52,7 +61,7 @@ pub(super) fn sorted_points(mesh: &TriMesh, chains: &[Chain]) -> Vec<Vector> {
 /// How freely a node may be moved along its surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Motion {
-    /// Not at all: the direction of a roller would change.
+    /// Not at all: the direction of a roller would change, or it is a corner between two stretches.
     None,
     /// Only within rounding: an end, a corner, a supported node, a node at which a group or a material begins.
     Shifts,
@@ -103,8 +112,9 @@ pub(super) fn motions(body: &Body, chains: &[Chain], fixed: &Fixed) -> HashMap<N
                 }
             };
             let slides = inner && !held && !mixed && !corner;
+            let cut = (k == 0 && chain.corners[0]) || (k + 1 == chain.nodes.len() && chain.corners[1]);
             let motion = match slides && !fixed.ends.contains(&node) {
-                _ if fixed.rollers.contains(&node) => Motion::None,
+                _ if cut || fixed.rollers.contains(&node) => Motion::None,
                 true => Motion::Slides,
                 false => Motion::Shifts,
             };

@@ -29,6 +29,7 @@ pub(in crate::interface) struct Curve {
     arc: Vec<f64>,
     /// Over each edge the declared curve, or the line of a straight stretch: it takes the place of the smooth curve.
     pieces: Vec<Option<Piece>>,
+    closed: bool,
 }
 
 impl Curve {
@@ -60,7 +61,14 @@ impl Curve {
         for k in 1..n {
             arc.push(arc[k - 1] + norm(points[k] - points[k - 1]));
         }
-        Self { points, normals, smooth_normals, arc, pieces: vec![None; n - 1] }
+        let closed = n > 3 && points[0] == points[n - 1];
+        Self { points, normals, smooth_normals, arc, pieces: vec![None; n - 1], closed }
+    }
+
+    /// Keeps the curve open although its ends meet: in a corner.
+    pub(in crate::interface) fn kept_open(mut self, open: bool) -> Self {
+        self.closed &= !open;
+        self
     }
 
     /// Starts a closed curve at a point of its last edge, with the normal at that point.
@@ -80,6 +88,7 @@ impl Curve {
             smooth_normals: around(&self.smooth_normals, normal),
             arc,
             pieces: [&self.pieces[n - 2..], &self.pieces].concat(),
+            closed: self.closed,
         }
     }
 
@@ -137,7 +146,7 @@ impl Curve {
 
     /// Tells whether the curve is closed.
     pub(in crate::interface) fn is_closed(&self) -> bool {
-        self.points.len() > 3 && self.points[0] == self.points[self.points.len() - 1]
+        self.closed
     }
 
     /// Returns the vector from the first point to the last.

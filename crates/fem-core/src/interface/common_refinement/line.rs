@@ -37,13 +37,22 @@ impl<'a> Line<'a> {
     pub(super) fn new(body: &Body, own: &'a Chain, reference: usize, normal: ContactNormal) -> Self {
         let points = points_of(body, &own.nodes);
         let inner = points.len() - 1;
-        let pieces = pieces_of(body, &own.nodes, &points);
-        let known =
-            outline::normals(&pieces, &points, |k| right_normal(points[k], points[k + 1]), own.is_closed());
+        let pieces = pieces_of(body, (&own.nodes, own.corners), &points);
+        let outward = |k: usize| right_normal(points[k], points[k + 1]);
+        let mut known = outline::normals(&pieces, &points, outward, [own.is_closed(), own.is_cut()]);
+        for (node, normal) in &own.faced {
+            own.nodes
+                .iter()
+                .zip(&mut known)
+                .filter(|(n, _)| *n == node)
+                .for_each(|(_, n)| *n = Some(*normal));
+        }
         // A node inserted to open the line changes neither its normals nor its shape.
         let uncut = match own.inserted {
             true => Curve::new([&points[1..inner], &points[1..2]].concat()).with_pieces(pieces[1..].to_vec()),
-            false => Curve::continued(points.clone(), beyond(body, &own.nodes)).with_pieces(pieces),
+            false => Curve::continued(points.clone(), beyond(body, &own.nodes, own.corners))
+                .kept_open(!own.is_closed())
+                .with_pieces(pieces),
         };
         let curve = if own.inserted { uncut.begun_at(points[0]) } else { uncut.clone() };
         // On declared curves the normals are the curves' own.
@@ -77,28 +86,41 @@ impl Opposite {
     pub(super) fn new(body: &Body, chain: &Chain) -> Self {
         let nodes: Vec<NodeId> = chain.nodes.iter().rev().copied().collect();
         let points = points_of(body, &nodes);
-        Self { pieces: pieces_of(body, &nodes, &points), points, nodes, closed: chain.is_closed() }
+        let [begin, end] = chain.corners;
+        let pieces = pieces_of(body, (&nodes, [end, begin]), &points);
+        Self { pieces, points, nodes, closed: chain.is_closed() }
     }
 }
 
-/// Returns the points of the outline before and after an open stretch.
-fn beyond(body: &Body, nodes: &[NodeId]) -> [Option<Vector>; 2] {
+/// Returns the points of the outline before and after an open stretch; it does not continue beyond corners.
+fn beyond(body: &Body, nodes: &[NodeId], corners: [bool; 2]) -> [Option<Vector>; 2] {
     let (mesh, last) = (body.mesh(), nodes.len() - 1);
-    [[nodes[0], nodes[1]], [nodes[last], nodes[last - 1]]].map(|[end, inner]| {
-        let edge = mesh.topology().find_edge(end, inner)?;
-        let ends = mesh.topology().edges()[mesh.topology().boundary_beyond(edge, end)?];
-        Some(mesh.points()[if ends[0] == end { ends[1] } else { ends[0] }])
-    })
+    [(nodes[0], nodes[1], corners[0]), (nodes[last], nodes[last - 1], corners[1])].map(
+        |(end, inner, corner)| {
+            if corner {
+                return None;
+            }
+            let edge = mesh.topology().find_edge(end, inner)?;
+            let ends = mesh.topology().edges()[mesh.topology().boundary_beyond(edge, end)?];
+            Some(mesh.points()[if ends[0] == end { ends[1] } else { ends[0] }])
+        },
+    )
 }
 
 /// Finds the pieces over the edges of a stretch. A single edge whose outline continues smoothly may be part of an undeclared curve.
-fn pieces_of(body: &Body, nodes: &[NodeId], points: &[Vector]) -> Vec<Option<Piece>> {
+///
+/// * `stretch`: its nodes, and its ends at corners.
+pub(super) fn pieces_of(
+    body: &Body,
+    (nodes, corners): (&[NodeId], [bool; 2]),
+    points: &[Vector],
+) -> Vec<Option<Piece>> {
     let mesh = body.mesh();
     let find = |w: &[NodeId]| mesh.topology().find_edge(w[0], w[1]);
     let edges: Vec<EdgeId> = nodes.windows(2).filter_map(find).collect();
-    let pieces = outline::pieces(body, &edges, points);
+    let pieces = outline::pieces(body, &edges, points, corners != [false; 2]);
     let bent = || {
-        Curve::continued(points.to_vec(), beyond(body, nodes)).sagitta(0)
+        Curve::continued(points.to_vec(), beyond(body, nodes, corners)).sagitta(0)
             > STRAIGHT * norm(points[1] - points[0])
     };
     match pieces.as_slice() {
@@ -107,7 +129,7 @@ fn pieces_of(body: &Body, nodes: &[NodeId], points: &[Vector]) -> Vec<Option<Pie
     }
 }
 
-fn points_of(body: &Body, nodes: &[NodeId]) -> Vec<Vector> {
+pub(super) fn points_of(body: &Body, nodes: &[NodeId]) -> Vec<Vector> {
     nodes.iter().map(|&n| body.mesh().points()[n]).collect()
 }
 

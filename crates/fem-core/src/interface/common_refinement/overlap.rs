@@ -240,7 +240,9 @@ pub(super) fn between(
     let theirs = (first..=last).map(|k| place(1 - reference, other.nodes[k], s[k])).collect();
     let sites: [Vec<Site>; 2] = if reference == 0 { [mine, theirs] } else { [theirs, mine] };
     let range = [s[first].max(0.0), s[last].min(curve.length())];
-    let uncut_curve = Curve::new(q[first..=last].to_vec()).with_pieces(other.pieces[first..last].to_vec());
+    let uncut_curve = Curve::new(q[first..=last].to_vec())
+        .kept_open(!other.closed)
+        .with_pieces(other.pieces[first..last].to_vec());
     let uncut_other = Uncut { curve: uncut_curve, s: s[first..=last].to_vec() };
     let uncut_own = line.uncut.clone();
     let uncut = if reference == 0 { [uncut_own, uncut_other] } else { [uncut_other, uncut_own] };

@@ -17,14 +17,14 @@ use std::collections::HashMap;
 /// nearly coincide, which are snapped, or at a node of the other side inserted in the reference. Others begin
 /// farthest from the other surface.
 ///
-/// Returns which nodes moved.
+/// * `moves`: nodes that moved are added.
 pub(super) fn open(
     bodies: &mut [Body; 2],
     chains: &mut [Vec<Chain>; 2],
     reference: usize,
     normal: ContactNormal,
-) -> Result<Moves, CommonRefinementError> {
-    let mut moves = Moves::default();
+    moves: &mut Moves,
+) -> Result<(), CommonRefinementError> {
     let mut partnered = Vec::new();
     for i in 0..chains[reference].len() {
         if !chains[reference][i].is_closed() {
@@ -40,14 +40,14 @@ pub(super) fn open(
             continue;
         };
         partnered.push(j);
-        begin_together(bodies, chains, [i, j], reference, normal, &mut moves)?;
+        begin_together(bodies, chains, [i, j], reference, normal, moves)?;
     }
     for j in 0..chains[1 - reference].len() {
         if chains[1 - reference][j].is_closed() && !partnered.contains(&j) {
             away(bodies, chains, 1 - reference, j);
         }
     }
-    Ok(moves)
+    Ok(())
 }
 
 /// Finds the position in the other body's stretch that is nearest to a node of body `b`, and the distance.
