@@ -17,11 +17,12 @@ use tests::assemblies::{
 };
 use tests::finer::halve;
 use tests::prepare;
-use tests::run::paired_in_common;
+use tests::run::{paired_in_common, unresisted};
 use tests::shapes::{turn, turned};
 
 fn energies(problem: &ContactProblem, solution: &ExactSolution) -> Vec<f64> {
-    problem.bodies.iter().zip(&solution.displacement).map(|(body, u)| energy_norm_squared(body, u)).collect()
+    let displacement = prepare(problem).displacements(&solution.fields);
+    problem.bodies.iter().zip(&displacement).map(|(body, u)| energy_norm_squared(body, u)).collect()
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) {
@@ -34,7 +35,7 @@ fn small_tower() -> ContactProblem {
 
 /// Solves exactly and compares energies, contact forces and the numbers of pairs of nodes with a force.
 fn has_figures(problem: &ContactProblem, expected: &[f64], forces: &[f64], active: &[usize]) {
-    let solution = solve_exactly(&prepare(problem), &QpSettings::default()).unwrap();
+    let solution = solve_exactly(&prepare(problem).system(), &QpSettings::default()).unwrap();
     assert!(solution.status.is_solved() && solution.clarabel_calls == 0, "{:?}", solution.status);
     assert!(solution.kkt.max() < 1e-12, "{:?}", solution.kkt);
     for (found, expected) in energies(problem, &solution).iter().zip(expected) {
@@ -77,13 +78,10 @@ fn a_turned_block_that_slides_along_a_plane_is_not_held_by_round_off() {
         let plane = Obstacle::fixed(plane);
         let interface = ContactInterface::against(&body, "bottom", &plane, None).unwrap();
         let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
-        let unheld = nndd::support(&problem).unwrap().unheld;
-        let motion = unheld.unwrap_or_else(|| panic!("held at angle {angle}"));
+        let motion = unresisted(&problem);
         let [(0, moved)] = motion.bodies[..] else { panic!("{motion:?}") };
         assert!((moved.translation - along).norm() < 1e-9 && moved.spin.abs() < 1e-9, "{angle}: {motion:?}");
         near(motion.load, 3.0, 1e-9);
-        let refused = solve_exactly(&prepare(&problem), &QpSettings::default());
-        assert!(matches!(refused, Err(NnddError::NotHeld { .. })), "{angle}");
     }
 }
 
@@ -91,9 +89,9 @@ fn a_turned_block_that_slides_along_a_plane_is_not_held_by_round_off() {
 fn a_node_in_two_pairs_with_the_same_normal_is_left_to_the_exact_solution() {
     let prepared = prepare(&three(true).unwrap());
     let lambda = vec![0.0; prepared.node_pairs()];
-    let refused = nndd::solve(&prepared, lambda.clone(), NnddSettings::default(), &mut Never);
+    let refused = nndd::solve(&prepared.system(), lambda.clone(), NnddSettings::default(), &mut Never);
     assert!(matches!(refused, Err(NnddError::DependentRows { body: 2 })), "{refused:?}");
-    let solved = nndd::solve(&prepared, lambda, NewtonSettings::default(), &mut Never).unwrap();
+    let solved = nndd::solve(&prepared.system(), lambda, NewtonSettings::default(), &mut Never).unwrap();
     near(solved.last.contact_force(), THREE_FORCES.iter().sum(), 1e-10);
 }
 
@@ -101,17 +99,18 @@ fn a_node_in_two_pairs_with_the_same_normal_is_left_to_the_exact_solution() {
 fn the_exact_solution_is_the_only_iterate_of_the_newton_method() {
     for roles in [Roles::FIRST, Roles::SECOND] {
         let prepared = prepare(&small_tower().with_roles(roles));
-        let exact = solve_exactly(&prepared, &QpSettings::default()).unwrap();
+        let exact = solve_exactly(&prepared.system(), &QpSettings::default()).unwrap();
         let lambda = vec![0.0; prepared.node_pairs()];
-        let solution = nndd::solve(&prepared, lambda, NewtonSettings::default(), &mut Never).unwrap();
+        let solution =
+            nndd::solve(&prepared.system(), lambda, NewtonSettings::default(), &mut Never).unwrap();
         assert_eq!((solution.status, solution.history.len()), (NnddStatus::StoppedByCriterion, 1));
         let last = &solution.last;
-        assert_eq!(last.displacements(&prepared), exact.displacement);
-        assert_eq!((last.recovery, last.motions.len()), (Recovery::Forces, 3));
+        assert_eq!(last.fields(&prepared.system()), exact.fields);
+        assert_eq!((last.recovery, last.amounts.len()), (Recovery::Forces, 3));
         assert_eq!(last.contact.normal_reaction, exact.contact_force.concat());
         assert_eq!(last.contact.active.count(), 19 + 16);
         assert!(last.eta_nndd < 1e-12, "{}", last.eta_nndd);
-        for block in last.blocks(prepared.problem()) {
+        for block in prepared.problem().blocks() {
             let [first, second] = last.contact_forces_of(block);
             assert_eq!(first, second);
         }
@@ -124,12 +123,8 @@ fn the_exact_solution_is_the_only_iterate_of_the_newton_method() {
 
 #[test]
 fn what_nothing_holds_is_named_with_its_motion() {
-    let motion = |top: BoundaryConditions, middle: BoundaryConditions| match solve_exactly(
-        &prepare(&stack(&[1000.0, 1500.0, 2000.0], [18, 9], &middle, &top).unwrap()),
-        &QpSettings::default(),
-    ) {
-        Err(NnddError::NotHeld { motion }) => motion,
-        other => panic!("{other:?}"),
+    let motion = |top: BoundaryConditions, middle: BoundaryConditions| {
+        unresisted(&stack(&[1000.0, 1500.0, 2000.0], [18, 9], &middle, &top).unwrap())
     };
     // Pushed sideways between flat blocks.
     let pushed = motion(pressed(), BoundaryConditions::new().traction("left", [2.0.into(), 0.0.into()]));
@@ -155,18 +150,18 @@ fn forces_that_balanced_other_loads_hold_nothing() {
     let pile =
         |middle: &BoundaryConditions| stack(&[1000.0, 1500.0, 2000.0], [4, 2], middle, &weight).unwrap();
     let mut held = pile(&BoundaryConditions::new());
-    let found = nndd::support(&held).unwrap();
-    assert!(found.unheld.is_none() && found.forces.len() == held.rows());
+    let found = certified_contact::support(&held).unwrap();
+    assert!(found.unresisted.is_none() && found.forces.len() == held.rows());
     // Other forces that balance the same loads are as good an answer: they come back as they are.
     held.balancing = found.forces.iter().map(|force| force * (1.0 + 1e-12)).collect();
-    let again = nndd::support(&held).unwrap();
-    assert!(again.unheld.is_none() && again.forces == held.balancing && again.forces != found.forces);
+    let again = certified_contact::support(&held).unwrap();
+    assert!(again.unresisted.is_none() && again.forces == held.balancing && again.forces != found.forces);
     let mut pushed = pile(&BoundaryConditions::new().traction("left", [2.0.into(), 0.0.into()]));
     let tensile: Vec<f64> = found.forces.iter().map(|force| -force).collect();
     for forces in [found.forces, tensile, vec![f64::NAN; pushed.rows()]] {
         pushed.balancing = forces;
-        assert!(nndd::support(&pushed).unwrap().unheld.is_some());
-        let solved = solve_exactly(&prepare(&pushed), &QpSettings::default());
+        assert!(certified_contact::support(&pushed).unwrap().unresisted.is_some());
+        let solved = solve_exactly(&prepare(&pushed).system(), &QpSettings::default());
         assert!(matches!(solved, Err(NnddError::NotHeld { .. })), "{solved:?}");
     }
 }
@@ -216,8 +211,7 @@ fn a_torque_on_a_roller_is_not_held_by_the_ends_of_its_contact_lines() {
             assert!(cross(arm, pair.normal).abs() < 1e-14, "{pair:?}");
         }
     }
-    let refused = solve_exactly(&prepare(&problem), &QpSettings::default());
-    let Err(NnddError::NotHeld { motion }) = refused else { panic!("{refused:?}") };
+    let motion = unresisted(&problem);
     let (body, moved) = &motion.bodies[0];
     assert!(*body == 0 && moved.spin > 0.0, "{moved:?}");
 }

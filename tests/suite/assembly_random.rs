@@ -1,5 +1,6 @@
 //! Random assemblies: which are held, and the exact solution against Clarabel.
 
+use certified_contact::support;
 use contact_qp::{QpMethod, QpSettings};
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
@@ -11,7 +12,7 @@ use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::mesh::id::NodeId;
 use fem_core::norm::energy_norm_squared;
-use nndd::{NnddError, solve_exactly, support};
+use nndd::{NnddError, solve_exactly};
 use tests::distance::{Outcome, outcome};
 use tests::random::Random;
 use tests::rollers::Roller;
@@ -69,7 +70,7 @@ fn two_hundred_assemblies_that_contact_holds_are_accepted() {
     for k in 0..200 {
         let load = carried(&mut random);
         let found = support(&pile(&mut random, load)).unwrap();
-        assert!(found.unheld.is_none(), "{k}, at {}: {:?}", load.at, found.unheld);
+        assert!(found.unresisted.is_none(), "{k}, at {}: {:?}", load.at, found.unresisted);
         // Each floating block can slide.
         assert!(!found.free_motions.is_empty());
     }
@@ -87,14 +88,14 @@ fn two_hundred_assemblies_that_nothing_holds_are_refused() {
             _ => load.sideways = 0.01 + random.unit(),
         }
         let problem = pile(&mut random, load);
-        let motion = support(&problem).unwrap().unheld;
+        let motion = support(&problem).unwrap().unresisted;
         let motion = motion.unwrap_or_else(|| panic!("{k}: at {}, {} down", load.at, load.down));
         assert!(motion.load > 0.0 && !motion.bodies.is_empty());
         let largest = motion.bodies.iter().flat_map(|(b, motion)| motion.displacements(&problem.bodies[*b]));
         let largest = largest.map(|u| u.norm()).fold(0.0, f64::max);
         assert!((largest - 1.0).abs() < 1e-9, "{k}: {largest}");
         if k < 30 {
-            let refused = solve_exactly(&prepare(&problem), &QpSettings::default());
+            let refused = solve_exactly(&prepare(&problem).system(), &QpSettings::default());
             assert!(matches!(refused, Err(NnddError::NotHeld { .. })));
         }
     }
@@ -249,7 +250,7 @@ fn five_hundred_exact_solutions_agree_with_the_active_set_of_the_full_system() {
     for k in 0..520 {
         let load = carried(&mut random);
         let problem = pile(&mut random, load);
-        let found = solve_exactly(&prepare(&problem), &QpSettings::default()).unwrap();
+        let found = solve_exactly(&prepare(&problem).system(), &QpSettings::default()).unwrap();
         let Some(judge) = Full::new(&problem, load).active_set() else { continue };
         compared += 1;
         for (p, q) in found.contact_force.iter().flatten().zip(&judge) {
@@ -267,15 +268,16 @@ fn five_hundred_exact_solutions_agree_with_an_interior_point_method() {
     for k in 0..500 {
         let load = carried(&mut random);
         let prepared = prepare(&pile(&mut random, load));
-        let found = solve_exactly(&prepared, &QpSettings::default()).unwrap();
-        let judge = solve_exactly(&prepared, &QpSettings::default().with_method(QpMethod::Clarabel)).unwrap();
+        let found = solve_exactly(&prepared.system(), &QpSettings::default()).unwrap();
+        let judge = solve_exactly(&prepared.system(), &QpSettings::default().with_method(QpMethod::Clarabel))
+            .unwrap();
         assert!(found.status.is_solved() && judge.status.is_solved(), "{k}");
         assert!(found.kkt.max() < 1e-10, "{k}: {:?}", found.kkt);
         without += usize::from(found.clarabel_calls == 0);
         let energies = |u: &[Vec<fem_core::geometry::Vector>]| -> Vec<f64> {
             prepared.problem().bodies.iter().zip(u).map(|(b, u)| energy_norm_squared(b, u)).collect()
         };
-        let (a, b) = (energies(&found.displacement), energies(&judge.displacement));
+        let [a, b] = [&found, &judge].map(|of| energies(&prepared.displacements(&of.fields)));
         let size: f64 = b.iter().sum();
         assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= 1e-6 * size), "{k}: {a:?} {b:?}");
         for (p, q) in found.contact_force.iter().flatten().zip(judge.contact_force.iter().flatten()) {

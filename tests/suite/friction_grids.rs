@@ -109,7 +109,7 @@ fn friction_beside_a_driven_side_is_at_its_limit_and_the_bound_takes_what_the_me
     let limit = 0.0072315851974436495;
     let at_end = |values: &[f64]| values.iter().fold(0.0f64, |most, q| most.max(q.abs()));
     let of_pair = |values: &[f64]| -> Vec<f64> {
-        let blocks: Vec<_> = found.last().tangential_blocks(&found.problem).collect();
+        let blocks: Vec<_> = found.problem.tangential_blocks().collect();
         values[blocks[6].clone()].to_vec()
     };
     let tangential = &found.last().tangential;

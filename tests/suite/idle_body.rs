@@ -91,7 +91,7 @@ fn digits_that_rounding_takes_are_recovered_in_every_pair() {
     for settings in [Settings::default(), Settings::default().with_method(NnddSettings::default())] {
         let answer = solve(problem.clone(), &settings, &mut Silent).unwrap();
         assert!(answer.is_certified());
-        for block in answer.last().blocks(&answer.problem) {
+        for block in answer.problem.blocks() {
             for force in answer.last().contact_forces_of(block) {
                 assert!((force / exact - 1.0).abs() < 1e-12, "{force:e} {exact:e}");
             }

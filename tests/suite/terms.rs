@@ -11,11 +11,17 @@ use nndd::solve_exactly;
 use tests::assemblies::{stamped, tower};
 use tests::friction::{blocks, rings, two_blocks};
 use tests::prepare;
+use tests::run::state_of;
 
 fn estimated(problem: &ContactProblem) -> Estimate {
     let prepared = prepare(problem);
-    let exact = solve_exactly(&prepared, &contact_qp::QpSettings::default()).unwrap();
-    let estimate = estimate_with(&prepared, &exact.state(), Relaxation::Steps(2)).unwrap();
+    let exact = solve_exactly(&prepared.system(), &contact_qp::QpSettings::default()).unwrap();
+    let estimate = estimate_with(
+        &prepared,
+        &state_of(&exact, &prepared.displacements(&exact.fields)),
+        Relaxation::Steps(2),
+    )
+    .unwrap();
     assert!(estimate.certificate().is_some(), "{:?}", estimate.admissibility);
     estimate
 }

@@ -39,11 +39,12 @@ pub enum Outcome {
 pub fn distance(problem: &ContactProblem, u: &[Vec<Vector>], times: usize) -> Made<f64> {
     let (problem, u) = finer(problem.clone(), u.to_vec(), times)?;
     let prepared = PreparedProblem::new(problem)?;
-    let exact = solve_exactly(&prepared, &QpSettings::default())?;
+    let exact = solve_exactly(&prepared.system(), &QpSettings::default())?;
     if !exact.status.is_solved() {
         return Err(format!("the finer problem is not solved: {:?}", exact.status).into());
     }
-    let bodies = prepared.problem().bodies.iter().zip(u.iter().zip(&exact.displacement));
+    let displacement = prepared.displacements(&exact.fields);
+    let bodies = prepared.problem().bodies.iter().zip(u.iter().zip(&displacement));
     Ok(bodies.map(|(body, (u, v))| energy_distance_squared(body, u, v)).sum::<f64>().sqrt())
 }
 

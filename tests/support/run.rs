@@ -1,17 +1,18 @@
 //! The steps every test shares: factorise, iterate, recover, certify, measure.
 
 use crate::model::{Body, ContactInterface, ContactProblem, Gap, Made, SymTensor2, Vector, pair};
+use contact_qp::QpSettings;
 use cre_estimator::{EquilibratedStress, Estimate, EstimatorError, Relaxation, estimate_with};
 use fem_core::assembly::System;
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::cross;
 use fem_core::interface::common_refinement::{Changes, common_refinement};
-use fem_core::interface::{ContactNormal, ContactState, InterfaceSide};
+use fem_core::interface::{ContactNormal, ContactState, InterfaceSide, PairState};
 use fem_core::norm::energy_norm_squared;
-use fem_core::prepared::PreparedProblem;
+use fem_core::prepared::{AssemblyMotion, PreparedProblem};
 use fem_core::quadrature::RADON7;
 use nndd::stopping::{Decision, EtaNndd, Never, StoppingCriterion};
-use nndd::{Iterate, NewtonSettings, NnddError, NnddSettings, NnddSolution};
+use nndd::{ExactSolution, Iterate, NewtonSettings, NnddError, NnddSettings, NnddSolution};
 
 /// Assembles and factorises a body that is known to be sound.
 ///
@@ -51,7 +52,34 @@ pub fn solve_alone(body: &Body) -> Vec<Vector> {
 
 /// Recovers the displacements of an iteration.
 pub fn displacements(prepared: &PreparedProblem, iterate: &Iterate) -> Vec<Vec<Vector>> {
-    iterate.displacements(prepared)
+    prepared.displacements(&iterate.fields(&prepared.system()))
+}
+
+/// Puts an exact solution together with its displacements.
+pub fn state_of<'a>(exact: &'a ExactSolution, displacement: &'a [Vec<Vector>]) -> ContactState<'a> {
+    let pairs = exact.contact_force.iter().zip(&exact.opening).zip(&exact.friction);
+    let contacts = pairs.map(|((contact_force, opening), friction)| PairState {
+        contact_force,
+        opening,
+        friction_force: &friction.force,
+        slip: &friction.slip,
+    });
+    ContactState {
+        displacement: displacement.iter().map(Vec::as_slice).collect(),
+        contacts: contacts.collect(),
+    }
+}
+
+/// Returns the motion that the loads of a problem cause and nothing resists.
+///
+/// # Panics
+/// If the problem is held, or solved.
+pub fn unresisted(problem: &ContactProblem) -> AssemblyMotion {
+    let solved = nndd::solve_exactly(&prepare(problem).system(), &QpSettings::default());
+    match (solved, certified_contact::support(problem).map(|support| support.unresisted)) {
+        (Err(NnddError::NotHeld { .. }), Ok(Some(motion))) => motion,
+        other => unreachable!("{other:?}"),
+    }
 }
 
 /// Certifies an iteration by EET alone.
@@ -125,7 +153,7 @@ pub fn iterates(
     let lambda = vec![0.0; prepared.rows()];
     let mut settings = settings.clone();
     settings.newton = None;
-    let solution = nndd::solve(prepared, lambda, &settings, &mut recorder)?;
+    let solution = nndd::solve(&prepared.system(), lambda, &settings, &mut recorder)?;
     Ok((solution, recorder.iterates))
 }
 
@@ -136,7 +164,7 @@ pub fn iterates(
 pub fn pair_of(prepared: &PreparedProblem, lambda: Vec<f64>) -> Result<Iterate, NnddError> {
     let mut settings = NnddSettings::paper(0.4);
     settings.max_iterations = 1;
-    Ok(nndd::solve(prepared, lambda, &settings, &mut Never)?.last)
+    Ok(nndd::solve(&prepared.system(), lambda, &settings, &mut Never)?.last)
 }
 
 /// Solves the discrete contact problem by the interface Newton method.
@@ -145,7 +173,7 @@ pub fn pair_of(prepared: &PreparedProblem, lambda: Vec<f64>) -> Result<Iterate, 
 /// None, for sound problems.
 pub fn newton(prepared: &PreparedProblem) -> Result<Iterate, NnddError> {
     let lambda = vec![0.0; prepared.rows()];
-    Ok(nndd::solve(prepared, lambda, NewtonSettings::default(), &mut Never)?.last)
+    Ok(nndd::solve(&prepared.system(), lambda, NewtonSettings::default(), &mut Never)?.last)
 }
 
 /// Computes `‖u‖` and `‖u − v‖` of two pairs of displacement fields, square roots of energies.

@@ -55,9 +55,9 @@ impl Bounds {
                 size += f.dot(u).abs();
             }
         }
-        for ((body, motion, amount), of) in iterate.motions.iter().zip(problem.rigid_motions()) {
+        for (amount, of) in iterate.amounts.iter().zip(problem.rigid_motions()) {
             // The load of an obstacle acts on its free motion.
-            if *body >= problem.bodies().len() && *motion == of.motion {
+            if of.body >= problem.bodies().len() {
                 work += amount * of.load;
                 size += (amount * of.load).abs();
             }
@@ -70,8 +70,7 @@ impl Bounds {
         }
         // The admissible displacement is v + l: J(v + l) = J(v) + (K v − f)·l + ½ ‖l‖².
         let mut lifted = 0.0;
-        let blocks = iterate.blocks(problem.problem());
-        let blocks = blocks.zip(iterate.tangential_blocks(problem.problem()));
+        let blocks = problem.problem().blocks().zip(problem.problem().tangential_blocks());
         for ((of, contact), (block, tangents)) in
             problem.problem().contacts.iter().zip(&estimate.pair.contacts).zip(blocks)
         {

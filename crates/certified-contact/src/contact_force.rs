@@ -198,16 +198,15 @@ fn of_trace(problem: &PreparedProblem, estimate: &Estimate, b: usize, k: usize) 
         for (row, trace) in
             condensed.dofs().rows(block).iter().zip(traces).filter(|(_, trace)| **trace != 0.0)
         {
-            if let Some((unknown, factor)) = row.terms.iter().find(|(_, factor)| *factor != 0.0) {
-                unknowns[*unknown as usize] = trace / factor;
+            if let Some((unknown, factor)) = row.terms().next() {
+                unknowns[unknown] = trace / factor;
             }
         }
     }
     let mut defect: f64 = 0.0;
     for (block, traces) in wanted.iter().enumerate() {
         for (row, trace) in condensed.dofs().rows(block).iter().zip(traces) {
-            let found: f64 =
-                row.terms.iter().filter(|t| t.1 != 0.0).map(|(j, a)| a * unknowns[*j as usize]).sum();
+            let found: f64 = row.terms().map(|(j, a)| a * unknowns[j]).sum();
             defect = defect.max((found - trace).abs());
         }
     }

@@ -18,6 +18,7 @@ pub struct CoulombResult {
     pub problem: ContactProblem,
     /// The solution of the discrete problem, and how the fixed point ended.
     pub solution: CoulombSolution,
+    pub(crate) displacement: Vec<Vec<Vector>>,
     /// The solution as an iterate.
     pub last: Iterate,
     /// The quantities of interest.
@@ -33,7 +34,7 @@ pub struct CoulombResult {
 impl CoulombResult {
     /// Returns the displacements of each body, Cartesian, m.
     pub fn displacement(&self) -> &[Vec<Vector>] {
-        &self.solution.exact.displacement[..self.problem.bodies.len()]
+        &self.displacement[..self.problem.bodies.len()]
     }
 
     /// Returns the state of each pair of nodes.

@@ -53,10 +53,10 @@ pub(crate) fn correct(
     let contact = problem.problem();
     let bodies = 0..contact.bodies.len();
     let touching: Vec<usize> = bodies.filter(|b| contact.sides_of(*b).next().is_some()).collect();
+    let system = problem.system();
     let free = |b: &usize| {
-        let dofs = problem.bodies()[*b].dofs();
-        let mut rows = (0..contact.sides_of(*b).count()).flat_map(|block| dofs.rows(block));
-        rows.all(|row| row.imposed == 0.0) && iterate.interface_unknowns(problem, *b).is_some()
+        let mut rows = system.of_body[*b].iter();
+        rows.all(|row| row.imposed == 0.0) && iterate.interface_unknowns(&system, *b).is_some()
     };
     if !contact.obstacles.is_empty() || !touching.iter().all(free) {
         return Ok(None);
@@ -100,8 +100,9 @@ impl Correction<'_> {
             self.restate(&mut fields);
             let start = Start { lambda: vec![0.0; active.len()], active: Some(active) };
             let mut stop = EtaNndd::new(REDUCTION);
-            let found = nndd::solve_from(self.increments, start, &self.method, &mut stop)?.last;
-            let unknowns = |b: &usize| Some((*b, found.interface_unknowns(self.increments, *b)?));
+            let system = self.increments.system();
+            let found = nndd::solve_from(&system, start, &self.method, &mut stop)?.last;
+            let unknowns = |b: &usize| Some((*b, found.interface_unknowns(&system, *b)?));
             let increments: Vec<(usize, Vec<f64>)> = self.touching.iter().filter_map(unknowns).collect();
             let size = self.energy(&increments);
             if !(size < before) {
@@ -178,7 +179,7 @@ impl Correction<'_> {
             precision: found.precision,
             eta_nndd: found.eta_nndd,
             recovery: found.recovery,
-            motions: found.motions,
+            amounts: found.amounts,
             tangential: found.tangential,
         }
     }

@@ -1,9 +1,9 @@
 //! Errors on the way from a problem to its certified solution.
 
 use cre_estimator::EstimatorError;
-use fem_core::interface::{FactorError, InterfaceError, RefineError};
-use fem_core::prepared::PrepareError;
-use nndd::NnddError;
+use fem_core::interface::{ContactProblem, FactorError, InterfaceError, RefineError};
+use fem_core::prepared::{AssemblyMotion, PrepareError};
+use nndd::{NnddError, UnresistedMotion};
 use thiserror::Error;
 
 /// Why a problem could not be solved.
@@ -13,9 +13,23 @@ pub enum SolveError {
     /// The bodies cannot be assembled or factorised, for example floating ones.
     #[error(transparent)]
     Prepare(PrepareError),
+    /// The loads move bodies that nothing holds.
+    #[error("the assembly is not held: a load of {:e} moves body {} and nothing resists", motion.load, motion.bodies.first().map_or(0, |b| b.0))]
+    NotHeld {
+        /// The motion.
+        motion: AssemblyMotion,
+    },
+    /// No forces within the cones of Coulomb friction balance the loads.
+    #[error(
+        "the load is not balanced within the friction cones: a load of {load:e} is left; hold the bodies, or raise the coefficients of friction"
+    )]
+    OutsideCones {
+        /// The load that is left, N/m.
+        load: f64,
+    },
     /// The iteration cannot be run.
     #[error(transparent)]
-    Nndd(#[from] NnddError),
+    Nndd(NnddError),
     /// The first iterate cannot be certified.
     #[error(transparent)]
     Estimator(#[from] EstimatorError),
@@ -40,4 +54,21 @@ pub enum SolveError {
         /// The difference, in words.
         what: &'static str,
     },
+}
+
+/// Bodies that move by at most this fraction of the one that moves most do not move.
+pub(crate) const NO_MOTION: f64 = 1e-10;
+
+impl SolveError {
+    /// Says what an error of the algebra means for the bodies.
+    pub(crate) fn of_nndd(problem: &ContactProblem, error: NnddError) -> Self {
+        let motion = |of: UnresistedMotion| {
+            problem.assembly_motion(&problem.rigid_motions(), &of.amounts, of.work, NO_MOTION)
+        };
+        match error {
+            NnddError::NotHeld { motion: of } => Self::NotHeld { motion: motion(of) },
+            NnddError::OutsideCones { motion: of } => Self::OutsideCones { load: motion(of).load },
+            other => Self::Nndd(other),
+        }
+    }
 }

@@ -22,7 +22,7 @@ impl Row {
     /// Creates the row of an iterate without estimate.
     pub(crate) fn new(iterate: &Iterate, problem: &ContactProblem) -> Self {
         let mut contact_forces = [0.0; 2];
-        for (pair, block) in problem.contacts.iter().zip(iterate.blocks(problem)) {
+        for (pair, block) in problem.contacts.iter().zip(problem.blocks()) {
             let by_side = pair.roles.by_side(iterate.contact_forces_of(block));
             contact_forces.iter_mut().zip(by_side).for_each(|(sum, force)| *sum += force);
         }

@@ -76,6 +76,7 @@ mod solve;
 mod solve_coulomb;
 mod steps;
 mod stopping;
+mod support;
 pub mod theory;
 pub mod tutorial;
 
@@ -101,6 +102,7 @@ pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
 pub use solve_coulomb::solve_coulomb;
 pub use steps::LoadSteps;
+pub use support::{Support, free_motions, support, without_spin};
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

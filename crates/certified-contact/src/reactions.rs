@@ -199,7 +199,7 @@ pub(crate) fn support_reactions(
     let centroid = centroid(body.mesh());
     let arm = |node: usize| body.mesh().points()[node] - centroid;
     let mut balance = Balance::default();
-    let blocks = iterate.blocks(problem).zip(iterate.tangential_blocks(problem));
+    let blocks = problem.blocks().zip(problem.tangential_blocks());
     for (pair, (block, tangents)) in problem.contacts.iter().zip(blocks) {
         let Some(side) = pair.side_of(b) else { continue };
         let role = pair.roles.of_side(side);

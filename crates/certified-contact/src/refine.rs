@@ -121,7 +121,7 @@ pub(crate) fn refine(
 ) -> Result<Refined, RefineError> {
     let Some(estimate) = estimate else { return Ok(Refined::NothingToRefine) };
     let mut contributions = marking::contributions(problem, estimate);
-    let lambda = last.lambda_by_row(problem);
+    let lambda = problem.by_row(&last.lambda, &last.tangential.lambda);
     let mut start = Start { lambda, active: Some(last.contact.active.clone()) };
     let mut edges = refinement_edges.to_vec();
     let mut rounds = Vec::new();

@@ -211,7 +211,7 @@ struct Line<'a> {
 
 /// Lists the contact lines of all pairs.
 fn lines<'a>(problem: &'a ContactProblem, iterate: &'a Iterate) -> impl Iterator<Item = Line<'a>> {
-    let blocks = iterate.blocks(problem).zip(iterate.tangential_blocks(problem));
+    let blocks = problem.blocks().zip(problem.tangential_blocks());
     problem.contacts.iter().zip(blocks).enumerate().map(|(pair, (of, (block, tangents)))| Line {
         problem,
         pair,

@@ -9,6 +9,7 @@ use crate::results;
 use crate::settings::{Criterion, Imposed, Settings, suits_iteration};
 use crate::solution::{CertifiedSolution, RoleReason};
 use crate::stopping::{Follow, enough, rounding, state_of};
+use crate::support::without_spin;
 use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
 use fem_core::boundary::ScalarData;
 use fem_core::condensation::CondensedBody;
@@ -103,8 +104,10 @@ fn iterate(
     observer: &mut dyn Observer,
 ) -> Result<(CertifiedSolution, Vec<CondensedBody>), SolveError> {
     observer.phase(Phase::Iterations);
-    let mut follow = Follow::new(&problem, settings, observer);
-    let mut nndd = nndd::solve_from(&problem, start, &settings.method, &mut follow)?;
+    let system = problem.system();
+    let mut follow = Follow::new((&problem, &system), settings, observer);
+    let mut nndd = nndd::solve_from(&system, start, &settings.method, &mut follow)
+        .map_err(|error| SolveError::of_nndd(problem.problem(), error))?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not met the criterion.
@@ -189,7 +192,8 @@ fn corrected(
     // λ may change only if the iterate is meant to be the discrete solution.
     let advance = matches!(nndd.status, NnddStatus::StoppedByCriterion | NnddStatus::Stalled { .. })
         && settings.criterion != Criterion::Iterations;
-    let found = defect_correction::correct(problem, &nndd.last, fields, &settings.method, advance)?;
+    let found = defect_correction::correct(problem, &nndd.last, fields, &settings.method, advance);
+    let found = found.map_err(SolveError::Nndd)?;
     let Some(Corrected { iterate, fields }) = found else { return Ok(None) };
     let high = fields.iter().map(|field| field.high.as_slice()).collect();
     let state = state_of(problem, &iterate, high);
@@ -244,7 +248,7 @@ pub(crate) fn prepare(
     factorised: Vec<CondensedBody>,
     observer: &mut dyn Observer,
 ) -> Result<PreparedProblem, SolveError> {
-    let problem = nndd::without_spin(problem)?;
+    let problem = without_spin(problem)?;
     let mut started = false;
     let found = PreparedProblem::prepare_again(problem, factorised, |stage| {
         // The order belongs to the factorisation.
@@ -282,7 +286,7 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
     }
     // Only the iteration depends on it.
     let stiffer = match settings.method {
-        Method::Nndd(_) => nndd::stiffer_roles(problem),
+        Method::Nndd(_) => nndd::stiffer_roles(&problem.system()),
         _ => vec![Roles::FIRST; contacts.len()],
     };
     let chosen = contacts.iter().zip(stiffer).enumerate().map(|(k, (pair, stiffer))| match of_pair(k) {

@@ -5,10 +5,11 @@ use crate::error::SolveError;
 use crate::observer::{Observer, Phase};
 use crate::results::results;
 use crate::solve::{Previous, prepare};
+use crate::stopping::state_of;
 use cre_estimator::{Relaxation, estimate_with};
 use fem_core::condensation::CondensedBody;
+use fem_core::contact_system::{ContactSystem, PairRows, RowLaw};
 use fem_core::interface::{ContactPair, ContactProblem};
-use fem_core::prepared::PreparedProblem;
 use nndd::{CoulombSettings, CoulombStart, NnddError, PairFriction, coulomb_coupling};
 
 /// Solves a contact problem with Coulomb friction in one or more of its pairs. The other pairs keep their law.
@@ -41,32 +42,49 @@ pub(crate) fn solve_coulomb_step(
     let prepared = prepare(problem, previous.bodies, observer)?;
     observer.phase(Phase::Iterations);
     let proceed = || !observer.should_stop() && !observer.must_stop();
-    let solution = nndd::solve_coulomb(&prepared, settings, previous.start, proceed)?;
+    let system = prepared.system();
+    let of_nndd = |error| SolveError::of_nndd(prepared.problem(), error);
+    let solution = nndd::solve_coulomb(&system, settings, previous.start, proceed).map_err(of_nndd)?;
     if observer.must_stop() {
         return Err(SolveError::Stopped);
     }
     observer.phase(Phase::Estimate);
-    let estimate = estimate_with(&prepared, &solution.exact.state(), relaxation)?;
+    let last = solution.exact.iterate(&system);
+    let displacement = prepared.displacements(&solution.exact.fields);
+    let fields = displacement.iter().map(Vec::as_slice).collect();
+    let estimate = estimate_with(&prepared, &state_of(&prepared, &last, fields), relaxation)?;
     let signs = signs(prepared.problem(), &solution.exact.friction);
     let (kappa, coupling) = match &signs {
-        Some(signs) => couplings(&prepared, signs)?,
+        Some(signs) => couplings(&system, signs).map_err(of_nndd)?,
         None => (None, None),
     };
-    let last = solution.exact.iterate(&prepared);
     let results = results(&prepared, &last, &estimate, None);
     let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
     let (problem, bodies) = prepared.into_parts();
     let one_sign = signs.is_some();
-    let result =
-        CoulombResult { problem, solution, last, results, unknowns, estimate, one_sign, kappa, coupling };
+    let result = CoulombResult {
+        problem,
+        solution,
+        displacement,
+        last,
+        results,
+        unknowns,
+        estimate,
+        one_sign,
+        kappa,
+        coupling,
+    };
     Ok((result, bodies))
 }
 
 /// Computes the coupling between pressure and slip without and with the coefficients of friction, `κ_h` and `c`.
-fn couplings(problem: &PreparedProblem, signs: &[f64]) -> Result<(Option<f64>, Option<f64>), NnddError> {
-    let coupling = coulomb_coupling(problem, signs)?;
-    let of_pairs = problem.problem().contacts.iter().map(|pair| pair.friction.coulomb().unwrap_or(0.0));
-    let coefficients: Vec<f64> = of_pairs.collect();
+fn couplings(system: &ContactSystem<'_>, signs: &[f64]) -> Result<(Option<f64>, Option<f64>), NnddError> {
+    let coupling = coulomb_coupling(system, signs)?;
+    let of_pair = |pair: &PairRows| match system.rows.rows[pair.all()].last().map(|row| row.law) {
+        Some(RowLaw::Coulomb { mu }) => mu,
+        _ => 0.0,
+    };
+    let coefficients: Vec<f64> = system.rows.pairs.iter().map(of_pair).collect();
     let mut acting = coefficients.iter().copied().filter(|mu| *mu > 0.0);
     let kappa = match acting.next() {
         None => None,
@@ -75,7 +93,7 @@ fn couplings(problem: &PreparedProblem, signs: &[f64]) -> Result<(Option<f64>, O
         Some(_) => {
             let unweighted = coefficients.iter().zip(signs);
             let unweighted = unweighted.map(|(mu, sign)| if *mu > 0.0 { sign / mu } else { 0.0 });
-            coulomb_coupling(problem, &unweighted.collect::<Vec<_>>())?
+            coulomb_coupling(system, &unweighted.collect::<Vec<_>>())?
         }
     };
     Ok((kappa, coupling))

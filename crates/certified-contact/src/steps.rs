@@ -83,10 +83,10 @@ impl LoadSteps {
         self.bodies = bodies;
         if let (true, Some(estimate)) = (solution.is_certified(), &solution.estimate) {
             let last = solution.last();
-            let lambda = last.lambda_by_row(&solution.problem);
+            let lambda = solution.problem.by_row(&last.lambda, &last.tangential.lambda);
             self.start = Some(Start { lambda, active: Some(last.contact.active.clone()) });
             let slip = &last.tangential.slip;
-            self.take(estimate, last.tangential_blocks(&solution.problem).map(|of| &slip[of]))?;
+            self.take(estimate, solution.problem.tangential_blocks().map(|of| &slip[of]))?;
         }
         Ok(solution)
     }

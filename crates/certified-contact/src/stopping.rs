@@ -5,6 +5,7 @@ use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
 use cre_estimator::{Estimate, Estimator, EstimatorError};
 use fem_core::condensation::CondensedBody;
+use fem_core::contact_system::ContactSystem;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
@@ -27,6 +28,7 @@ const ROUND_OFF: f64 = 1e-14;
 /// Follows the iteration, estimates when asked, and decides.
 pub(crate) struct Follow<'a> {
     problem: &'a PreparedProblem,
+    system: &'a ContactSystem<'a>,
     estimator: Estimator<'a>,
     settings: &'a Settings,
     observer: &'a mut dyn Observer,
@@ -39,12 +41,21 @@ pub(crate) struct Follow<'a> {
 
 impl<'a> Follow<'a> {
     pub(crate) fn new(
-        problem: &'a PreparedProblem,
+        (problem, system): (&'a PreparedProblem, &'a ContactSystem<'a>),
         settings: &'a Settings,
         observer: &'a mut dyn Observer,
     ) -> Self {
         let estimator = Estimator::new(problem, settings.relaxation);
-        Self { problem, estimator, settings, observer, rows: Vec::new(), latest: None, no_estimate: None }
+        Self {
+            problem,
+            system,
+            estimator,
+            settings,
+            observer,
+            rows: Vec::new(),
+            latest: None,
+            no_estimate: None,
+        }
     }
 
     /// Tells whether an iteration has been estimated, or there is still time for it.
@@ -61,7 +72,7 @@ impl<'a> Follow<'a> {
         // Its memory is needed now.
         self.latest = None;
         self.observer.phase(Phase::Iterations);
-        let displacement = iterate.displacements(self.problem);
+        let displacement = self.problem.displacements(&iterate.fields(self.system));
         self.observer.phase(Phase::Estimate);
         let fields = displacement.iter().map(Vec::as_slice).collect();
         let state = state_of(self.problem, iterate, fields);
@@ -119,24 +130,24 @@ impl<'a> Follow<'a> {
 }
 
 /// Tells whether the contact forces of the two bodies differ by at most `tolerance` of the larger one, or by round-off.
-fn forces_agree(problem: &PreparedProblem, iterate: &Iterate, tolerance: f64) -> bool {
+fn forces_agree(system: &ContactSystem<'_>, iterate: &Iterate, tolerance: f64) -> bool {
     let [first, second] = iterate.contact_forces();
     let difference = (first - second).abs();
-    difference <= tolerance * first.abs().max(second.abs()) || difference <= force_round_off(problem, iterate)
+    difference <= tolerance * first.abs().max(second.abs()) || difference <= force_round_off(system, iterate)
 }
 
 /// Computes the possible rounding error of the contact forces `F_α = ∓Σ (S_α v − g̃_α)`: `n ε` times the sum of the
 /// sizes of all terms, N/m. Without it two forces that vanish would never agree.
-fn force_round_off(problem: &PreparedProblem, iterate: &Iterate) -> f64 {
+fn force_round_off(system: &ContactSystem<'_>, iterate: &Iterate) -> f64 {
     let traces = iterate.traces().into_iter().flatten().chain(&iterate.tangential.lambda);
     let largest = traces.fold(0.0f64, |most, v| most.max(v.abs()));
-    let of_body = |(b, body): (usize, &CondensedBody)| {
-        let unknowns = iterate.interface_unknowns(problem, b).unwrap_or_else(|| vec![largest; body.len()]);
+    let of_body = |(b, body): (usize, &&CondensedBody)| {
+        let unknowns = iterate.interface_unknowns(system, b).unwrap_or_else(|| vec![largest; body.len()]);
         let columns = body.schur().chunks_exact(unknowns.len().max(1)).zip(unknowns);
         let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());
         products.sum::<f64>() + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
     };
-    let terms: f64 = problem.bodies().iter().enumerate().map(of_body).sum();
+    let terms: f64 = system.bodies.iter().enumerate().map(of_body).sum();
     iterate.lambda.len() as f64 * f64::EPSILON * terms
 }
 
@@ -151,7 +162,7 @@ impl StoppingCriterion for Follow<'_> {
         let done = match self.settings.criterion {
             Criterion::Estimator { ratio, force_balance } => {
                 let agree = force_balance.is_none_or(|part| {
-                    iterate.eta_nndd <= rounding(&self.rows) || forces_agree(self.problem, iterate, part)
+                    iterate.eta_nndd <= rounding(&self.rows) || forces_agree(self.system, iterate, part)
                 });
                 agree && self.matches_mesh(iterate, ratio)?
             }
@@ -198,7 +209,7 @@ pub(crate) fn state_of<'a>(
     iterate: &'a Iterate,
     displacement: Vec<&'a [Vector]>,
 ) -> ContactState<'a> {
-    let blocks = iterate.blocks(problem.problem()).zip(iterate.tangential_blocks(problem.problem()));
+    let blocks = problem.problem().blocks().zip(problem.problem().tangential_blocks());
     let (force, opening) = (&iterate.contact.normal_reaction, &iterate.opening);
     let (friction, slip) = (&iterate.tangential.force, &iterate.tangential.slip);
     let contacts = blocks.map(|(pairs, tangents)| PairState {

@@ -40,7 +40,7 @@ pub struct DofMap {
     unknowns: Vec<u32>,
     interface: usize,
     /// The trace along each retained direction, block by block.
-    rows: Vec<Vec<Row>>,
+    rows: Vec<Vec<TraceRow>>,
     fronts: Vec<Front>,
     rigid: RigidUnknowns,
 }
@@ -89,11 +89,18 @@ impl RigidUnknowns {
 
 /// The trace along a retained direction in the interface unknowns `x`: `Σ a_k x_k + c`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct TraceRow {
     /// Interface unknowns with their factors; a factor of zero belongs to no unknown.
-    pub terms: [(u32, f64); 2],
+    terms: [(u32, f64); 2],
     /// The constant, which supports impose, m.
     pub imposed: f64,
+}
+
+impl TraceRow {
+    /// Lists the interface unknowns with their factors, none of which is 0.
+    pub fn terms(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.terms.iter().filter(|term| term.1 != 0.0).map(|(k, a)| (*k as usize, *a))
+    }
 }
 
 impl DofMap {
@@ -189,7 +196,7 @@ impl DofMap {
     ///
     /// # Panics
     /// If there is no such block.
-    pub fn rows(&self, block: usize) -> &[Row] {
+    pub fn rows(&self, block: usize) -> &[TraceRow] {
         &self.rows[block]
     }
 
@@ -197,10 +204,7 @@ impl DofMap {
     ///
     /// * `v`: the interface unknowns, m.
     pub fn traces(&self, v: &[f64]) -> Vec<Vec<f64>> {
-        let trace = |row: &Row| {
-            row.terms.iter().filter(|t| t.1 != 0.0).map(|(k, a)| a * v[*k as usize]).sum::<f64>()
-                + row.imposed
-        };
+        let trace = |row: &TraceRow| row.terms().map(|(k, a)| a * v[k]).sum::<f64>() + row.imposed;
         self.rows.iter().map(|block| block.iter().map(trace).collect()).collect()
     }
 
@@ -217,23 +221,23 @@ impl DofMap {
         assert!(found == expected, "{found:?} forces by block, and {expected:?} retained directions");
         let mut sum = vec![0.0; self.interface];
         for (row, force) in self.rows.iter().flatten().zip(forces.iter().flatten()) {
-            for (k, a) in row.terms.iter().filter(|t| t.1 != 0.0) {
-                sum[*k as usize] += a * force;
+            for (k, a) in row.terms() {
+                sum[k] += a * force;
             }
         }
         sum
     }
 
     /// Expresses the traces along all retained directions in the interface unknowns, block by block.
-    fn rows_of(&self, side: &InterfaceSide) -> Vec<Vec<Row>> {
+    fn rows_of(&self, side: &InterfaceSide) -> Vec<Vec<TraceRow>> {
         let blocks = (0..side.blocks()).map(|block| &side.retained()[side.block(block)]);
         blocks.map(|block| block.iter().map(|retained| self.row(retained)).collect()).collect()
     }
 
     /// Expresses the trace along a retained direction in the interface unknowns.
-    fn row(&self, retained: &Retained) -> Row {
+    fn row(&self, retained: &Retained) -> TraceRow {
         let (node, start) = (retained.node.index(), (self.unknowns.len() - self.interface) as u32);
-        let mut row = Row { terms: [(0, 0.0); 2], imposed: 0.0 };
+        let mut row = TraceRow { terms: [(0, 0.0); 2], imposed: 0.0 };
         for c in [0, 1] {
             let factor = self.axis(node, c).dot(&retained.direction);
             // Frames are dual to the retained directions to round-off.

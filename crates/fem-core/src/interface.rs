@@ -30,7 +30,7 @@ use profile::Profile;
 
 pub use error::InterfaceError;
 pub use facing::{FacingSide, facing_edges};
-pub use friction::{ContactRow, Friction, SlipBefore};
+pub use friction::{Friction, PairRow, SlipBefore};
 pub use obstacle::{Obstacle, RigidLine};
 pub use problem::{ContactPair, ContactProblem, ContactState, FactorError, LeftOut, PairState};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem};

@@ -56,6 +56,7 @@ pub mod body;
 pub mod boundary;
 pub mod cholesky;
 pub mod condensation;
+pub mod contact_system;
 pub mod dense;
 pub mod dof;
 pub mod double_double;

@@ -7,7 +7,7 @@ use crate::geometry::Vector;
 use crate::interface::{ContactProblem, Roles};
 use crate::parallel::each_body;
 
-pub use crate::motions::BodyMotion;
+pub use crate::motions::{AssemblyMotion, BodyMotion};
 use rayon::prelude::*;
 use thiserror::Error;
 

@@ -9,7 +9,7 @@ use crate::report::projected;
 use crate::verdict::{mostly_round_off, without_loads};
 use crate::words::{rounded_up, with_digits};
 use case_io::Case;
-use certified_contact::SolveError;
+use certified_contact::{SolveError, without_spin};
 use cre_estimator::{FieldCertificate, Relaxation};
 use fem_core::body::Body;
 use fem_core::geometry::{Vector, bounding_box, diagonal, shown};
@@ -212,8 +212,7 @@ fn refuse(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
 
 /// Prepares the problem that a solve would certify: without loads that only the error of the polygon resists.
 fn prepare(case: &Case, problem: ContactProblem) -> Result<PreparedProblem, Failure> {
-    nndd::without_spin(problem)
-        .map_err(SolveError::from)
+    without_spin(problem)
         .and_then(|problem| PreparedProblem::new(problem).map_err(SolveError::Prepare))
         .map_err(|error| Failure::solve(case, &error))
 }

@@ -12,7 +12,6 @@ use fem_core::body::{Body, NodeConstraint, RigidMotion, RigidSide};
 use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
 use fem_core::prepared::PrepareError;
-use nndd::NnddError;
 use serde_json::{Value, json};
 
 /// The parts of a body of a case.
@@ -102,9 +101,9 @@ fn balancing(case: &Case, problem: &ContactProblem) -> Result<Vec<f64>, Failure>
 }
 
 fn balancing_under(case: &Case, problem: &ContactProblem) -> Result<Vec<f64>, Failure> {
-    let support = nndd::support(problem).map_err(|error| Failure::solve(case, &SolveError::Nndd(error)))?;
-    match support.unheld {
-        Some(motion) => Err(Failure::solve(case, &SolveError::Nndd(NnddError::NotHeld { motion }))),
+    let support = certified_contact::support(problem).map_err(|error| Failure::solve(case, &error))?;
+    match support.unresisted {
+        Some(motion) => Err(Failure::solve(case, &SolveError::NotHeld { motion })),
         None => Ok(support.forces),
     }
 }
@@ -125,8 +124,8 @@ pub(crate) fn with_factors(
 /// Numbers that are not finite.
 pub(crate) fn free_motions(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failure> {
     let loaded = case.step_ends().pop().map(|factors| with_factors(case, problem, &factors)).transpose()?;
-    let found = nndd::free_motions(loaded.as_ref().unwrap_or(problem));
-    let found = found.map_err(|error| Failure::solve(case, &SolveError::Nndd(error)))?;
+    let found = certified_contact::free_motions(loaded.as_ref().unwrap_or(problem));
+    let found = found.map_err(|error| Failure::solve(case, &error))?;
     let of_motion = |bodies: &Vec<(usize, RigidMotion)>| {
         let moves = bodies.iter().map(|(b, motion)| format!("{} {}", member(case, *b), moves(motion)));
         let mut words: Vec<String> = moves.take(MOST_NAMED).collect();

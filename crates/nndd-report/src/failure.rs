@@ -15,9 +15,9 @@ use fem_core::cholesky::CholeskyError;
 use fem_core::condensation::FactorError;
 use fem_core::geometry::shown;
 use fem_core::interface::FactorError as LoadError;
-use fem_core::prepared::PrepareError;
+use fem_core::prepared::{AssemblyMotion, PrepareError};
 use mesh_io::{MeshFault, MeshFileError};
-use nndd::{NnddError, UnheldMotion};
+use nndd::NnddError;
 use std::io;
 use std::path::Path;
 
@@ -143,12 +143,12 @@ impl Failure {
     }
 
     /// Says which bodies nothing holds, how they move, and the load.
-    fn not_held(case: &Case, unheld: &UnheldMotion) -> Self {
-        let moves = unheld.bodies.iter().map(|(b, moved)| {
+    fn not_held(case: &Case, motion: &AssemblyMotion) -> Self {
+        let moves = motion.bodies.iter().map(|(b, moved)| {
             format!("{} is not held: it {}", motion::member(case, *b), motion::moves(moved))
         });
         let moves = moves.collect::<Vec<_>>().join("; ");
-        if !unheld.load.is_finite() {
+        if !motion.load.is_finite() {
             return Self::invalid(
                 "the loads are so large that the work of their sum overflows\n  expected: loads whose squares are finite numbers\n  \
                  fix: check the units of the loads",
@@ -158,7 +158,7 @@ impl Failure {
             "{moves} (load {} in that direction, nothing resists)\n  expected: supports or contacts that \
                  resist every motion that a load causes\n  fix: add a [[body.displacement]] or a [[contact]] that prevents this \
                  motion, or change the load",
-            significant(unheld.load)
+            significant(motion.load)
         ))
     }
 
@@ -215,8 +215,8 @@ impl Failure {
             SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
                 Self::limit(source.to_string())
             }
-            SolveError::Nndd(NnddError::NotHeld { motion }) => Self::not_held(case, motion),
-            SolveError::Nndd(NnddError::OutsideCones { load }) => Self::no_unique_solution(format!(
+            SolveError::NotHeld { motion } => Self::not_held(case, motion),
+            SolveError::OutsideCones { load } => Self::no_unique_solution(format!(
                 "the load is not balanced within the friction cones (load {} is left)\n  expected: loads that \
                      contact forces with |q| <= mu p balance\n  fix: raise mu, add a [[body.displacement]] that holds the body, or \
                      change the load",

@@ -69,7 +69,7 @@ fn sizes(problem: &ContactProblem) -> Vec<Size> {
     let mut sizes: Vec<Size> = problem.bodies.iter().zip(problem.sides()).map(of_body).collect();
     if !suits_iteration(problem) {
         // The flexibility of all pairs together, with its factor.
-        sizes.push(Size { nodes: 0, pairs: flexibility_entries(problem).isqrt() });
+        sizes.push(Size { nodes: 0, pairs: flexibility_entries(&problem.contact_rows()).isqrt() });
     }
     sizes
 }

@@ -131,7 +131,7 @@ fn contact_data(solution: &Fields<'_>, estimate: &Estimate, pair: usize) -> (Vtu
     let rows = report::contact_rows(solution, pair);
     let interface = &solution.problem.contacts[pair].interface;
     let last = solution.last;
-    let first = last.blocks(solution.problem).nth(pair).map_or(0, |block| block.start);
+    let first = solution.problem.blocks().nth(pair).map_or(0, |block| block.start);
     let of_first = |k: usize| last.reaction[first + k] / interface.pairs()[k].tributary_length;
     let of_second =
         |k: usize| last.contact.normal_reaction[first + k] / interface.pairs()[k].tributary_length;

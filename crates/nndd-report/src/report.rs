@@ -53,7 +53,7 @@ fn rigid_sides(solution: &Fields<'_>, body: usize) -> Vec<RigidSideSummary> {
 pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
     let solution = &solved.answer.fields();
     let name = |b: usize| case.bodies[b].name.clone();
-    let free = nndd::free_motions(solution.problem).unwrap_or_default();
+    let free = certified_contact::free_motions(solution.problem).unwrap_or_default();
     let bodies = solution.problem.bodies.iter().zip(solution.unknowns).enumerate();
     let bodies = bodies.map(|(b, (body, &unknowns))| {
         let mesh = body.mesh();
@@ -287,8 +287,8 @@ fn max_recovered(results: &certified_contact::Results) -> Option<f64> {
 
 /// Arc lengths, gaps, openings, pressures along the contact line of a pair; s runs along its first body.
 pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow> {
-    let first = solution.last.blocks(solution.problem).nth(pair).map_or(0, |block| block.start);
-    let tangents = solution.last.tangential_blocks(solution.problem).nth(pair).unwrap_or_default();
+    let first = solution.problem.blocks().nth(pair).map_or(0, |block| block.start);
+    let tangents = solution.problem.tangential_blocks().nth(pair).unwrap_or_default();
     let tangential = &solution.last.tangential;
     // With Coulomb friction the bound holds for the problem with these frozen limits.
     let given = solution.problem.contacts[pair].friction.coulomb().is_none();

@@ -38,16 +38,18 @@ fn iterations(c: &mut Criterion) {
         let mut ten = NnddSettings::paper(0.4);
         ten.max_iterations = 10;
         group.bench_function(BenchmarkId::new("ten iterations, paper", pairs), |b| {
-            b.iter(|| nndd::solve(&problem, start.clone(), &ten, &mut Never).unwrap());
+            b.iter(|| nndd::solve(&problem.system(), start.clone(), &ten, &mut Never).unwrap());
         });
         let default = NnddSettings::default();
         group.bench_function(BenchmarkId::new("to 1e-10, default", pairs), |b| {
-            b.iter(|| nndd::solve(&problem, start.clone(), &default, &mut EtaNndd::new(1e-10)).unwrap());
+            b.iter(|| {
+                nndd::solve(&problem.system(), start.clone(), &default, &mut EtaNndd::new(1e-10)).unwrap()
+            });
         });
         let mut newton = NewtonSettings::default();
         newton.qp = newton.qp.with_method(contact_qp::QpMethod::ActiveSet);
         group.bench_function(BenchmarkId::new("interface Newton", pairs), |b| {
-            b.iter(|| nndd::solve(&problem, start.clone(), newton.clone(), &mut Never).unwrap());
+            b.iter(|| nndd::solve(&problem.system(), start.clone(), newton.clone(), &mut Never).unwrap());
         });
     }
     group.finish();
@@ -89,7 +91,7 @@ fn one_iteration(c: &mut Criterion) {
                 let (mut elapsed, mut done) = (Duration::ZERO, 0);
                 while done < wanted {
                     let mut watch = Watch::default();
-                    nndd::solve(&problem, start.clone(), &settings, &mut watch).unwrap();
+                    nndd::solve(&problem.system(), start.clone(), &settings, &mut watch).unwrap();
                     assert_eq!(watch.iterations, TIMED + 1);
                     elapsed += watch.elapsed;
                     done += u64::from(TIMED);

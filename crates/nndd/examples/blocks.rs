@@ -41,12 +41,12 @@ impl Blocks {
     fn solve(&self, settings: &NnddSettings, tolerance: f64) -> Result<NnddSolution, Box<dyn Error>> {
         let start = vec![0.0; self.0.node_pairs()];
         let mut stop = EtaNndd::new(tolerance);
-        Ok(nndd::solve(&self.0, start, settings, &mut stop)?)
+        Ok(nndd::solve(&self.0.system(), start, settings, &mut stop)?)
     }
 
     /// Energies `a(u, u)` of the last iteration's displacements: λ gives those of Ω₁, the contact trace those of Ω₂.
     fn energies(&self, solution: &NnddSolution) -> [f64; 2] {
-        let displacements = solution.last.displacements(&self.0);
+        let displacements = self.0.displacements(&solution.last.fields(&self.0.system()));
         [0, 1].map(|b| norm::energy_norm_squared(&self.0.problem().bodies[b], &displacements[b]))
     }
 }

@@ -9,7 +9,7 @@
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, Programme};
 use contact_qp::{IndependentRows, Place, QpSettings};
-use fem_core::prepared::PreparedProblem;
+use fem_core::contact_system::{ContactSystem, RowLaw};
 use nalgebra::DMatrix;
 
 /// The balance of the floating bodies holds if the residual of its rows is at most this fraction of their terms.
@@ -88,16 +88,16 @@ pub struct CoulombSolution {
 /// # Errors
 /// [`NnddError::OutsideCones`] if no forces within the cones of friction balance the loads; a programme that is rejected.
 pub fn solve_coulomb(
-    problem: &PreparedProblem,
+    system: &ContactSystem<'_>,
     settings: &CoulombSettings,
     start: Option<CoulombStart>,
     mut proceed: impl FnMut() -> bool,
 ) -> Result<CoulombSolution, NnddError> {
-    let programme = Programme::new(problem)?;
-    let known = start.filter(|start| start.limits.len() == programme.rows.len());
+    let programme = Programme::new(system)?;
+    let known = start.filter(|start| start.limits.len() == system.rows.len());
     let (mut limits, places) = match known {
         Some(start) if programme.is_held(&start.limits)? => (start.limits, Some(start.places)),
-        _ => (programme.rows.limits().to_vec(), None),
+        _ => (system.rows.limits(), None),
     };
     let (mut exact, mut places) = programme.solve(&limits, places.as_deref(), &settings.qp)?;
     let (mut steps, mut restarts, mut changes) = (1, 0, Vec::new());
@@ -141,8 +141,8 @@ impl Programme<'_> {
     /// slip.
     fn within(&self, places: &[Place], exact: &ExactSolution, before: &[f64], limits: &[f64]) -> Vec<Place> {
         let mut start = places.to_vec();
-        for (k, friction) in exact.friction.iter().enumerate() {
-            for (row, slip) in self.rows.tangential(k).zip(&friction.slip) {
+        for (pair, friction) in self.system.rows.pairs.iter().zip(&exact.friction) {
+            for (row, slip) in pair.tangential.clone().zip(&friction.slip) {
                 start[row] = match limits[row] {
                     0.0 => Place::Lower,
                     _ if before[row] != 0.0 => places[row],
@@ -158,10 +158,11 @@ impl Programme<'_> {
     /// Returns the limits `S = μ P` of the pairs with Coulomb friction, and the given ones of all other rows.
     fn coulomb_limits(&self, limits: &[f64], exact: &ExactSolution) -> Vec<f64> {
         let mut next = limits.to_vec();
-        for (k, pair) in self.problem().contacts.iter().enumerate() {
-            if let Some(mu) = pair.friction.coulomb() {
-                let forces = next[self.rows.tangential(k)].iter_mut().zip(&exact.contact_force[k]);
-                forces.for_each(|(limit, force)| *limit = mu * force);
+        for (pair, forces) in self.system.rows.pairs.iter().zip(&exact.contact_force) {
+            for (row, force) in pair.tangential.clone().zip(forces) {
+                if let RowLaw::Coulomb { mu } = self.system.rows.rows[row].law {
+                    next[row] = mu * force;
+                }
             }
         }
         next
@@ -171,30 +172,28 @@ impl Programme<'_> {
     fn change(&self, limits: &[f64], next: &[f64]) -> f64 {
         let (mut difference, mut size, mut rounding) = (0.0, 0.0, 0.0);
         let noise = ROUND_OFF * self.force_size();
-        for (k, pair) in self.problem().contacts.iter().enumerate() {
-            if let Some(mu) = pair.friction.coulomb() {
-                for (row, node) in self.rows.tangential(k).zip(pair.interface.pairs()) {
-                    // ℓ s² of a nodal limit S = ℓ s.
-                    difference += (next[row] - limits[row]).powi(2) / node.tributary_length;
-                    size += next[row].powi(2) / node.tributary_length;
-                    rounding += (mu * noise).powi(2) / node.tributary_length;
-                }
+        for (row, of) in self.system.rows.rows.iter().enumerate() {
+            if let RowLaw::Coulomb { mu } = of.law {
+                // ℓ s² of a nodal limit S = ℓ s.
+                difference += (next[row] - limits[row]).powi(2) / of.length;
+                size += next[row].powi(2) / of.length;
+                rounding += (mu * noise).powi(2) / of.length;
             }
         }
         if difference <= rounding { 0.0 } else { (difference / size).sqrt() }
     }
 
     fn double_coulomb(&self, limits: &mut [f64]) {
-        for (k, pair) in self.problem().contacts.iter().enumerate() {
-            if pair.friction.coulomb().is_some() {
-                limits[self.rows.tangential(k)].iter_mut().for_each(|limit| *limit *= 2.0);
+        for (limit, row) in limits.iter_mut().zip(&self.system.rows.rows) {
+            if matches!(row.law, RowLaw::Coulomb { .. }) {
+                *limit *= 2.0;
             }
         }
     }
 
     /// Tells whether forces within limits can balance the loads.
     fn is_held(&self, limits: &[f64]) -> Result<bool, NnddError> {
-        match self.balance().check_held(self.problem(), limits) {
+        match self.balance().check_held(limits) {
             Ok(()) => Ok(true),
             Err(NnddError::NotHeld { .. } | NnddError::OutsideCones { .. }) => Ok(false),
             Err(other) => Err(other),
@@ -221,14 +220,15 @@ impl Programme<'_> {
 ///
 /// # Panics
 /// If there is not one sign per pair.
-pub fn coulomb_coupling(problem: &PreparedProblem, signs: &[f64]) -> Result<Option<f64>, NnddError> {
-    let pairs = &problem.problem().contacts;
+pub fn coulomb_coupling(system: &ContactSystem<'_>, signs: &[f64]) -> Result<Option<f64>, NnddError> {
+    let rows = &system.rows;
+    let pairs = &rows.pairs;
     assert!(signs.len() == pairs.len(), "{} signs, and {} pairs", signs.len(), pairs.len());
-    let programme = Programme::new(problem)?;
-    let rows = &programme.rows;
+    let programme = Programme::new(system)?;
+    let limits = rows.limits();
     let normal: Vec<usize> = (0..rows.len()).filter(|i| !rows.is_tangential(*i)).collect();
     let tangential: Vec<usize> =
-        (0..rows.len()).filter(|i| rows.is_tangential(*i) && rows.limits()[*i] > 0.0).collect();
+        (0..rows.len()).filter(|i| rows.is_tangential(*i) && limits[*i] > 0.0).collect();
     let tangential: Vec<usize> = tangential.into_iter().filter(|i| !programme.is_imposed(*i)).collect();
     let block =
         |a: &[usize], b: &[usize]| DMatrix::from_fn(a.len(), b.len(), |i, j| programme.entry(a[i], b[j]));
@@ -242,11 +242,11 @@ pub fn coulomb_coupling(problem: &PreparedProblem, signs: &[f64]) -> Result<Opti
     let least =
         of_n.transpose() * block(&normal, &normal) * &of_n - slipping.transpose() * factor.solve(&slipping);
     let mut weights = DMatrix::zeros(tangential.len(), normal.len());
-    for (k, pair) in pairs.iter().enumerate() {
-        let Some(mu) = pair.friction.coulomb() else { continue };
-        for (n, t) in rows.normal(k).zip(rows.tangential(k)) {
+    for (pair, sign) in pairs.iter().zip(signs) {
+        for (n, t) in pair.normal.clone().zip(pair.tangential.clone()) {
+            let RowLaw::Coulomb { mu } = rows.rows[t].law else { continue };
             if let (Ok(i), Ok(j)) = (tangential.binary_search(&t), normal.binary_search(&n)) {
-                weights[(i, j)] = mu * signs[k];
+                weights[(i, j)] = mu * sign;
             }
         }
     }
@@ -264,7 +264,7 @@ pub fn coulomb_coupling(problem: &PreparedProblem, signs: &[f64]) -> Result<Opti
 impl Programme<'_> {
     /// Computes an orthonormal basis of the forces in some rows that are in balance on their own.
     fn kernel(&self, rows: &[usize]) -> DMatrix<f64> {
-        let count = self.rows.len();
+        let count = self.system.rows.len();
         let lines = self.lines().rows.dense();
         let lines = lines.chunks_exact(count.max(1));
         let entries: Vec<f64> = lines.flat_map(|line| rows.iter().map(|i| line[*i])).collect();

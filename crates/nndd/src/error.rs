@@ -1,6 +1,6 @@
 //! Errors of invalid calls. How an iteration ended is a [`crate::NnddStatus`], never an error.
 
-use crate::unheld::UnheldMotion;
+use crate::unresisted::UnresistedMotion;
 use contact_qp::QpError;
 use thiserror::Error;
 
@@ -26,18 +26,18 @@ pub enum NnddError {
         body: usize,
     },
     /// The loads move bodies that nothing holds.
-    #[error("the assembly is not held: a load of {:e} moves body {} and nothing resists", motion.load, motion.bodies.first().map_or(0, |b| b.0))]
+    #[error("the assembly is not held: the loads do work along a motion that nothing resists")]
     NotHeld {
         /// The motion.
-        motion: UnheldMotion,
+        motion: UnresistedMotion,
     },
     /// No forces within the cones of Coulomb friction balance the loads.
     #[error(
-        "the load is not balanced within the friction cones: a load of {load:e} is left; hold the bodies, or raise the coefficients of friction"
+        "the load is not balanced within the friction cones; hold the bodies, or raise the coefficients of friction"
     )]
     OutsideCones {
-        /// The load that is left, N/m.
-        load: f64,
+        /// The motion along the load that is left.
+        motion: UnresistedMotion,
     },
     /// The law of Coulomb is not a programme.
     #[error("pair {} has Coulomb friction; solve it with `solve_coulomb`", pair + 1)]

@@ -17,16 +17,14 @@
 use crate::balance::Balance;
 use crate::error::NnddError;
 use crate::friction::{NodeState, PairFriction};
-use crate::recovery;
-use crate::rows::{BodyRow, Rows, sign};
 use contact_qp::{
     BoxQp, IndependentRows, KktResiduals, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows,
     solve_box,
 };
-use fem_core::body::RigidMotion;
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, ContactState, PairState};
-use fem_core::prepared::PreparedProblem;
+use fem_core::contact_system::{
+    BodyField, BodyFields, ContactRow, ContactRows, ContactSystem, PairRows, RowLaw,
+};
+use fem_core::{condensation::CondensedBody, each_body};
 
 /// Smaller programmes have a full matrix.
 const LARGE: usize = 512;
@@ -34,23 +32,23 @@ const LARGE: usize = 512;
 /// A row along a tangent whose own flexibility is below this fraction of the largest one is imposed on both sides.
 const IMPOSED: f64 = 1e-20;
 
-/// A slip that supports impose below this fraction of the largest displacement is zero.
+/// A slip that supports impose below this fraction of the largest trace is zero.
 const ROUND_OFF: f64 = 1e-12;
 
 /// The exact solution of the discrete problem.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ExactSolution {
-    /// Displacement of each body, Cartesian, m.
-    pub displacement: Vec<Vec<Vector>>,
+    /// The forces and motions that determine the displacements, for [`fem_core::prepared::PreparedProblem::displacements`].
+    pub fields: BodyFields,
+    /// Traces of the first and of the second body or obstacle of each row, along its own outward normal or tangent, m.
+    pub(crate) traces: [Vec<f64>; 2],
     /// Contact force at the pairs of nodes of each pair, `P ≥ 0`, N/m.
     pub contact_force: Vec<Vec<f64>>,
     /// Opening at the pairs of nodes of each pair, ≥ 0, exactly 0 where there is a force, m.
     pub opening: Vec<Vec<f64>>,
     /// Friction of each pair.
     pub friction: Vec<PairFriction>,
-    /// The rigid motions of the floating bodies: body, motion, and by how much.
-    pub motions: Vec<(usize, RigidMotion, f64)>,
     /// How the programme ended.
     pub status: QpStatus,
     /// Method that solved it.
@@ -63,45 +61,29 @@ pub struct ExactSolution {
     pub kkt: KktResiduals,
 }
 
-impl ExactSolution {
-    /// Returns the fields and forces, for an estimate of their error.
-    pub fn state(&self) -> ContactState<'_> {
-        let pairs = self.contact_force.iter().zip(&self.opening).zip(&self.friction);
-        let contacts = pairs.map(|((contact_force, opening), friction)| PairState {
-            contact_force,
-            opening,
-            friction_force: &friction.force,
-            slip: &friction.slip,
-        });
-        let displacement = self.displacement.iter().map(Vec::as_slice).collect();
-        ContactState { displacement, contacts: contacts.collect() }
-    }
-}
-
 /// Solves the discrete contact problem, without friction or with that of Tresca.
 ///
 /// # Errors
 /// [`NnddError::NotHeld`] if the loads move bodies that nothing holds, with the motion; [`NnddError::Coulomb`]; a programme that is
 /// rejected.
-pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result<ExactSolution, NnddError> {
-    refuse_coulomb(problem)?;
-    let programme = Programme::new(problem)?;
-    Ok(programme.solve(programme.rows.limits(), None, settings)?.0)
+pub fn solve_exactly(system: &ContactSystem<'_>, settings: &QpSettings) -> Result<ExactSolution, NnddError> {
+    refuse_coulomb(system)?;
+    let programme = Programme::new(system)?;
+    Ok(programme.solve(&system.rows.limits(), None, settings)?.0)
 }
 
 /// Refuses the law of Coulomb, which is no programme.
-pub(crate) fn refuse_coulomb(problem: &PreparedProblem) -> Result<(), NnddError> {
-    match problem.problem().contacts.iter().position(|pair| pair.friction.coulomb().is_some()) {
-        Some(pair) => Err(NnddError::Coulomb { pair }),
+pub(crate) fn refuse_coulomb(system: &ContactSystem<'_>) -> Result<(), NnddError> {
+    match system.rows.rows.iter().find(|row| matches!(row.law, RowLaw::Coulomb { .. })) {
+        Some(row) => Err(NnddError::Coulomb { pair: row.pair }),
         None => Ok(()),
     }
 }
 
 /// The programme of the forces of all rows.
 pub(crate) struct Programme<'a> {
-    problem: &'a PreparedProblem,
-    pub(crate) rows: Rows,
-    balance: Balance,
+    pub(crate) system: &'a ContactSystem<'a>,
+    balance: Balance<'a>,
     flexibility: Flexibility,
     /// `q`.
     linear: Vec<f64>,
@@ -129,7 +111,7 @@ pub(crate) struct Lines {
 
 impl Lines {
     /// * `few`: the rows may meet all forces, as long as they are orthonormal.
-    fn new(balance: &Balance, few: bool) -> Self {
+    fn new(balance: &Balance<'_>, few: bool) -> Self {
         let (rows, loads) = balance.resisted();
         if !few {
             return Self { rows, loads, combined: None };
@@ -147,10 +129,11 @@ impl Lines {
 
 impl Flexibility {
     /// Adds up the blocks of the bodies: a sparse matrix if it is large and at most a quarter of its entries is not zero.
-    fn new(problem: &PreparedProblem, count: usize, of_bodies: &[Vec<BodyRow>]) -> Self {
+    fn new(system: &ContactSystem<'_>) -> Self {
+        let (count, of_bodies) = (system.rows.len(), &system.of_body);
         let entries = entries(of_bodies.iter().map(Vec::len));
         let mut upper = Vec::with_capacity(entries / 2);
-        for (condensed, rows) in problem.bodies().iter().zip(of_bodies) {
+        for (condensed, rows) in system.bodies.iter().zip(of_bodies) {
             let (n, inverse) = (condensed.len(), condensed.flexibility());
             for of_j in rows {
                 let mut column = vec![0.0; n];
@@ -219,11 +202,14 @@ fn is_full(count: usize, entries: usize) -> bool {
 }
 
 /// Counts the entries of the flexibility of an assembly as it is stored: of a full matrix, or of one block per body.
-pub fn flexibility_entries(problem: &ContactProblem) -> usize {
-    let (count, bodies) = (problem.rows(), problem.bodies.len());
-    let of_body =
-        |sides: &Vec<(usize, usize)>| sides.iter().map(|(k, _)| problem.contacts[*k].row_count()).sum();
-    let entries = entries(problem.sides()[..bodies].iter().map(of_body));
+pub fn flexibility_entries(rows: &ContactRows) -> usize {
+    let mut of_body = vec![0; rows.bodies];
+    for pair in &rows.pairs {
+        for body in pair.bodies.into_iter().filter(|body| *body < rows.bodies) {
+            of_body[body] += pair.all().len();
+        }
+    }
+    let (count, entries) = (rows.len(), entries(of_body.into_iter()));
     if is_full(count, entries) { count * count } else { entries }
 }
 
@@ -232,27 +218,18 @@ impl<'a> Programme<'a> {
     ///
     /// # Errors
     /// Those of [`Balance::check_held`].
-    pub(crate) fn new(problem: &'a PreparedProblem) -> Result<Self, NnddError> {
-        let rows = Rows::new(problem.problem());
-        let balance = Balance::new(problem.problem(), problem.rigid_motions())?;
-        balance.check_held(problem.problem(), rows.limits())?;
-        let count = rows.len();
-        let of_bodies: Vec<Vec<BodyRow>> =
-            (0..problem.bodies().len()).map(|b| rows.of_body(problem, b)).collect();
-        let linear = linear(problem, &rows, &of_bodies);
-        let flexibility = Flexibility::new(problem, count, &of_bodies);
+    pub(crate) fn new(system: &'a ContactSystem<'a>) -> Result<Self, NnddError> {
+        let rows = &system.rows;
+        let balance = Balance::new(rows)?;
+        balance.check_held(&rows.limits())?;
+        let flexibility = Flexibility::new(system);
         let own = |i: usize| flexibility.entry(i, i);
-        let largest = (0..count).map(own).fold(0.0, f64::max);
+        let largest = (0..rows.len()).map(own).fold(0.0, f64::max);
         let alone = balance.leaves_alone();
         let imposed = |i: usize| rows.is_tangential(i) && own(i) <= IMPOSED * largest && alone[i];
-        let imposed = (0..count).map(imposed).collect();
+        let imposed = (0..rows.len()).map(imposed).collect();
         let lines = Lines::new(&balance, matches!(flexibility, Flexibility::Full(_)));
-        Ok(Self { problem, rows, balance, flexibility, linear, lines, imposed })
-    }
-
-    /// Returns the problem.
-    pub(crate) fn problem(&self) -> &ContactProblem {
-        self.problem.problem()
+        Ok(Self { linear: linear(system), system, balance, flexibility, lines, imposed })
     }
 
     /// Returns an entry of `F`.
@@ -269,7 +246,7 @@ impl<'a> Programme<'a> {
     /// it, `|q_i| / F_ii`, or the loads of the floating bodies.
     pub(crate) fn force_size(&self) -> f64 {
         let own = |i: usize| (self.linear[i].abs(), self.entry(i, i));
-        let alone = (0..self.rows.len()).map(own).filter(|(_, f)| *f > 0.0).map(|(q, f)| q / f);
+        let alone = (0..self.system.rows.len()).map(own).filter(|(_, f)| *f > 0.0).map(|(q, f)| q / f);
         alone.chain(self.lines.loads.iter().map(|e| e.abs())).fold(0.0, f64::max)
     }
 
@@ -279,7 +256,7 @@ impl<'a> Programme<'a> {
     }
 
     /// Returns the balance of the floating bodies.
-    pub(crate) fn balance(&self) -> &Balance {
+    pub(crate) fn balance(&self) -> &Balance<'_> {
         &self.balance
     }
 
@@ -292,7 +269,8 @@ impl<'a> Programme<'a> {
         start: Option<&[Place]>,
         settings: &QpSettings,
     ) -> Result<(ExactSolution, Vec<Place>), NnddError> {
-        let Self { problem, rows, balance, .. } = self;
+        let Self { system, balance, .. } = self;
+        let rows = &system.rows;
         let own: Vec<f64> =
             limits.iter().zip(&self.imposed).map(|(s, imposed)| if *imposed { 0.0 } else { *s }).collect();
         let [lower, upper] = rows.bounds(&own);
@@ -306,16 +284,11 @@ impl<'a> Programme<'a> {
         };
         let mut found = solve_box(&qp, start, &settings.clone().active_sets_first())?;
         let amounts = balance.independent.expanded(&self.lines.expanded(&found.row_multipliers));
-        let motions = balance.motions.iter().zip(amounts);
-        let motions: Vec<(usize, RigidMotion, f64)> =
-            motions.map(|(of, a)| (of.body, of.motion, a)).collect();
-        let force = |k: usize, side: usize| {
-            let forces = &found.x[rows.normal(k).start..rows.tangential(k).end];
-            forces.iter().map(|p| -sign(side) * p).collect()
-        };
-        let displacement = recovery::displacements(problem, |_| None, force, &motions);
+        let force = |b: usize| system.on_unknowns(b, |row| -found.x[row.row]);
+        let forces = each_body(system.bodies.len(), force);
+        let traces = traces(system, &forces, &amounts);
         // What supports impose on both sides is equal but for round-off, or slips.
-        let largest = displacement.iter().flatten().fold(0.0f64, |m, u| m.max(u.amax()));
+        let largest = traces.iter().flatten().fold(0.0f64, |most, trace| most.max(trace.abs()));
         let mut opening = found.multipliers;
         let equal = |y: &f64| y.abs() <= ROUND_OFF * largest;
         let imposed = opening.iter_mut().zip(&self.imposed).filter(|(y, imposed)| **imposed && equal(y));
@@ -323,14 +296,13 @@ impl<'a> Programme<'a> {
         // Where they slip, friction moves nothing; it is at its limit, or the bound would count its work.
         let slips = |i: usize| self.imposed[i] && opening[i] != 0.0 && limits[i].is_finite();
         (0..rows.len()).filter(|i| slips(*i)).for_each(|i| found.x[i] = -limits[i].copysign(opening[i]));
+        let of_pair = |pair: &PairRows| self.friction(pair, limits, &found.x, &opening, &found.places);
         let solution = ExactSolution {
-            displacement,
+            fields: BodyFields { bodies: forces.into_iter().map(BodyField::Forces).collect(), amounts },
+            traces,
             opening: rows.by_pair(&opening),
             contact_force: rows.by_pair(&found.x),
-            friction: (0..problem.problem().contacts.len())
-                .map(|k| self.friction(k, limits, &found.x, &opening, &found.places))
-                .collect(),
-            motions,
+            friction: rows.pairs.iter().map(of_pair).collect(),
             status: found.status,
             path: found.path,
             iterations: found.iterations,
@@ -341,8 +313,15 @@ impl<'a> Programme<'a> {
     }
 
     /// Takes what belongs to the friction of a pair.
-    fn friction(&self, k: usize, limits: &[f64], x: &[f64], y: &[f64], places: &[Place]) -> PairFriction {
-        let (normal, tangential) = (self.rows.normal(k), self.rows.tangential(k));
+    fn friction(
+        &self,
+        pair: &PairRows,
+        limits: &[f64],
+        x: &[f64],
+        y: &[f64],
+        places: &[Place],
+    ) -> PairFriction {
+        let (normal, tangential) = (pair.normal.clone(), pair.tangential.clone());
         let state = |(n, t): (usize, usize)| match (places[n], places[t]) {
             (Place::Lower, _) => NodeState::Open,
             (_, Place::Free) => NodeState::Stick,
@@ -358,16 +337,40 @@ impl<'a> Programme<'a> {
     }
 }
 
-/// Computes `q`.
-fn linear(problem: &PreparedProblem, rows: &Rows, of_bodies: &[Vec<BodyRow>]) -> Vec<f64> {
-    let mut linear = rows.gaps(problem);
-    for (condensed, of_body) in problem.bodies().iter().zip(of_bodies) {
-        let mut free = vec![0.0; condensed.len()];
-        condensed.trace_from_force(condensed.condensed_load(), &mut free);
-        of_body.iter().for_each(|row| linear[row.row] -= row.of(&free) + row.imposed);
+/// Computes the traces of both sides of all rows under forces on the interface unknowns, m.
+fn traces(system: &ContactSystem<'_>, forces: &[Vec<f64>], amounts: &[f64]) -> [Vec<f64>; 2] {
+    let rows = &system.rows;
+    let mut traces =
+        [vec![0.0; rows.len()], rows.rows.iter().map(|row| row.obstacle.unwrap_or(0.0)).collect()];
+    let unknowns = each_body(system.bodies.len(), |b| unknowns(system.bodies[b], Some(&forces[b])));
+    for (of_body, unknowns) in system.of_body.iter().zip(&unknowns) {
+        of_body.iter().for_each(|row| traces[row.side][row.row] = row.of(unknowns) + row.imposed);
     }
-    for (linear, trace) in linear.iter_mut().zip(rows.obstacles(problem)) {
-        *linear -= trace.unwrap_or(0.0);
+    for (motion, amount) in rows.motions.iter().zip(amounts) {
+        for (row, trace) in &motion.traces {
+            let side = usize::from(rows.pairs[rows.rows[*row].pair].bodies[1] == motion.body);
+            traces[side][*row] += amount * trace;
+        }
+    }
+    traces
+}
+
+/// Computes the interface unknowns of a body under its load and further forces, m.
+fn unknowns(body: &CondensedBody, forces: Option<&[f64]>) -> Vec<f64> {
+    let mut sum = body.condensed_load().to_vec();
+    sum.iter_mut().zip(forces.unwrap_or_default()).for_each(|(sum, force)| *sum += force);
+    let mut unknowns = vec![0.0; body.len()];
+    body.trace_from_force(&sum, &mut unknowns);
+    unknowns
+}
+
+/// Computes `q`.
+fn linear(system: &ContactSystem<'_>) -> Vec<f64> {
+    let gap = |row: &ContactRow| row.gap - row.obstacle.unwrap_or(0.0);
+    let mut linear: Vec<f64> = system.rows.rows.iter().map(gap).collect();
+    for (body, of_body) in system.bodies.iter().zip(&system.of_body) {
+        let free = unknowns(body, None);
+        of_body.iter().for_each(|row| linear[row.row] -= row.of(&free) + row.imposed);
     }
     linear
 }

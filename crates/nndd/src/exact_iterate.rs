@@ -7,21 +7,19 @@ use crate::friction::PairFriction;
 use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential};
 use crate::iteration::Exact;
 use crate::response::residuals;
-use crate::rows::Rows;
 use crate::settings::NewtonSettings;
-use fem_core::geometry::Vector;
+use fem_core::contact_system::ContactSystem;
 use fem_core::norm::from_squared;
-use fem_core::prepared::PreparedProblem;
 
 /// Solves the discrete problem exactly, and returns it as the iterate with the given number.
 pub(crate) fn solve(
-    problem: &PreparedProblem,
+    system: &ContactSystem<'_>,
     settings: &NewtonSettings,
     number: usize,
 ) -> Result<Exact, NnddError> {
     let NewtonSettings { max_iterations, qp } = settings;
     let qp = qp.clone().with_max_iterations((*max_iterations).max(1).min(qp.max_iterations));
-    let iterate = Iterate { iteration: number, ..solve_exactly(problem, &qp)?.iterate(problem) };
+    let iterate = Iterate { iteration: number, ..solve_exactly(system, &qp)?.iterate(system) };
     let ContactAnswer { status, clarabel_calls, .. } = iterate.contact;
     Ok(Exact { iterate, status, clarabel_calls })
 }
@@ -30,33 +28,22 @@ impl ExactSolution {
     /// Returns the solution as an iterate, with number 1. Its `η_NNDD` is the energy of the rounding errors `δ` of the openings,
     /// `√(Σ S_ii δ_i²)`.
     ///
-    /// * `problem`: the one that was solved.
-    pub fn iterate(&self, problem: &PreparedProblem) -> Iterate {
-        let rows = Rows::new(problem.problem());
-        let gaps = rows.gaps(problem);
+    /// * `system`: the one that was solved.
+    pub fn iterate(&self, system: &ContactSystem<'_>) -> Iterate {
+        let rows = &system.rows;
+        let stiffness = row_stiffness(system);
+        let slip: Vec<f64> = self.friction.iter().flat_map(|of| of.slip.iter().map(|w| 0.0 - w)).collect();
+        let openings = rows.joined(&self.opening.concat(), &slip);
         let (mut lambda, mut second_trace, mut squared) = (Vec::new(), Vec::new(), 0.0);
-        for (k, pair) in problem.problem().contacts.iter().enumerate() {
-            let sides = pair.roles.sides();
-            // An obstacle has no stiffness of its own.
-            let elastic = problem.problem().bodies_of(pair).map(|(side, _)| side);
-            let stiffness = row_stiffness(
-                problem,
-                k,
-                elastic.min_by_key(|side| pair.roles.of_side(*side)).unwrap_or_default(),
-            );
-            let openings = self.opening[k].iter().copied().chain(self.friction[k].slip.iter().map(|w| -w));
-            let known = gaps[rows.at(k, 0)..].iter().zip(openings);
-            for ((row, (gap, opening)), stiffness) in pair.rows().zip(known).zip(stiffness) {
-                let trace = |side: usize| {
-                    let u: Vector = self.displacement[pair.bodies[side]][row.nodes[side].index()];
-                    pair.roles.sign() * u.dot(&row.direction)
-                };
-                let [first, second] = sides.map(trace);
-                let defect = gap - (first - second) - opening;
-                squared += stiffness * defect * defect;
-                lambda.push(first);
-                second_trace.push(second);
-            }
+        for (i, (row, opening)) in rows.rows.iter().zip(openings).enumerate() {
+            let roles = rows.pairs[row.pair].roles;
+            // Along the outward normal of Ω₁.
+            let first = self.traces[roles.imposed()][i];
+            let second = 0.0 - self.traces[roles.unilateral()][i];
+            let defect = row.gap - (first - second) - opening;
+            squared += stiffness[i] * defect * defect;
+            lambda.push(first);
+            second_trace.push(second);
         }
         let of_pairs =
             |take: fn(&PairFriction) -> &Vec<f64>| self.friction.iter().flat_map(take).copied().collect();
@@ -80,7 +67,7 @@ impl ExactSolution {
             precision: 0.0,
             eta_nndd: from_squared(squared),
             recovery: Recovery::Forces,
-            motions: self.motions.clone(),
+            amounts: self.fields.amounts.clone(),
             tangential,
             contact: ContactAnswer {
                 normal_trace,
@@ -97,14 +84,17 @@ impl ExactSolution {
     }
 }
 
-/// Computes `S_ii` of a side of a pair, N/m².
-fn row_stiffness(problem: &PreparedProblem, pair: usize, side: usize) -> Vec<f64> {
-    let body = problem.problem().contacts[pair].bodies[side];
-    let condensed = &problem.bodies()[body];
-    let Some(block) = problem.problem().sides_of(body).position(|of| of == (pair, side)) else {
-        unreachable!("side {side} of pair {pair} is not one of body {body}")
-    };
-    let diagonal = |k: u32| condensed.schur()[k as usize * (condensed.len() + 1)];
-    let rows = condensed.dofs().rows(block).iter();
-    rows.map(|row| row.terms.iter().filter(|t| t.1 != 0.0).map(|(k, a)| a * a * diagonal(*k)).sum()).collect()
+/// Computes `S_ii` of each row, N/m²: of Ω₁, or of the body against an obstacle, which has no stiffness of its own.
+fn row_stiffness(system: &ContactSystem<'_>) -> Vec<f64> {
+    let mut stiffness = vec![0.0; system.rows.len()];
+    for (body, of_body) in system.bodies.iter().zip(&system.of_body) {
+        let diagonal = |k: usize| body.schur()[k * (body.len() + 1)];
+        for row in of_body {
+            let pair = &system.rows.pairs[system.rows.rows[row.row].pair];
+            if pair.is_obstacle || pair.roles.imposed() == row.side {
+                stiffness[row.row] = row.terms.iter().map(|(k, a)| a * a * diagonal(*k)).sum();
+            }
+        }
+    }
+    stiffness
 }

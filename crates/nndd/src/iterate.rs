@@ -1,12 +1,8 @@
 //! The data of one iteration, and the part that is kept as history.
 
 use crate::active_set::ActiveSet;
-use crate::recovery;
 use contact_qp::{KktResiduals, QpPath, QpStatus};
-use fem_core::body::RigidMotion;
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, NodePair};
-use fem_core::prepared::PreparedProblem;
+use fem_core::contact_system::{BodyField, BodyFields, BodyRow, ContactRow, ContactRows, ContactSystem};
 use std::ops::Range;
 
 /// The contact problem of step 1: how it was solved.
@@ -52,7 +48,7 @@ pub enum Recovery {
 
 /// One iteration: the admissible pair of step 1 and the results of step 2.
 ///
-/// The arrays have one entry per pair of nodes, pair after pair, see [`Self::blocks`]. Traces and forces of a pair are along
+/// The arrays have one entry per pair of nodes, pair after pair, see [`fem_core::interface::ContactProblem::blocks`]. Traces and forces of a pair are along
 /// the outward normal of its Ω₁, the body that carries λ there.
 #[derive(Clone, Debug)]
 pub struct Iterate {
@@ -77,15 +73,15 @@ pub struct Iterate {
     pub eta_nndd: f64,
     /// What determines the displacements.
     pub recovery: Recovery,
-    /// The rigid motions of the floating bodies: body, motion, and by how much. Part of the displacements if they are
+    /// The amounts of the rigid motions of the floating bodies, see [`ContactRows::motions`]. Part of the displacements if they are
     /// recovered from forces.
-    pub motions: Vec<(usize, RigidMotion, f64)>,
+    pub amounts: Vec<f64>,
     /// What belongs to friction; empty without it.
     pub tangential: Tangential,
 }
 
 /// The tangential part of an iterate: one entry per pair of nodes of each pair with friction, pair after pair, see
-/// [`Iterate::tangential_blocks`]. The tangent is `(−n_y, n_x)`.
+/// [`fem_core::interface::ContactProblem::tangential_blocks`]. The tangent is `(−n_y, n_x)`.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Tangential {
@@ -118,28 +114,36 @@ impl Iterate {
         [&self.reaction, &self.contact.normal_reaction]
     }
 
-    /// Recovers the displacement of each body, Cartesian, m.
+    /// Returns the data that determine the displacements, for [`fem_core::prepared::PreparedProblem::displacements`].
     ///
-    /// * `problem`: the one that was solved.
+    /// * `system`: the one that was solved.
     ///
     /// # Panics
-    /// If the problem has another number of bodies, pairs or pairs of nodes.
-    pub fn displacements(&self, problem: &PreparedProblem) -> Vec<Vec<Vector>> {
-        let blocks: Vec<Range<usize>> = self.blocks(problem.problem()).collect();
-        let tangential: Vec<Range<usize>> = self.tangential_blocks(problem.problem()).collect();
-        let on_side = |k: usize, side: usize| {
-            let roles = problem.problem().contacts[k].roles;
-            let role = roles.of_side(side);
-            let forces = self.forces()[role][blocks[k].clone()].iter();
-            let along_tangent =
-                &[&self.tangential.reaction, &self.tangential.force][role][tangential[k].clone()];
-            forces.chain(along_tangent).map(|force| roles.sign() * force).collect()
+    /// If the system has another number of bodies, pairs or pairs of nodes.
+    pub fn fields(&self, system: &ContactSystem<'_>) -> BodyFields {
+        let rows = &system.rows;
+        let forces = [
+            rows.joined(&self.reaction, &self.tangential.reaction),
+            rows.joined(&self.contact.normal_reaction, &self.tangential.force),
+        ];
+        let on_body = |row: &BodyRow| match self.role(system, row) {
+            0 => forces[0][row.row],
+            _ => 0.0 - forces[1][row.row],
         };
-        let traces = |b: usize| match self.recovery {
-            Recovery::Traces => self.interface_unknowns(problem, b),
-            Recovery::Forces => None,
+        let of_body = |b: usize| {
+            let traces = match self.recovery {
+                Recovery::Traces => self.interface_unknowns(system, b),
+                Recovery::Forces => None,
+            };
+            traces.map_or_else(|| BodyField::Forces(system.on_unknowns(b, on_body)), BodyField::Traces)
         };
-        recovery::displacements(problem, traces, on_side, &self.motions)
+        let bodies = (0..system.bodies.len()).map(of_body).collect();
+        BodyFields { bodies, amounts: self.amounts.clone() }
+    }
+
+    /// Returns the role of the body of a row, 0 for Ω₁, 1 for Ω₂.
+    fn role(&self, system: &ContactSystem<'_>, row: &BodyRow) -> usize {
+        system.rows.pairs[system.rows.rows[row.row].pair].roles.of_side(row.side)
     }
 
     /// Returns the interface unknowns of a body, m, from its traces; `None` if the body may move rigidly or has friction, or if its
@@ -147,57 +151,27 @@ impl Iterate {
     ///
     /// # Panics
     /// If there is no such body.
-    pub fn interface_unknowns(&self, problem: &PreparedProblem, body: usize) -> Option<Vec<f64>> {
-        let (contact, dofs) = (problem.problem(), problem.bodies()[body].dofs());
-        if problem.rigid_motions().iter().any(|of| of.body == body) {
+    pub fn interface_unknowns(&self, system: &ContactSystem<'_>, body: usize) -> Option<Vec<f64>> {
+        let rows = &system.rows;
+        if system.floats(body) {
             return None;
         }
-        let blocks: Vec<Range<usize>> = self.blocks(contact).collect();
-        let mut unknowns = vec![None; dofs.interface_len()];
-        for (block, (k, side)) in contact.sides_of(body).enumerate() {
-            let pair = &contact.contacts[k];
-            if pair.friction.acts() {
+        let mut unknowns = vec![None; system.bodies[body].len()];
+        for row in &system.of_body[body] {
+            let pair = &rows.pairs[rows.rows[row.row].pair];
+            let (false, [(unknown, factor)]) = (pair.has_friction(), row.terms.as_slice()) else {
                 return None;
-            }
-            let traces = &self.traces()[pair.roles.of_side(side)][blocks[k].clone()];
-            for (row, trace) in dofs.rows(block).iter().zip(traces) {
-                let mut terms = row.terms.iter().filter(|term| term.1 != 0.0);
-                let (Some((unknown, factor)), None) = (terms.next(), terms.next()) else { return None };
-                let value = (pair.roles.sign() * trace - row.imposed) / factor;
-                if unknowns[*unknown as usize].replace(value).is_some() {
-                    return None;
-                }
+            };
+            let place = rows.rows[row.row].node_pair;
+            let trace = match self.role(system, row) {
+                0 => self.lambda[place],
+                _ => 0.0 - self.contact.normal_trace[place],
+            };
+            if unknowns[*unknown].replace((trace - row.imposed) / factor).is_some() {
+                return None;
             }
         }
         unknowns.into_iter().collect()
-    }
-
-    /// Lists where the values of each pair are in the arrays.
-    pub fn blocks(&self, problem: &ContactProblem) -> impl Iterator<Item = Range<usize>> {
-        let mut start = 0;
-        problem.contacts.iter().map(move |pair| {
-            let end = start + pair.interface.pairs().len();
-            debug_assert!(end <= self.lambda.len(), "the problem is another one than that of the iterate");
-            std::mem::replace(&mut start, end)..end
-        })
-    }
-
-    /// Lists where the values of each pair are in the arrays of [`Self::tangential`]; nothing for pairs without friction.
-    pub fn tangential_blocks(&self, problem: &ContactProblem) -> impl Iterator<Item = Range<usize>> {
-        let mut start = 0;
-        problem.contacts.iter().map(move |pair| {
-            let end = start + pair.row_count() - pair.interface.pairs().len();
-            std::mem::replace(&mut start, end)..end
-        })
-    }
-
-    /// Returns λ in the rows of all pairs, as [`crate::Start::lambda`] has it, m.
-    pub fn lambda_by_row(&self, problem: &ContactProblem) -> Vec<f64> {
-        let blocks = self.blocks(problem).zip(self.tangential_blocks(problem));
-        let of_pair = |(pairs, tangents): (Range<usize>, Range<usize>)| {
-            [&self.lambda[pairs], &self.tangential.lambda[tangents]].concat()
-        };
-        blocks.flat_map(of_pair).collect()
     }
 
     /// Computes the contact force `Σ r²_i`, N/m.
@@ -213,7 +187,7 @@ impl Iterate {
 
     /// Computes the contact forces of one pair, see [`Self::contact_forces`].
     ///
-    /// * `block`: see [`Self::blocks`].
+    /// * `block`: see [`fem_core::interface::ContactProblem::blocks`].
     pub fn contact_forces_of(&self, block: Range<usize>) -> [f64; 2] {
         let [first, second] = self.forces().map(|forces| forces[block.clone()].iter().sum::<f64>());
         // A sum of zeros can be −0.
@@ -261,13 +235,11 @@ impl From<&Iterate> for IterationRow {
 }
 
 /// Computes `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, the paper's precision, (24), with `t_i = r_i/ℓ_i`.
-pub(crate) fn precision<'a>(
-    pairs: impl Iterator<Item = &'a NodePair> + Clone,
-    r1: &[f64],
-    r2: &[f64],
-) -> f64 {
+pub(crate) fn precision(rows: &ContactRows, r1: &[f64], r2: &[f64]) -> f64 {
+    let normal = |row: &&ContactRow| !row.law.is_tangential();
+    let lengths: Vec<f64> = rows.rows.iter().filter(normal).map(|row| row.length).collect();
     let largest = |r: &dyn Fn(usize) -> f64| {
-        let tractions = pairs.clone().enumerate().map(|(i, pair)| (r(i) / pair.tributary_length).abs());
+        let tractions = lengths.iter().enumerate().map(|(i, length)| (r(i) / length).abs());
         // A NaN must show: it would pass for a small imbalance.
         tractions.fold(0.0, |largest: f64, t| if t > largest || t.is_nan() { t } else { largest })
     };

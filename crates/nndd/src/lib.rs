@@ -64,7 +64,7 @@
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [8, 4])?, steel, &BoundaryConditions::new().fix("bottom"))?;
 //! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
 //! let problem = PreparedProblem::new(ContactProblem::between([upper, lower], interface))?;
-//! let solution = nndd::solve(&problem, vec![0.0; 9], &nndd::NnddSettings::paper(0.5),
+//! let solution = nndd::solve(&problem.system(), vec![0.0; 9], &nndd::NnddSettings::paper(0.5),
 //!     &mut nndd::stopping::EtaNndd::new(1e-10))?;
 //! assert_eq!(solution.status, nndd::NnddStatus::StoppedByCriterion);
 //! assert!(solution.last.contact_force() > 0.0);
@@ -88,11 +88,9 @@ mod iterate;
 mod iteration;
 mod monitor;
 mod motions;
-mod recovery;
 mod response;
 mod roles;
 mod row_operators;
-mod rows;
 mod settings;
 mod solution;
 mod solve;
@@ -100,11 +98,11 @@ mod spectrum;
 mod steps;
 pub mod stopping;
 mod subdomain;
-mod unheld;
+mod unresisted;
 mod vector;
 
 pub use active_set::ActiveSet;
-pub use balance::{Support, free_motions, support, without_spin};
+pub use balance::{Support, Unbalanced, free_motions, support, unbalanced};
 pub use contact_qp;
 pub use coulomb::{
     CoulombSettings, CoulombSolution, CoulombStart, CoulombStatus, coulomb_coupling, solve_coulomb,
@@ -120,7 +118,7 @@ pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Weights};
 pub use solution::{NnddSolution, NnddStatus, Switch};
 pub use solve::{solve, solve_from};
 pub use spectrum::Spectrum;
-pub use unheld::UnheldMotion;
+pub use unresisted::UnresistedMotion;
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

@@ -1,13 +1,13 @@
 //! Rigid motions as the rows of one body see them.
 
-use crate::rows::sign;
 use contact_qp::IndependentRows;
-use fem_core::prepared::PreparedProblem;
+use fem_core::contact_system::ContactSystem;
 use nalgebra::DMatrix;
+use std::collections::HashMap;
 
 /// Some rigid motions in the rows of a body.
 pub(crate) struct Motions {
-    /// Their numbers among [`PreparedProblem::rigid_motions`].
+    /// Their numbers among [`fem_core::contact_system::ContactRows::motions`].
     numbers: Vec<usize>,
     /// An orthonormal basis `Q` of their traces, with the forces `Qᵀ P` that balance the loads.
     rows: IndependentRows,
@@ -17,33 +17,30 @@ pub(crate) struct Motions {
 
 impl Motions {
     /// Takes the motions of a body and, if asked for, of the obstacles that it touches.
-    pub(crate) fn new(problem: &PreparedProblem, body: usize, with_obstacles: bool) -> Self {
-        let contact = problem.problem();
+    pub(crate) fn new(system: &ContactSystem<'_>, body: usize, with_obstacles: bool) -> Self {
+        let of_body = &system.of_body[body];
         let touches = |other: usize| {
-            contact.sides_of(body).any(|(k, side)| contact.contacts[k].bodies[1 - side] == other)
+            of_body.iter().any(|row| system.rows.pairs[system.rows.rows[row.row].pair].bodies[1] == other)
         };
-        let is_obstacle = |other: usize| other >= contact.bodies.len();
+        let place: HashMap<usize, usize> = of_body.iter().enumerate().map(|(i, row)| (row.row, i)).collect();
         let (mut numbers, mut matrix, mut loads) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, of) in problem.rigid_motions().iter().enumerate() {
-            if of.body != body && !(with_obstacles && is_obstacle(of.body) && touches(of.body)) {
+        for (number, of) in system.rows.motions.iter().enumerate() {
+            let is_obstacle = of.body >= system.rows.bodies;
+            if of.body != body && !(with_obstacles && is_obstacle && touches(of.body)) {
                 continue;
             }
-            let moved = problem.moved_by(of);
-            for (k, _) in contact.sides_of(body) {
-                let pair = &contact.contacts[k];
-                match pair.side_of(of.body) {
-                    None => matrix.extend(pair.rows().map(|_| 0.0)),
-                    Some(side) => matrix.extend(
-                        pair.rows().map(|row| sign(side) * moved[row.nodes[side]].dot(&row.direction)),
-                    ),
+            let mut traces = vec![0.0; of_body.len()];
+            for (row, trace) in &of.traces {
+                if let Some(i) = place.get(row) {
+                    traces[*i] = *trace;
                 }
             }
+            matrix.extend(traces);
             numbers.push(number);
             loads.push(of.load);
         }
         let rows = IndependentRows::new(&matrix, &loads);
-        let count = contact.sides_of(body).map(|(k, _)| contact.contacts[k].row_count()).sum();
-        let basis = DMatrix::from_column_slice(count, rows.right_side.len(), &rows.rows);
+        let basis = DMatrix::from_column_slice(of_body.len(), rows.right_side.len(), &rows.rows);
         Self { numbers, rows, basis }
     }
 

@@ -1,10 +1,8 @@
 //! Who carries λ.
 
-use crate::rows::Rows;
 use crate::subdomain::Subdomain;
+use fem_core::contact_system::{ContactSystem, PairRows, Roles};
 use fem_core::each_body;
-use fem_core::interface::{ContactPair, Roles};
-use fem_core::prepared::PreparedProblem;
 
 /// A body counts as stiffer if it is so by more than this fraction.
 const STIFFER: f64 = 1e-6;
@@ -14,16 +12,16 @@ const STIFFER: f64 = 1e-6;
 ///
 /// An obstacle always carries λ. Pairs of a body whose rows depend on each other, which the iteration does not allow,
 /// keep [`Roles::FIRST`].
-pub fn stiffer_roles(problem: &PreparedProblem) -> Vec<Roles> {
-    let rows = Rows::new(problem.problem());
-    let diagonals = each_body(problem.bodies().len(), |b| {
-        let body = Subdomain::new(problem, &rows, b).ok()?;
+pub fn stiffer_roles(system: &ContactSystem<'_>) -> Vec<Roles> {
+    let rows = &system.rows;
+    let diagonals = each_body(system.bodies.len(), |b| {
+        let body = Subdomain::new(system, b).ok()?;
         let mut by_row = vec![0.0; rows.len()];
         body.scatter(&body.diagonal(), &mut by_row);
         Some(rows.by_pair(&by_row))
     });
-    let of_pair = |(k, pair): (usize, &ContactPair)| {
-        if problem.problem().obstacle_of(pair).is_some() {
+    let of_pair = |(k, pair): (usize, &PairRows)| {
+        if pair.is_obstacle {
             return Roles::SECOND;
         }
         let [first, second] = pair.bodies.map(|b| Some(diagonals[b].as_ref()?[k].iter().sum::<f64>()));
@@ -32,5 +30,5 @@ pub fn stiffer_roles(problem: &PreparedProblem) -> Vec<Roles> {
             _ => Roles::FIRST,
         }
     };
-    problem.problem().contacts.iter().enumerate().map(of_pair).collect()
+    rows.pairs.iter().enumerate().map(of_pair).collect()
 }

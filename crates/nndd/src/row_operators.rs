@@ -1,7 +1,7 @@
 //! The operators of a body in its rows; those of a floating body are the ones of the body on its springs.
 
-use crate::rows::BodyRow;
 use fem_core::condensation::CondensedBody;
+use fem_core::contact_system::BodyRow;
 use nalgebra::DVector;
 use std::borrow::Cow;
 

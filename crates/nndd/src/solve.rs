@@ -7,14 +7,13 @@ use crate::error::NnddError;
 use crate::exact::refuse_coulomb;
 use crate::exact_iterate;
 use crate::iteration::{Start, explain, iterate, successor, switch};
-use crate::rows::Rows;
 use crate::settings::{Method, NnddSettings};
 use crate::solution::NnddSolution;
 use crate::spectrum;
 use crate::steps::Steps;
 use crate::stopping::StoppingCriterion;
 use crate::subdomain::Subdomain;
-use fem_core::prepared::PreparedProblem;
+use fem_core::contact_system::ContactSystem;
 use fem_core::try_each_body;
 
 /// θ without a spectrum, for weights by stiffness; half of it for the paper's weights, whose update is twice as long.
@@ -34,12 +33,12 @@ const FALLBACK: f64 = 0.9;
 /// loads move and nothing holds, [`NnddError::NotHeld`]; for the iteration [`NnddError::DependentRows`]. No convergence is a status,
 /// not an error.
 pub fn solve(
-    problem: &PreparedProblem,
+    system: &ContactSystem<'_>,
     lambda: Vec<f64>,
     method: impl Into<Method>,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
-    solve_from(problem, Start { lambda, active: None }, &method.into(), stop)
+    solve_from(system, Start { lambda, active: None }, &method.into(), stop)
 }
 
 /// Solves a contact problem like [`solve`], starting from the result of a similar one.
@@ -47,42 +46,41 @@ pub fn solve(
 /// # Errors
 /// See [`solve`].
 pub fn solve_from(
-    problem: &PreparedProblem,
+    system: &ContactSystem<'_>,
     start: Start,
     method: &Method,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
-    check(problem, &start, method)?;
+    check(system, &start, method)?;
     match method {
-        Method::Newton(settings) => exact_iterate::solve(problem, settings, 1)?.alone(stop),
-        Method::Nndd(settings) => iteration(problem, start, settings, stop),
+        Method::Newton(settings) => exact_iterate::solve(system, settings, 1)?.alone(stop),
+        Method::Nndd(settings) => iteration(system, start, settings, stop),
     }
 }
 
 /// Iterates, and takes the exact solution if that fails.
 fn iteration(
-    problem: &PreparedProblem,
+    system: &ContactSystem<'_>,
     start: Start,
     settings: &NnddSettings,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
-    let contact = problem.problem();
-    refuse_coulomb(problem)?;
-    let rows = Rows::new(contact);
-    let balance = Balance::new(contact, problem.rigid_motions())?;
-    balance.check_held(contact, rows.limits())?;
-    let bodies = try_each_body(contact.bodies.len(), |b| Subdomain::new(problem, &rows, b))?;
+    refuse_coulomb(system)?;
+    let rows = &system.rows;
+    let balance = Balance::new(rows)?;
+    balance.check_held(&rows.limits())?;
+    let bodies = try_each_body(system.bodies.len(), |b| Subdomain::new(system, b))?;
     let correction = Correction::new(&bodies, rows.len(), settings.weights, settings.coarse);
     let estimate = || spectrum::of_product(rows.len(), |v| correction.operator(v), |j| correction.apply(j));
     let fallback = FALLBACK / correction.scale();
     let (theta, chosen) = spectrum::choose_theta(settings.theta, fallback, estimate);
-    let mut steps = Steps::new(problem, &rows, &balance, (&bodies, &correction), &settings.qp);
+    let mut steps = Steps::new(system, &balance, (&bodies, &correction), &settings.qp);
     if let Some(active) = &start.active {
         steps.start_from(active);
     }
     let mut solution = iterate(start.lambda, &mut steps, (settings, theta), stop)?;
     if let Some(newton) = successor(&solution, settings, stop) {
-        let found = exact_iterate::solve(problem, newton, solution.history.len() + 1);
+        let found = exact_iterate::solve(system, newton, solution.history.len() + 1);
         solution = switch(solution, found, stop)?;
     }
     Ok(explain(solution, chosen, estimate, stop))
@@ -90,18 +88,18 @@ fn iteration(
 
 /// Checks what is given.
 fn check(
-    problem: &PreparedProblem,
+    system: &ContactSystem<'_>,
     Start { lambda, active }: &Start,
     method: &Method,
 ) -> Result<(), NnddError> {
-    let (expected, found) = (problem.rows(), lambda.len());
+    let (expected, found) = (system.rows.len(), lambda.len());
     if found != expected {
         return Err(NnddError::Length { what: "lambda", found, expected });
     }
     if let Some(pair) = lambda.iter().position(|l| !l.is_finite()) {
         return Err(NnddError::Lambda { pair, found: lambda[pair] });
     }
-    let expected = problem.node_pairs();
+    let expected = system.rows.node_pairs();
     let found = active.as_ref().map_or(expected, ActiveSet::len);
     if found != expected {
         return Err(NnddError::Length { what: "the active set at the start", found, expected });

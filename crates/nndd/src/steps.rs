@@ -11,13 +11,11 @@ use crate::correction::Correction;
 use crate::error::NnddError;
 use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential, precision};
 use crate::response::{Response, Unilateral, imposed};
-use crate::rows::Rows;
 use crate::subdomain::{Carrier, Subdomain};
 use crate::vector::dot;
 use contact_qp::{KktResiduals, Place, QpPath, QpSettings, QpStatus, SparseRows, nearest_balanced};
-use fem_core::body::RigidMotion;
+use fem_core::contact_system::ContactSystem;
 use fem_core::norm::from_squared;
-use fem_core::prepared::{BodyMotion, PreparedProblem};
 use fem_core::{each_body, try_each_body};
 use nalgebra::DVector;
 
@@ -26,20 +24,16 @@ const NEARLY: f64 = 0.25;
 
 /// The operators of both steps, and what step 1 remembers.
 pub(crate) struct Steps<'a> {
-    problem: &'a PreparedProblem,
+    system: &'a ContactSystem<'a>,
     /// The lines of the balance that the pairs resist, and their loads.
     lines: (SparseRows, Vec<f64>),
     bodies: &'a [Subdomain<'a>],
     correction: &'a Correction<'a>,
     qp: &'a QpSettings,
-    rows: &'a Rows,
-    /// Initial gaps by row, m, and the inverse tributary lengths, 1/m.
-    gaps: Vec<f64>,
+    /// Inverse tributary lengths by row, 1/m.
     weights: Vec<f64>,
     /// The bounds of the unilateral forces by row, N/m.
     bounds: [Vec<f64>; 2],
-    /// The imposed trace of the obstacle of each row, m.
-    obstacles: Vec<Option<f64>>,
     programmes: Vec<Option<Unilateral<'a>>>,
     /// Where the forces of each body were in the last iteration.
     places: Vec<Option<Vec<Place>>>,
@@ -59,28 +53,26 @@ pub(crate) struct Answers {
     active: Vec<bool>,
     /// Body after body.
     responses: Vec<Response>,
-    motions: Vec<(usize, RigidMotion, f64)>,
+    /// The amounts of the rigid motions.
+    amounts: Vec<f64>,
 }
 
 impl<'a> Steps<'a> {
     pub(crate) fn new(
-        problem: &'a PreparedProblem,
-        rows: &'a Rows,
-        balance: &Balance,
+        system: &'a ContactSystem<'a>,
+        balance: &Balance<'_>,
         (bodies, correction): (&'a [Subdomain<'a>], &'a Correction<'a>),
         qp: &'a QpSettings,
     ) -> Self {
-        let bounds = rows.bounds(rows.limits());
+        let rows = &system.rows;
+        let bounds = rows.bounds(&rows.limits());
         Self {
-            problem,
+            system,
             lines: balance.resisted(),
             bodies,
             correction,
             qp,
-            rows,
-            gaps: rows.gaps(problem),
-            weights: rows.lengths(problem).iter().map(|length| 1.0 / length).collect(),
-            obstacles: rows.obstacles(problem),
+            weights: rows.rows.iter().map(|row| 1.0 / row.length).collect(),
             programmes: each_body(bodies.len(), |b| Unilateral::new(&bodies[b], &bounds)),
             bounds,
             places: vec![None; bodies.len()],
@@ -90,8 +82,9 @@ impl<'a> Steps<'a> {
     /// Starts with a known active set of all rows along normals, and full stick.
     pub(crate) fn start_from(&mut self, active: &ActiveSet) {
         let normal: Vec<bool> = (0..active.len()).map(|i| active.is_active(i)).collect();
-        let stick: Vec<bool> = self.rows.tangentials(self.rows.limits()).iter().map(|s| *s > 0.0).collect();
-        let free = self.rows.joined(&normal, &stick);
+        let stick: Vec<bool> =
+            self.system.rows.tangentials(&self.system.rows.limits()).iter().map(|s| *s > 0.0).collect();
+        let free = self.system.rows.joined(&normal, &stick);
         let place = |(carrier, row): (&Carrier, &usize)| {
             let free = *carrier == Carrier::Itself || free[*row];
             if free { Place::Free } else { Place::Lower }
@@ -102,13 +95,14 @@ impl<'a> Steps<'a> {
 
     /// Step 1: each body answers to λ, imposed in the rows where it carries λ (8) and unilateral in the others (9).
     pub(crate) fn step_1(&mut self, mut lambda: Vec<f64>) -> Result<Answers, NnddError> {
-        let imposes = lambda.iter_mut().zip(&self.obstacles);
-        imposes.for_each(|(lambda, obstacle)| *lambda = obstacle.unwrap_or(*lambda));
+        let rows = &self.system.rows.rows;
+        let imposes = lambda.iter_mut().zip(rows);
+        imposes.for_each(|(lambda, row)| *lambda = row.obstacle.unwrap_or(*lambda));
         let respond = |b: usize| {
             let body = &self.bodies[b];
             let bound = |(carrier, row): (&Carrier, &usize)| match carrier {
                 Carrier::Itself => lambda[*row],
-                Carrier::Other | Carrier::Obstacle => self.gaps[*row] - lambda[*row],
+                Carrier::Other | Carrier::Obstacle => rows[*row].gap - lambda[*row],
             };
             let bounds = DVector::from_iterator(body.len(), body.carriers.iter().zip(&body.rows).map(bound));
             match &self.programmes[b] {
@@ -118,9 +112,9 @@ impl<'a> Steps<'a> {
         };
         let responses: Vec<Response> = try_each_body(self.bodies.len(), respond)?;
         self.places = responses.iter().map(|response| Some(response.places.clone())).collect();
-        let motions = self.motions(&responses);
-        self.move_obstacles(&motions, &mut lambda);
-        Ok(self.answers(lambda, responses, motions))
+        let amounts = self.amounts(&responses);
+        self.move_obstacles(&amounts, &mut lambda);
+        Ok(self.answers(lambda, responses, amounts))
     }
 
     /// Step 2: the Neumann problems (10) and (11) of all bodies under their shares of the imbalance `r¹ + r²`, and the direction
@@ -132,16 +126,12 @@ impl<'a> Steps<'a> {
     }
 
     /// Sorts the responses of the bodies by row.
-    fn answers(
-        &self,
-        lambda: Vec<f64>,
-        responses: Vec<Response>,
-        motions: Vec<(usize, RigidMotion, f64)>,
-    ) -> Answers {
-        let zero = vec![0.0; self.gaps.len()];
+    fn answers(&self, lambda: Vec<f64>, responses: Vec<Response>, amounts: Vec<f64>) -> Answers {
+        let rows = &self.system.rows.rows;
+        let zero = vec![0.0; rows.len()];
         let [mut carried, mut unilateral, mut trace, mut opening] =
             [zero.clone(), zero.clone(), zero.clone(), zero];
-        let mut active = vec![false; self.gaps.len()];
+        let mut active = vec![false; rows.len()];
         for (body, response) in self.bodies.iter().zip(&responses) {
             for (i, &row) in body.rows.iter().enumerate() {
                 if body.carriers[i] != Carrier::Other {
@@ -151,12 +141,12 @@ impl<'a> Steps<'a> {
                     unilateral[row] = response.force[i];
                     opening[row] = response.opening[i];
                     active[row] = response.places[i] == Place::Free;
-                    let from_opening = || lambda[row] - self.gaps[row] + opening[row];
+                    let from_opening = || lambda[row] - rows[row].gap + opening[row];
                     trace[row] = response.trace.as_ref().map_or_else(from_opening, |v| 0.0 - v[i]);
                 }
             }
         }
-        Answers { lambda, carried, unilateral, trace, opening, active, responses, motions }
+        Answers { lambda, carried, unilateral, trace, opening, active, responses, amounts }
     }
 
     /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are
@@ -167,7 +157,8 @@ impl<'a> Steps<'a> {
         let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();
         let [lower, upper] = &self.bounds;
         let nearest = |allowed: Option<&[bool]>| {
-            let open = |i: usize| allowed.is_some_and(|allowed| !allowed[i] && !self.rows.is_tangential(i));
+            let open =
+                |i: usize| allowed.is_some_and(|allowed| !allowed[i] && !self.system.rows.is_tangential(i));
             let upper: Vec<f64> =
                 upper.iter().enumerate().map(|(i, u)| if open(i) { 0.0 } else { *u }).collect();
             let (lines, loads) = &self.lines;
@@ -196,21 +187,21 @@ impl<'a> Steps<'a> {
 
     /// Computes `Σ S|w|`, J/m.
     fn sliding(&self, opening: &[f64]) -> f64 {
-        let limits = self.rows.tangentials(self.rows.limits());
-        self.rows.tangentials(opening).iter().zip(limits).map(|(y, limit)| limit * y.abs()).sum()
+        let limits = self.system.rows.tangentials(&self.system.rows.limits());
+        self.system.rows.tangentials(opening).iter().zip(limits).map(|(y, limit)| limit * y.abs()).sum()
     }
 
     /// Puts the iterate together; its number and θ are not known yet. `ε_t` is (24).
     pub(crate) fn iterate_of(&self, eta_nndd: f64, answers: Answers) -> Iterate {
-        let rows = self.rows;
-        let Answers { lambda, carried, unilateral, trace, opening, active, responses, motions } = answers;
+        let rows = &self.system.rows;
+        let Answers { lambda, carried, unilateral, trace, opening, active, responses, amounts } = answers;
         let reaction: Vec<f64> = carried.iter().map(|p| 0.0 - p).collect();
         let tangential = Tangential {
             lambda: rows.tangentials(&lambda),
             reaction: rows.tangentials(&reaction),
             force: rows.tangentials(&unilateral),
             slip: rows.tangentials(&opening).iter().map(|y| 0.0 - y).collect(),
-            limit: rows.tangentials(rows.limits()),
+            limit: rows.tangentials(&rows.limits()),
         };
         let unsolved = responses.iter().map(|r| r.status).find(|status| !status.is_solved());
         let contact = ContactAnswer {
@@ -223,12 +214,11 @@ impl<'a> Steps<'a> {
             clarabel_calls: responses.iter().map(|r| r.clarabel_calls).sum(),
             kkt: worst(&responses),
         };
-        let pairs = self.problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
         let reaction = rows.normals(&reaction);
         Iterate {
             iteration: 0,
             theta: 0.0,
-            precision: precision(pairs, &reaction, &contact.normal_reaction),
+            precision: precision(rows, &reaction, &contact.normal_reaction),
             eta_nndd,
             lambda: rows.normals(&lambda),
             reaction,
@@ -236,35 +226,27 @@ impl<'a> Steps<'a> {
             programme: Programme { path: contact.path, iterations: contact.iterations },
             contact,
             recovery: Recovery::Traces,
-            motions,
+            amounts,
             tangential,
         }
     }
 
-    /// Returns the rigid motions of all bodies and obstacles, and by how much.
-    fn motions(&self, responses: &[Response]) -> Vec<(usize, RigidMotion, f64)> {
-        let all = self.problem.rigid_motions();
-        let mut motions: Vec<_> = all.iter().map(|of| (of.body, of.motion, 0.0)).collect();
+    /// Returns the amounts of the rigid motions of all bodies and obstacles.
+    fn amounts(&self, responses: &[Response]) -> Vec<f64> {
+        let mut amounts = vec![0.0; self.system.rows.motions.len()];
         for (body, response) in self.bodies.iter().zip(responses) {
             for (number, amount) in body.balanced.amounts(&response.motion) {
-                motions[number].2 = amount;
+                amounts[number] = amount;
             }
         }
-        motions
+        amounts
     }
 
     /// Adds the free motions of the obstacles to their λ.
-    fn move_obstacles(&self, motions: &[(usize, RigidMotion, f64)], lambda: &mut [f64]) {
-        let mut start = 0;
-        for pair in &self.problem.problem().contacts {
-            for (_, motion, amount) in
-                motions.iter().filter(|of| of.0 == pair.bodies[1] && of.0 >= self.bodies.len())
-            {
-                let moved = self.problem.moved_by(&BodyMotion::new(pair.bodies[1], *motion));
-                let rows = lambda[start..start + pair.row_count()].iter_mut().zip(pair.rows());
-                rows.for_each(|(l, row)| *l -= amount * moved[row.nodes[1]].dot(&row.direction));
-            }
-            start += pair.row_count();
+    fn move_obstacles(&self, amounts: &[f64], lambda: &mut [f64]) {
+        let motions = self.system.rows.motions.iter().zip(amounts);
+        for (motion, amount) in motions.filter(|(motion, _)| motion.body >= self.bodies.len()) {
+            motion.traces.iter().for_each(|(row, trace)| lambda[*row] += amount * trace);
         }
     }
 }

@@ -3,11 +3,9 @@
 use crate::error::NnddError;
 use crate::motions::Motions;
 use crate::row_operators::RowOperators;
-use crate::rows::Rows;
-use fem_core::prepared::PreparedProblem;
+use fem_core::contact_system::{BodyRow, ContactSystem};
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
-use std::iter::repeat_n;
 
 /// Who carries λ in a row of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,35 +51,31 @@ impl<'a> Subdomain<'a> {
     ///
     /// # Errors
     /// [`NnddError::DependentRows`].
-    pub(crate) fn new(problem: &'a PreparedProblem, rows: &Rows, body: usize) -> Result<Self, NnddError> {
+    pub(crate) fn new(system: &ContactSystem<'a>, body: usize) -> Result<Self, NnddError> {
         let dependent = || NnddError::DependentRows { body };
-        let condensed = &problem.bodies()[body];
-        let of_body = rows.of_body(problem, body);
-        let operators = RowOperators::new(condensed, &of_body).ok_or_else(dependent)?;
+        let (condensed, of_body) = (system.bodies[body], &system.of_body[body]);
+        let operators = RowOperators::new(condensed, of_body).ok_or_else(dependent)?;
         let n = of_body.len();
         let mut free = vec![0.0; condensed.len()];
         condensed.trace_from_force(condensed.condensed_load(), &mut free);
         let imposed = DVector::from_iterator(n, of_body.iter().map(|row| row.imposed));
         let free = DVector::from_iterator(n, of_body.iter().map(|row| row.of(&free))) + &imposed;
-        let rigid = Motions::new(problem, body, false);
+        let rigid = Motions::new(system, body, false);
         let columns = rigid.basis.column_iter().map(|q| operators.stiffness(&q.into_owned()));
         let columns: Vec<DVector<f64>> = columns.collect();
         let moved = DMatrix::from_fn(n, columns.len(), |i, k| columns[k][i]);
         let inverse = rigid.basis.tr_mul(&moved).try_inverse().ok_or_else(dependent)?;
-        let carriers = problem.problem().sides_of(body).flat_map(|(k, side)| {
-            let pair = &problem.problem().contacts[k];
-            let carrier = if problem.problem().obstacle_of(pair).is_some() {
-                Carrier::Obstacle
-            } else if pair.roles.imposed() == side {
-                Carrier::Itself
-            } else {
-                Carrier::Other
-            };
-            repeat_n(carrier, pair.row_count())
-        });
-        let carriers: Vec<Carrier> = carriers.collect();
+        let carrier = |row: &BodyRow| {
+            let pair = &system.rows.pairs[system.rows.rows[row.row].pair];
+            match pair.roles.imposed() == row.side {
+                _ if pair.is_obstacle => Carrier::Obstacle,
+                true => Carrier::Itself,
+                false => Carrier::Other,
+            }
+        };
+        let carriers: Vec<Carrier> = of_body.iter().map(carrier).collect();
         let unilateral: Vec<usize> = (0..n).filter(|i| carriers[*i] != Carrier::Itself).collect();
-        let balanced = Motions::new(problem, body, true);
+        let balanced = Motions::new(system, body, true);
         let held_stiffness = balanced.is_empty().then(|| operators.stiffness_matrix(&unilateral));
         Ok(Self {
             rows: of_body.iter().map(|row| row.row).collect(),

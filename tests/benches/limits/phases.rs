@@ -161,7 +161,8 @@ fn of_solution(
     let bodies = problem.bodies();
     let method = convert::settings(case).method;
     let iterations = whole.history.len();
-    let solve = |lambda| nndd::solve(problem, lambda, method.clone(), &mut After(iterations)).unwrap();
+    let solve =
+        |lambda| nndd::solve(&problem.system(), lambda, method.clone(), &mut After(iterations)).unwrap();
     let (found, seconds) = record.time(|| vec![0.0; problem.rows()], solve);
     assert_eq!(found.history.len(), iterations, "the iteration is not that of the whole run");
     let lanczos = found.spectrum.map_or(0, |spectrum| spectrum.steps);
@@ -171,7 +172,8 @@ fn of_solution(
         let of_body = |body: &CondensedBody| counts::substitution(body.stored_values(), body.dofs(), trace);
         Count::sum(bodies.iter().map(of_body))
     };
-    let (displacement, seconds) = record.time(|| (), |()| found.last.displacements(problem));
+    let (displacement, seconds) =
+        record.time(|| (), |()| problem.displacements(&found.last.fields(&problem.system())));
     record.print("recovery", &seconds, substitutions(true));
 
     let [first, second] = [0, 1].map(|b| displacement[b].as_slice());

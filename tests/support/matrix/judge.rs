@@ -424,8 +424,13 @@ fn of_frozen(claim: &Claim<'_>, trial: &mut Trial) {
         let mut method = NnddSettings::default();
         method.max_iterations = 1;
         let method = Method::from(method);
-        let found = nndd::solve_from(&prepared, Start { lambda, active: None }, &method, &mut Never)?;
-        Ok(distance(&prepared.problem().bodies, &u, &found.last.displacements(&prepared)))
+        let found =
+            nndd::solve_from(&prepared.system(), Start { lambda, active: None }, &method, &mut Never)?;
+        Ok(distance(
+            &prepared.problem().bodies,
+            &u,
+            &prepared.displacements(&found.last.fields(&prepared.system())),
+        ))
     };
     if let Ok(apart) = frozen() {
         trial.above(Promise::Mesh, "frozen λ", eta_dis, apart, ROUNDING * claim.norm);

@@ -1,7 +1,8 @@
 //! The modules of each crate: neighbours take from each other in one direction only.
 //!
 //! A module may use its parent's items and its children's. Two neighbours, children of one parent, with all that is below
-//! them, must not use each other, directly or in a ring.
+//! them, must not use each other, directly or in a ring. A crate that must not know about meshes takes from `fem_core` only what
+//! [`ALGEBRA`] lists.
 
 use super::finding::Finding;
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,7 +15,11 @@ type Module = Vec<String>;
 /// Which neighbour takes from which, below one parent: and the file that shows it, with the line.
 type Arrows = BTreeMap<(String, String), (String, usize)>;
 
-/// Finds the rings of neighbours in the sources of the crates.
+/// The crates that see contact as algebra alone, and the items of `fem_core` that they may use.
+const ALGEBRA: [(&str, &[&str]); 1] =
+    [("nndd", &["contact_system", "condensation", "dense", "each_body", "norm", "try_each_body"])];
+
+/// Finds the rings of neighbours in the sources of the crates, and what takes from meshes without need.
 ///
 /// * `sources`: names from the top folder, and texts; only files in `crates/*/src` count.
 pub(super) fn findings(sources: &[(String, String)]) -> Vec<Finding> {
@@ -24,7 +29,32 @@ pub(super) fn findings(sources: &[(String, String)]) -> Vec<Finding> {
             crates.entry(name).or_default().push((module, file, text));
         }
     }
-    crates.values().flat_map(|files| of_crate(files)).collect()
+    crates
+        .iter()
+        .flat_map(|(name, files)| of_crate(files).into_iter().chain(beyond_algebra(name, files)))
+        .collect()
+}
+
+/// Finds the paths into `fem_core` that a crate of [`ALGEBRA`] must not take.
+fn beyond_algebra(name: &str, files: &[(Module, &str, &str)]) -> Vec<Finding> {
+    let Some((_, allowed)) = ALGEBRA.iter().find(|(known, _)| *known == name) else { return Vec::new() };
+    let mut findings = Vec::new();
+    for (_, file, text) in files {
+        let mut paths = Paths::default();
+        // A file that is no Rust is found with the rings.
+        let Ok(tree) = syn::parse_file(text) else { continue };
+        paths.visit_file(&tree);
+        for path in paths.found.iter().filter(|path| path[0] == "fem_core") {
+            let Some(item) = path.get(1).filter(|item| !allowed.contains(&item.as_str())) else { continue };
+            let line = text.lines().position(|l| l.contains(item.as_str())).map_or(1, |k| k + 1);
+            findings.push(Finding::new(
+                file,
+                line,
+                format!("found `fem_core::{item}` in `{name}`, expected one of {}", allowed.join(", ")),
+            ));
+        }
+    }
+    findings
 }
 
 /// Returns the crate and the module of a source file; `None` for tests.
@@ -188,6 +218,17 @@ mod tests {
             ("b/tests", "use crate::a::A;"),
         ];
         assert_eq!(found(&files), [""; 0]);
+    }
+
+    #[test]
+    fn a_crate_of_algebra_takes_nothing_from_meshes() {
+        let text = "use fem_core::{norm, mesh::Mesh as M};\nuse fem_core::body::*;\n#[cfg(test)] mod tests { use fem_core::body; }";
+        let of = |name: &str| findings(&[(format!("crates/{name}/src/lib.rs"), text.to_owned())]);
+        let found: Vec<String> = of("nndd").into_iter().map(|f| format!("{}: {}", f.line, f.what)).collect();
+        let expected = "expected one of contact_system, condensation, dense, each_body, norm, try_each_body";
+        let line = |k: usize, item: &str| format!("{k}: found `fem_core::{item}` in `nndd`, {expected}");
+        assert_eq!(found, [line(1, "mesh"), line(2, "body")]);
+        assert!(of("cre-estimator").is_empty());
     }
 
     #[test]

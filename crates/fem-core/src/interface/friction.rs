@@ -79,7 +79,7 @@ impl SlipBefore {
 /// A row of a pair: one direction at one pair of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct ContactRow {
+pub struct PairRow {
     /// Number of the pair of nodes.
     pub pair: usize,
     /// Its nodes, see [`super::NodePair::nodes`].
@@ -96,10 +96,10 @@ impl ContactPair {
     }
 
     /// Lists the rows: the normals of all pairs of nodes and then, with friction, their tangents `t = (−n_y, n_x)`.
-    pub fn rows(&self) -> impl Iterator<Item = ContactRow> + '_ {
+    pub fn rows(&self) -> impl Iterator<Item = PairRow> + '_ {
         let along = move |direction: fn(Vector) -> Vector| {
             let pairs = self.interface.pairs().iter().enumerate();
-            pairs.map(move |(pair, of)| ContactRow { pair, nodes: of.nodes, direction: direction(of.normal) })
+            pairs.map(move |(pair, of)| PairRow { pair, nodes: of.nodes, direction: direction(of.normal) })
         };
         let tangents = self.friction.acts().then(|| along(perpendicular));
         along(|normal| normal).chain(tangents.into_iter().flatten())

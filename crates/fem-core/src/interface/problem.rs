@@ -6,6 +6,7 @@ use super::{
 };
 use crate::body::{Body, BodyError, ConditionPlace, Difference, NodeConstraint, RigidMotion};
 use crate::geometry::Vector;
+use std::ops::Range;
 use thiserror::Error;
 
 /// Two bodies in contact, or a body and an obstacle, and where.
@@ -319,10 +320,41 @@ impl ContactProblem {
         self.contacts.iter().map(|pair| pair.interface.pairs().len()).sum()
     }
 
+    /// Lists the places of each pair in arrays of one entry per pair of nodes, pair after pair.
+    pub fn blocks(&self) -> impl Iterator<Item = Range<usize>> {
+        consecutive(self.contacts.iter().map(|pair| pair.interface.pairs().len()))
+    }
+
+    /// Lists the places of each pair in arrays of one entry per row along a tangent; nothing for pairs without friction.
+    pub fn tangential_blocks(&self) -> impl Iterator<Item = Range<usize>> {
+        consecutive(self.contacts.iter().map(|pair| pair.row_count() - pair.interface.pairs().len()))
+    }
+
+    /// Lists the rows along the normals of each pair.
+    pub fn normal_rows(&self) -> impl Iterator<Item = Range<usize>> {
+        let rows = consecutive(self.contacts.iter().map(ContactPair::row_count));
+        rows.zip(&self.contacts).map(|(rows, pair)| rows.start..rows.start + pair.interface.pairs().len())
+    }
+
+    /// Joins values along normals and along tangents to one value per row, pair after pair.
+    pub fn by_row(&self, normals: &[f64], tangentials: &[f64]) -> Vec<f64> {
+        let blocks = self.blocks().zip(self.tangential_blocks());
+        blocks.flat_map(|(pairs, tangents)| [&normals[pairs], &tangentials[tangents]].concat()).collect()
+    }
+
     /// Counts the rows of all pairs: without friction one per node pair, with friction two.
     pub fn rows(&self) -> usize {
         self.contacts.iter().map(ContactPair::row_count).sum()
     }
+}
+
+/// Lists consecutive ranges of given lengths.
+fn consecutive(lengths: impl Iterator<Item = usize>) -> impl Iterator<Item = Range<usize>> {
+    let mut start = 0;
+    lengths.map(move |length| {
+        let end = start + length;
+        std::mem::replace(&mut start, end)..end
+    })
 }
 
 /// Displacement fields with their nodal contact forces, whatever their source.

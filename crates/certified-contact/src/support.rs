@@ -1,0 +1,88 @@
+//! The question whether an assembly is held, in words of its bodies.
+
+use crate::error::{NO_MOTION, SolveError};
+use fem_core::body::RigidMotion;
+use fem_core::interface::ContactProblem;
+use fem_core::prepared::{AssemblyMotion, BodyMotion};
+
+/// A body whose motion is below this fraction of the largest one does not move.
+const NO_TRACE: f64 = 1e-9;
+
+/// A body that moves by less than this fraction of the one that moves most does not count as part of a free motion.
+const WEAK: f64 = 1e-3;
+
+/// How an assembly is held.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Support {
+    /// The motion that the loads cause and nothing resists; `None` if the assembly is held.
+    pub unresisted: Option<AssemblyMotion>,
+    /// The motions that no pair resists and no load drives: each with the bodies that move, the one that moves most (by 1 m) first.
+    /// They stay at zero.
+    pub free_motions: Vec<Vec<(usize, RigidMotion)>>,
+    /// Forces that balance the loads, for [`ContactProblem::balancing`]; empty if none are needed, or none do.
+    pub forces: Vec<f64>,
+}
+
+/// Tells how an assembly is held, without solving anything.
+///
+/// # Errors
+/// Numbers that are not finite; [`SolveError::OutsideCones`] if no forces within the cones of Coulomb friction balance the loads.
+pub fn support(problem: &ContactProblem) -> Result<Support, SolveError> {
+    let problem = &without_spin(problem.clone())?;
+    let found =
+        nndd::support(&problem.contact_rows()).map_err(|error| SolveError::of_nndd(problem, error))?;
+    let motions = problem.rigid_motions();
+    let motion =
+        |of: nndd::UnresistedMotion| problem.assembly_motion(&motions, &of.amounts, of.work, NO_MOTION);
+    Ok(Support {
+        free_motions: in_bodies(problem, &motions, &found.free_motions),
+        unresisted: found.unresisted.map(motion),
+        forces: found.forces,
+    })
+}
+
+/// Lists the motions that no pair resists and no load drives, see [`Support::free_motions`], without asking whether the assembly is held.
+///
+/// # Errors
+/// Numbers that are not finite.
+pub fn free_motions(problem: &ContactProblem) -> Result<Vec<Vec<(usize, RigidMotion)>>, SolveError> {
+    let problem = &without_spin(problem.clone())?;
+    let found = nndd::free_motions(&problem.contact_rows()).map_err(SolveError::Nndd)?;
+    Ok(in_bodies(problem, &problem.rigid_motions(), &found))
+}
+
+fn in_bodies(
+    problem: &ContactProblem,
+    motions: &[BodyMotion],
+    found: &[Vec<(usize, f64)>],
+) -> Vec<Vec<(usize, RigidMotion)>> {
+    let of = |amounts: &Vec<(usize, f64)>| {
+        let motion = problem.assembly_motion(motions, amounts, 0.0, WEAK);
+        let mut bodies: Vec<_> = motion.bodies.into_iter().zip(motion.largest).collect();
+        bodies.sort_by(|a, b| b.1.total_cmp(&a.1));
+        bodies.into_iter().map(|(of, _)| of).collect()
+    };
+    let mut free: Vec<Vec<(usize, RigidMotion)>> = found.iter().map(of).collect();
+    free.sort_by_key(|bodies| bodies.first().map(|(body, _)| *body));
+    free
+}
+
+/// Leaves loads out along rotations that a contact line on a declared arc does not resist, if the error of the polygon explains them, see
+/// [`ContactProblem::without_spins`]: the moment of the loads of a polygon about the centre of the arc is not exactly the curve's. A problem with
+/// larger loads is returned as it is, and is not held.
+///
+/// # Errors
+/// Numbers that are not finite.
+pub fn without_spin(problem: ContactProblem) -> Result<ContactProblem, SolveError> {
+    if problem.contacts.iter().all(|pair| pair.interface.centre().is_none()) {
+        return Ok(problem);
+    }
+    let unbalanced = |of: &ContactProblem| nndd::unbalanced(&of.contact_rows()).map_err(SolveError::Nndd);
+    let Some(found) = unbalanced(&problem)? else { return Ok(problem) };
+    let nndd::UnresistedMotion { amounts, work, .. } = found.motion;
+    let motion = problem.assembly_motion(&problem.rigid_motions(), &amounts, work, NO_TRACE);
+    let Some(without) = problem.without_spins(&motion, &found.forces) else { return Ok(problem) };
+    let left = unbalanced(&without)?;
+    Ok(if left.is_none() { without } else { problem })
+}
