@@ -446,8 +446,9 @@ mod tests {
             let (problem, u) = groove(&mut random, number % 2 == 0, number % 3 == 0);
             let rest: Vec<Vec<Vector>> =
                 problem.obstacles.iter().map(|o| vec![Vector::zeros(); o.imposed().len()]).collect();
-            let fields =
-                |pair: &ContactPair, moved: &[Vector]| [moved.to_vec(), rest[pair.bodies[1] - 1].clone()];
+            let fields = |pair: &ContactPair, moved: &[Vector]| {
+                [moved.to_vec(), rest[problem.places_of(pair)[1] - 1].clone()]
+            };
             let lifts: Vec<Lift> = problem
                 .contacts
                 .iter()
