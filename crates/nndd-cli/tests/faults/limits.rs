@@ -187,9 +187,9 @@ fn a_time_limit_names_the_longest_step_and_may_end_a_run_before_its_first_iterat
     let text = said(&output);
     assert_eq!(output.status.code(), Some(8), "{text}");
     // A busy machine may end it from outside, within one step.
+    let within = text.contains("before there was a result");
     let between = text.contains("before the first iteration") && text.contains("the longest step");
-    assert!(between || text.contains("before there was a result"), "{text}");
-    assert!(!out.exists());
+    assert!(within || between && !out.exists(), "{text}");
 }
 
 #[test]
