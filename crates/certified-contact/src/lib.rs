@@ -91,7 +91,7 @@ pub use coulomb::CoulombResult;
 pub use cre_estimator;
 pub use error::SolveError;
 pub use fem_core;
-pub use history::{Row, Step};
+pub use history::{IterationRecord, Step};
 pub use nndd;
 pub use observer::{Observer, Phase, Silent};
 pub use reactions::{Balance, Reaction, RigidSideResults};

@@ -4,10 +4,10 @@ use crate::args::{Format, Solve};
 use crate::console;
 use case_io::Case;
 use case_io::report::Report;
-use certified_contact::{CertifiedSolution, CoulombResult, Row, Step};
+use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Step};
 use fem_core::interface::ContactProblem;
 use nndd_report::words::{self, counted};
-use nndd_report::{Answer, Failure, Solved, adaptive_row, notes, report, verdict, without_bound};
+use nndd_report::{Failure, RunResult, Solved, adaptive_row, notes, report, verdict, without_bound};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -80,7 +80,7 @@ impl Printer {
         }
     }
 
-    pub(crate) fn row(&mut self, row: &Row) {
+    pub(crate) fn row(&mut self, row: &IterationRecord) {
         let result = match self.format {
             _ if self.quiet || !self.every_iteration => Ok(()),
             Format::Human => {
@@ -128,7 +128,7 @@ impl Printer {
     }
 
     /// Prints a load step.
-    pub(crate) fn load_step(&mut self, step: usize, of: usize, answer: &Answer) {
+    pub(crate) fn load_step(&mut self, step: usize, of: usize, answer: &RunResult) {
         let force = answer.contact_force();
         let relative = answer.certified().and_then(CertifiedSolution::relative);
         let residual = answer.coulomb().and_then(CoulombResult::relative_residual);

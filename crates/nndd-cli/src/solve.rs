@@ -7,8 +7,8 @@ use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
 use case_io::case::Criterion;
 use certified_contact::Phase;
-use nndd_report::room;
-use nndd_report::{Event, Failure, Host, Place, Stopwatch, check, files, memory, run};
+use nndd_report::memory_limit;
+use nndd_report::{Event, Failure, Host, RunDirectory, Stopwatch, check, files, memory, run};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
 
@@ -26,8 +26,8 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let memory_estimate = memory::estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut place = match options.resume {
-        true => Place::resume(&case, &path)?,
-        false => Place::open(&case, &path, options.run.force)?,
+        true => RunDirectory::resume(&case, &path)?,
+        false => RunDirectory::open(&case, &path, options.run.force)?,
     };
     let mut printer = Printer::new(options, &case, machine.started);
     printer.begin(&case, &problem, &path.display().to_string(), place.notes())?;
@@ -96,9 +96,9 @@ fn show(printer: &mut Printer, progress: &mut Progress, event: &Event<'_>) {
 /// Lists with what a case was solved, as far as this program alone knows it.
 fn describe(options: &Solve) -> Map<String, Value> {
     let mut about = Map::new();
-    about.insert("host".into(), room::host().into());
+    about.insert("host".into(), memory_limit::host().into());
     about.insert("threads".into(), rayon::current_num_threads().into());
-    about.insert("memory_peak".into(), room::peak().into());
+    about.insert("memory_peak".into(), memory_limit::peak().into());
     about.insert("overrides".into(), options.case.set.clone().into());
     about
 }

@@ -3,8 +3,8 @@
 use crate::errors::{exception, wrong};
 use crate::json::loads;
 use nndd_report::failure::{self, Failure};
-use nndd_report::room;
-use nndd_report::{Event, Host, Room, adaptive_row, report, without_bound};
+use nndd_report::memory_limit;
+use nndd_report::{Event, Host, MemoryLimit, adaptive_row, report, without_bound};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
@@ -73,8 +73,8 @@ impl Host for Caller {
         self.interrupted.load(Ordering::Relaxed).then_some(INTERRUPTED)
     }
 
-    fn room(&self) -> Option<Room> {
-        room::smallest(rayon::current_num_threads())
+    fn memory_limit(&self) -> Option<MemoryLimit> {
+        memory_limit::smallest(rayon::current_num_threads())
     }
 
     fn event(&mut self, event: Event<'_>) -> Result<(), Failure> {

@@ -4,10 +4,10 @@ use crate::arrays;
 use crate::job;
 use case_io::Case;
 use case_io::table::ContactRow;
-use nndd_report::room;
+use nndd_report::memory_limit;
 use nndd_report::run::{self, Source};
 use nndd_report::verdict::verdict;
-use nndd_report::{Failure, Host, Place, Solved, Stopwatch, check, files, memory, notes, view};
+use nndd_report::{Failure, Host, RunDirectory, Solved, Stopwatch, check, files, memory, notes, view};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -31,7 +31,7 @@ pub(crate) struct Run {
 
 /// The files that a run of several meshes or load steps wrote on its way. A forked process does not remove them.
 struct Kept {
-    files: Option<(Place, TempDir)>,
+    files: Option<(RunDirectory, TempDir)>,
     process: u32,
 }
 
@@ -52,15 +52,15 @@ pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) ->
     check::held(&case, &mut problem)?;
     let warnings = case.warnings().iter().map(ToString::to_string).collect();
     let mut about = Map::new();
-    about.insert("host".into(), room::host().into());
+    about.insert("host".into(), memory_limit::host().into());
     about.insert("threads".into(), rayon::current_num_threads().into());
     about.insert("overrides".into(), set.into());
     about.insert("started".into(), started.into());
     about.insert("memory_estimate".into(), memory::estimate(&problem).round().into());
     let folder = tempfile::tempdir()?;
-    let mut place = Place::open(&case, folder.path(), false)?;
+    let mut place = RunDirectory::open(&case, folder.path(), false)?;
     let solved = run::solve(&case, problem, &mut place, &mut watch, host)?;
-    about.insert("memory_peak".into(), room::peak().into());
+    about.insert("memory_peak".into(), memory_limit::peak().into());
     let mut report = files::report(&case, &solved, about.clone());
     report.timings = watch.read(host.elapsed());
     let verdict = verdict(&report);
@@ -143,7 +143,7 @@ impl Solution {
     fn save(&self, py: Python<'_>, directory: PathBuf, force: bool) -> PyResult<Vec<String>> {
         let run = Arc::clone(&self.run);
         job::run(py, 0, None, &[], move |host| {
-            let mut place = Place::open(&run.case, &directory, force)?;
+            let mut place = RunDirectory::open(&run.case, &directory, force)?;
             if let Some((earlier, _)) = &run.kept.files {
                 place.copy_from(earlier)?;
             }

@@ -5,7 +5,7 @@ use crate::convert;
 use crate::corners;
 use crate::curves;
 use crate::outcome;
-use crate::solved::{Answer, Fields};
+use crate::solved::{Fields, RunResult};
 use crate::verdict::is_round_off;
 use crate::words;
 use case_io::Case;
@@ -83,12 +83,12 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
 /// Lists everything of a report, the important first.
 ///
 /// * `run`: on the course of the run.
-pub(crate) fn of_report(case: &Case, answer: &Answer, run: &[String]) -> Vec<String> {
+pub(crate) fn of_report(case: &Case, answer: &RunResult, run: &[String]) -> Vec<String> {
     [of_answer(case, answer, run), of_case(case)].concat()
 }
 
 /// Lists what can be said of a solution and its problem: first what limits the use of the answer, then how the case was read.
-fn of_answer(case: &Case, answer: &Answer, run: &[String]) -> Vec<String> {
+fn of_answer(case: &Case, answer: &RunResult, run: &[String]) -> Vec<String> {
     let (fields, certified) = (answer.fields(), answer.certified());
     // The last iterate of a run that diverged says nothing about the bodies.
     let diverged = |solution: &CertifiedSolution| matches!(solution.nndd.status, NnddStatus::Diverged { .. });

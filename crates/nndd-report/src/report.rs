@@ -13,13 +13,13 @@ use case_io::report::{
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
 use certified_contact::{
-    CertifiedSolution, CoulombResult, PairResults, RigidSideResults, Row, recovered_pressure,
+    CertifiedSolution, CoulombResult, IterationRecord, PairResults, RigidSideResults, recovered_pressure,
 };
 use fem_core::interface::{ContactProblem, LeftOut, Partner};
 use serde_json::{Map, Value};
 
 /// Makes a row of `iterations` in report.json.
-pub fn iteration_row(row: &Row) -> IterationRow {
+pub fn iteration_row(row: &IterationRecord) -> IterationRow {
     let it = &row.iteration;
     let finite = |x: f64| x.is_finite().then_some(x);
     IterationRow {

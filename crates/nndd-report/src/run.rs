@@ -4,12 +4,12 @@ use crate::adapt;
 use crate::check;
 use crate::convert;
 use crate::failure::Failure;
-use crate::follower::Follower;
 use crate::host::{Event, Host};
 use crate::memory;
 use crate::outcome;
-use crate::resume::Place;
-use crate::solved::{Answer, Solved};
+use crate::resume::RunDirectory;
+use crate::run_observer::RunObserver;
+use crate::solved::{RunResult, Solved};
 use crate::steps;
 use crate::stopwatch::Stopwatch;
 use case_io::Case;
@@ -111,7 +111,7 @@ pub fn build_last(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Fa
 pub fn solve(
     case: &Case,
     problem: ContactProblem,
-    place: &mut Place,
+    place: &mut RunDirectory,
     watch: &mut Stopwatch,
     host: &mut dyn Host,
 ) -> Result<Solved, Failure> {
@@ -119,7 +119,7 @@ pub fn solve(
         None if !case.steps.is_empty() => steps::solve(case, problem, place, watch, host),
         None => solve_once(case, problem, place.presence(), watch, host),
         Some(adapt) => {
-            let follower = Follower::new(case, watch, host, place.presence());
+            let follower = RunObserver::new(case, watch, host, place.presence());
             adapt::solve(case, adapt, problem, follower, place)
         }
     }
@@ -135,17 +135,17 @@ pub(crate) fn solve_once(
     watch: &mut Stopwatch,
     host: &mut dyn Host,
 ) -> Result<Solved, Failure> {
-    let mut follower = Follower::new(case, watch, host, output);
+    let mut follower = RunObserver::new(case, watch, host, output);
     let answer = if case.coulomb_pair().is_some() {
         let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
         let found = certified_contact::solve_coulomb(problem, &settings, relaxation, &mut follower);
         let result = found.map_err(|e| follower.failure(case, &e))?;
         follower.tell(Event::Iteration(&result.row()));
-        Answer::Coulomb(Box::new(result))
+        RunResult::Coulomb(Box::new(result))
     } else {
         let found = certified_contact::solve(problem, &convert::settings(case), &mut follower);
         let solution = found.map_err(|e| follower.failure(case, &e))?;
-        Answer::Certified(Box::new(solution))
+        RunResult::Certified(Box::new(solution))
     };
     let status = outcome::judge_answer(case, &answer, follower.ended);
     Ok(Solved { longest_step: follower.longest, ..Solved::of(answer, status) })

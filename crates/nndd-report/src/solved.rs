@@ -2,7 +2,7 @@
 
 use case_io::report::{AdaptiveRow, Status, StepSummary};
 use case_io::table::ContactRow;
-use certified_contact::{CertifiedSolution, CoulombResult, Results, Row};
+use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Results};
 use cre_estimator::Estimate;
 use fem_core::interface::ContactProblem;
 use nndd::Iterate;
@@ -12,7 +12,7 @@ use nndd::Iterate;
 #[non_exhaustive]
 pub struct Solved {
     /// The answer.
-    pub answer: Answer,
+    pub answer: RunResult,
     /// How the run ended.
     pub status: Status,
     /// One row per mesh of an adaptive run.
@@ -45,7 +45,7 @@ pub struct SolvedStep {
 
 impl Solved {
     /// Takes the answer of one solve.
-    pub(crate) fn of(answer: Answer, status: Status) -> Self {
+    pub(crate) fn of(answer: RunResult, status: Status) -> Self {
         Self {
             answer,
             status,
@@ -62,14 +62,14 @@ impl Solved {
 
 /// The solution of a run, with its certificate or, with Coulomb friction, without one.
 #[derive(Clone, Debug)]
-pub enum Answer {
+pub enum RunResult {
     /// A solution with its certificate.
     Certified(Box<CertifiedSolution>),
     /// One solution with Coulomb friction, with a residual that bounds no error.
     Coulomb(Box<CoulombResult>),
 }
 
-impl Answer {
+impl RunResult {
     /// Returns the solution with its certificate; `None` with Coulomb friction.
     pub fn certified(&self) -> Option<&CertifiedSolution> {
         match self {
@@ -105,7 +105,7 @@ impl Answer {
 pub(crate) struct Fields<'a> {
     pub(crate) problem: &'a ContactProblem,
     pub(crate) last: &'a Iterate,
-    pub(crate) rows: Vec<Row>,
+    pub(crate) rows: Vec<IterationRecord>,
     /// Its stresses and its density of the squared error, or of the squared residual.
     pub(crate) estimate: Option<&'a Estimate>,
     pub(crate) results: Option<&'a Results>,

@@ -14,7 +14,7 @@ use case_io::case_file::{Sweep, split_override};
 use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 use case_io::table;
-use certified_contact::Row;
+use certified_contact::IterationRecord;
 use serde_json::Map;
 use std::path::{Path, PathBuf};
 
@@ -280,7 +280,7 @@ fn fill_panel(
 }
 
 /// Returns the last iteration of a run, without the bounds unless its certificate is valid.
-pub fn last_row(solved: &Solved) -> Option<Row> {
+pub fn last_row(solved: &Solved) -> Option<IterationRecord> {
     let solution = solved.answer.certified()?;
     let mut row = *solution.rows.last()?;
     if !solution.is_certified() {

@@ -4,7 +4,7 @@ use case_io::Case;
 use case_io::report::Report;
 use fem_core::interface::ContactProblem;
 use nndd_report::run::{self, Source};
-use nndd_report::{Event, Failure, Host, Place, Solved, Stopwatch, files};
+use nndd_report::{Event, Failure, Host, RunDirectory, Solved, Stopwatch, files};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -85,7 +85,7 @@ pub(super) struct Done {
 pub(super) fn run(source: &CaseText, out: &Path, host: &mut Quiet) -> Result<Done, Failure> {
     let mut case = source.read(&[])?;
     let problem = run::build(&mut case, host)?;
-    let place = Place::open(&case, out, true)?;
+    let place = RunDirectory::open(&case, out, true)?;
     finish(case, problem, place, host)
 }
 
@@ -97,7 +97,7 @@ pub(super) fn resume(source: &CaseText, out: &Path) -> Result<Done, Failure> {
     let mut host = Quiet::new();
     let mut case = source.read(&[])?;
     let problem = run::build(&mut case, &host)?;
-    let place = Place::resume(&case, out)?;
+    let place = RunDirectory::resume(&case, out)?;
     finish(case, problem, place, &mut host)
 }
 
@@ -108,13 +108,18 @@ pub(super) fn resume(source: &CaseText, out: &Path) -> Result<Done, Failure> {
 pub(super) fn run_and_write(source: &CaseText, out: &Path, host: &mut Quiet) -> Result<Report, Failure> {
     let mut case = source.read(&[])?;
     let problem = run::build(&mut case, host)?;
-    let mut place = Place::open(&case, out, true)?;
+    let mut place = RunDirectory::open(&case, out, true)?;
     let mut watch = Stopwatch::start(host.elapsed());
     let solved = run::solve(&case, problem, &mut place, &mut watch, host)?;
     Ok(files::write(&case, &solved, place, serde_json::Map::new(), &mut watch, host)?.report)
 }
 
-fn finish(case: Case, problem: ContactProblem, mut place: Place, host: &mut Quiet) -> Result<Done, Failure> {
+fn finish(
+    case: Case,
+    problem: ContactProblem,
+    mut place: RunDirectory,
+    host: &mut Quiet,
+) -> Result<Done, Failure> {
     let mut watch = Stopwatch::start(host.elapsed());
     let solved = run::solve(&case, problem.clone(), &mut place, &mut watch, host)?;
     let report = files::report(&case, &solved, serde_json::Map::new());

@@ -25,7 +25,7 @@ fn solved() -> (Case, CertifiedSolution) {
 
 fn reported(case: &Case, solution: CertifiedSolution) -> (Report, String) {
     let status = judge(case, &solution, None);
-    let solved = solved::Solved::of(solved::Answer::Certified(Box::new(solution)), status);
+    let solved = solved::Solved::of(solved::RunResult::Certified(Box::new(solution)), status);
     let report = report::report(case, &solved, Default::default());
     let said = verdict::verdict(&report);
     (report, said)
