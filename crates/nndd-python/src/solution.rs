@@ -107,14 +107,14 @@ impl Solution {
     /// Returns a field of a body; `None` without an estimate, and if it is unknown.
     fn field<'py>(&self, py: Python<'py>, body: usize, name: String) -> PyResult<Option<Bound<'py, PyAny>>> {
         let run = Arc::clone(&self.run);
-        let made = job::run(py, 0, None, &[], move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
+        let made = job::run(py, 0, None, move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
         made.map(|field| arrays::field(py, field)).transpose()
     }
 
     /// Returns the columns of contact.csv of a pair.
     fn contact<'py>(&self, py: Python<'py>, pair: usize) -> PyResult<Bound<'py, PyDict>> {
         let run = Arc::clone(&self.run);
-        let rows = job::run(py, 1, None, &[], move |_| Ok(view::contact(&run.solved, pair)))?;
+        let rows = job::run(py, 1, None, move |_| Ok(view::contact(&run.solved, pair)))?;
         let dict = PyDict::new(py);
         let put = |name: &str, of: &dyn Fn(&ContactRow) -> Option<f64>| {
             let values: Option<Vec<f64>> = rows.iter().map(of).collect();
@@ -142,7 +142,7 @@ impl Solution {
     /// Writes what the command writes; returns the names of the files.
     fn save(&self, py: Python<'_>, directory: PathBuf, force: bool) -> PyResult<Vec<String>> {
         let run = Arc::clone(&self.run);
-        job::run(py, 0, None, &[], move |host| {
+        job::run(py, 0, None, move |host| {
             let mut place = Place::open(&run.case, &directory, force)?;
             if let Some((earlier, _)) = &run.kept.files {
                 place.copy_from(earlier)?;
