@@ -44,6 +44,7 @@ pub use body::{BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, 
 pub use choices::{Acceleration, Criterion, Imposed, Method, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
 pub use given::mesh_of_generator;
+pub use matching::Notes;
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};

@@ -1,6 +1,7 @@
 //! The geometry of contact: pairs of nodes, normals, gaps, lengths. It does not contain a contact law.
 
 pub mod common_refinement;
+mod contacts;
 mod drawn;
 mod error;
 mod facing;
@@ -29,6 +30,7 @@ use held::Whole;
 use outline::Radial;
 use profile::Profile;
 
+pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
 pub use error::InterfaceError;
 pub use facing::{FacingSide, facing_edges};
 pub use friction::{Friction, PairRow, SlipBefore};

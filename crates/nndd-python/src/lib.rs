@@ -135,8 +135,8 @@ impl Case {
             .map(|all| all.iter().map(|array| Ok(array.to_vec()?)).collect::<PyResult<Vec<Vec<f64>>>>())
             .transpose()?;
         let (numbers, found, problem) = self.work(py, threads, None, move |source, host| {
-            let mut case = source.read(&run::overrides(&set.0)?)?;
-            let problem = run::build_last(&mut case, host)?;
+            let case = source.read(&run::overrides(&set.0)?)?;
+            let (problem, _) = run::build_last(&case, host)?;
             let bodies = (0..).zip(&mut fields);
             bodies.for_each(|(body, field)| source::to_mesh(&case, body, field, Vector::zeros()));
             let firsts = case.contacts.iter().filter_map(|contact| contact.bodies.first());

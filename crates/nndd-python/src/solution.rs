@@ -4,10 +4,11 @@ use crate::arrays;
 use crate::job;
 use case_io::Case;
 use case_io::table::ContactRow;
+use nndd_report::notes::of_problem;
 use nndd_report::room;
 use nndd_report::run::{self, Source};
 use nndd_report::verdict::verdict;
-use nndd_report::{Failure, Host, Place, Solved, Stopwatch, check, files, memory, notes, view};
+use nndd_report::{Failure, Host, Place, Solved, Stopwatch, check, files, memory, view};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -47,8 +48,8 @@ impl Drop for Kept {
 pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) -> Result<Run, Failure> {
     let mut watch = Stopwatch::start(host.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
-    let mut case = source.read(&run::overrides(set)?)?;
-    let mut problem = run::build(&mut case, host)?;
+    let case = source.read(&run::overrides(set)?)?;
+    let (mut problem, notes) = run::build(&case, host)?;
     check::held(&case, &mut problem)?;
     let warnings = case.warnings().iter().map(ToString::to_string).collect();
     let mut about = Map::new();
@@ -59,7 +60,7 @@ pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) ->
     about.insert("memory_estimate".into(), memory::estimate(&problem).round().into());
     let folder = tempfile::tempdir()?;
     let mut place = Place::open(&case, folder.path(), false)?;
-    let solved = run::solve(&case, problem, &mut place, &mut watch, host)?;
+    let solved = run::solve(&case, (problem, notes), &mut place, &mut watch, host)?;
     about.insert("memory_peak".into(), room::peak().into());
     let mut report = files::report(&case, &solved, about.clone());
     report.timings = watch.read(host.elapsed());
@@ -157,9 +158,9 @@ impl Solution {
 
 /// Checks a case; returns what `nndd check --format json` prints.
 pub(crate) fn check(source: &dyn Source, set: &[String], host: &dyn Host) -> Result<Value, Failure> {
-    let mut case = source.read(&run::overrides(set)?)?;
-    let problem = run::build(&mut case, host)?;
-    let said = notes::of_problem(&case, &problem);
+    let case = source.read(&run::overrides(set)?)?;
+    let (problem, mut notes) = run::build(&case, host)?;
+    notes.extend(of_problem(&case, &problem));
     let bodies = nndd_report::check::check(&case, &problem)?;
-    Ok(nndd_report::check::summary(&case, &problem, &bodies, &said))
+    Ok(nndd_report::check::summary(&case, &problem, &bodies, &notes))
 }

@@ -147,9 +147,8 @@ impl Case {
         of_file.then(|| region.cell_numbers())
     }
 
-    /// Returns what is worth knowing about how the meshes were read, cells split, turned or reduced, nodes left out, and
-    /// about how contact surfaces were made to match.
-    pub fn notes(&self) -> &[String] {
+    /// Returns what is worth knowing about how the meshes were read: cells split, turned or reduced, nodes left out.
+    pub fn mesh_notes(&self) -> &[String] {
         &self.meshes.notes
     }
 
@@ -162,13 +161,6 @@ impl Case {
     pub(super) fn group_of_cells(&self, body: usize, group: &str) -> Option<&[u64]> {
         let groups = self.meshes.groups.get(body)?;
         groups.iter().find(|(name, _)| name == group).map(|(_, numbers)| &numbers[..])
-    }
-
-    /// Adds a note, once.
-    pub(super) fn add_note(&mut self, note: String) {
-        if !self.meshes.notes.contains(&note) {
-            self.meshes.notes.push(note);
-        }
     }
 
     /// Returns what is probably not meant in the meshes, with the body's place in the case file.

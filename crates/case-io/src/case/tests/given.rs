@@ -152,7 +152,7 @@ const KEYS: [&str; 7] = [
 fn data_at_nodes_replace_numbers_everywhere() {
     let plain = Case::parse(CONDITIONS, "case.toml", &[]).unwrap().hash();
     for key in KEYS {
-        let mut case = given(CONDITIONS, key, sum(0.001)).unwrap();
+        let case = given(CONDITIONS, key, sum(0.001)).unwrap();
         let other = case.hash();
         assert_ne!(other, plain, "{key}");
         assert!(case.settings_json().to_string().contains("{\"nodal\":\""), "{key}");
@@ -163,7 +163,7 @@ fn data_at_nodes_replace_numbers_everywhere() {
         let mesh = case.mesh_of(body).unwrap();
         let values = mesh.points().iter().map(|p| 0.001 * (1.0 + p.x + p.y));
         assert_eq!(given(CONDITIONS, key, numbers(values)).unwrap().hash(), other, "{key}");
-        let problem = case.build_problem().unwrap();
+        let problem = case.build().unwrap().0;
         assert!(case.data_notes(&problem).is_empty(), "{key}: {:?}", case.data_notes(&problem));
     }
 }
