@@ -4,8 +4,8 @@ use crate::error::QpError;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::cholesky::llt::solve::solve_in_place;
-use faer::{MatMut, MatRef, Par};
-use nalgebra::DMatrixView;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 
 /// A pivot below this fraction of its diagonal entry may be round-off.
 pub(crate) const PIVOT_FLOOR: f64 = 1e-9;
@@ -75,9 +75,11 @@ pub(crate) fn eliminate(
     let size = coupling.len() / columns;
     let mut solved = coupling.to_vec();
     solve(&mut solved);
-    let [c, product] = [coupling, &solved].map(|values| DMatrixView::from_slice(values, size, columns));
-    let product = c.transpose() * product;
-    (solved, product.data.into())
+    let mut product = vec![0.0; columns * columns];
+    let [c, right] = [coupling, &solved].map(|values| MatRef::from_column_major_slice(values, size, columns));
+    let to = MatMut::from_column_major_slice_mut(&mut product, columns, columns);
+    matmul(to, Accum::Replace, c.transpose(), right, 1.0, Par::Seq);
+    (solved, product)
 }
 
 #[cfg(test)]
