@@ -4,7 +4,9 @@ use contact_qp::QpSettings;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::{Vector, cross};
-use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap, Obstacle, RigidLine, Roles};
+use fem_core::interface::{
+    ContactInterface, ContactNormal, ContactProblem, Gap, Obstacle, Partner, RigidLine, Roles,
+};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{block, disc, ring};
@@ -79,7 +81,7 @@ fn a_turned_block_that_slides_along_a_plane_is_not_held_by_round_off() {
         let interface = ContactInterface::against(&body, "bottom", &plane, None).unwrap();
         let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
         let motion = unresisted(&problem);
-        let [(0, moved)] = motion.bodies[..] else { panic!("{motion:?}") };
+        let [(Partner::Body(0), moved)] = motion.bodies[..] else { panic!("{motion:?}") };
         assert!((moved.translation - along).norm() < 1e-9 && moved.spin.abs() < 1e-9, "{angle}: {motion:?}");
         near(motion.load, 3.0, 1e-9);
     }
@@ -130,7 +132,7 @@ fn what_nothing_holds_is_named_with_its_motion() {
     let pushed = motion(pressed(), BoundaryConditions::new().traction("left", [2.0.into(), 0.0.into()]));
     assert_eq!(pushed.bodies.len(), 1);
     let (body, moved) = &pushed.bodies[0];
-    assert_eq!(*body, 1);
+    assert_eq!(*body, Partner::Body(1));
     assert!((moved.translation[0] - 1.0).abs() < 1e-9 && moved.translation[1].abs() < 1e-9, "{moved:?}");
     near(pushed.load, 2.0, 1e-9);
     // The top block pulled up by a force, without any other support.
@@ -138,7 +140,7 @@ fn what_nothing_holds_is_named_with_its_motion() {
         .displace("left", Some(0.0.into()), None)
         .traction("top", [0.0.into(), 5.0.into()]);
     let lifted = motion(up, BoundaryConditions::new());
-    assert_eq!(lifted.bodies.iter().map(|(b, _)| *b).collect::<Vec<_>>(), [2]);
+    assert_eq!(lifted.bodies.iter().map(|(b, _)| *b).collect::<Vec<_>>(), [Partner::Body(2)]);
     assert!((lifted.bodies[0].1.translation[1] - 1.0).abs() < 1e-9, "{lifted:?}");
 }
 
@@ -213,7 +215,7 @@ fn a_torque_on_a_roller_is_not_held_by_the_ends_of_its_contact_lines() {
     }
     let motion = unresisted(&problem);
     let (body, moved) = &motion.bodies[0];
-    assert!(*body == 0 && moved.spin > 0.0, "{moved:?}");
+    assert!(*body == Partner::Body(0) && moved.spin > 0.0, "{moved:?}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use contact_qp::{QpPath, QpSettings};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, Roles};
+use fem_core::interface::{ContactProblem, Partner, Roles};
 use fem_core::mesh::generate::block;
 use fem_core::norm::energy_norm_squared;
 use fem_core::prepared::PreparedProblem;
@@ -212,7 +212,7 @@ fn what_the_iteration_cannot_do_is_said() {
     let lambda = vec![0.0; prepared.node_pairs()];
     let refused = nndd::solve(&prepared.system(), lambda, NnddSettings::default(), &mut Never);
     assert!(matches!(&refused, Err(NnddError::NotHeld { .. })), "{refused:?}");
-    assert_eq!(unresisted(&slides).bodies[0].0, 1);
+    assert_eq!(unresisted(&slides).bodies[0].0, Partner::Body(1));
 }
 
 #[test]

@@ -12,6 +12,7 @@ use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::mesh::id::NodeId;
 use fem_core::norm::energy_norm_squared;
+use fem_core::prepared::BodyMotion;
 use nndd::{NnddError, solve_exactly};
 use tests::distance::{Outcome, outcome};
 use tests::random::Random;
@@ -91,7 +92,8 @@ fn two_hundred_assemblies_that_nothing_holds_are_refused() {
         let motion = support(&problem).unwrap().unresisted;
         let motion = motion.unwrap_or_else(|| panic!("{k}: at {}, {} down", load.at, load.down));
         assert!(motion.load > 0.0 && !motion.bodies.is_empty());
-        let largest = motion.bodies.iter().flat_map(|(b, motion)| motion.displacements(&problem.bodies[*b]));
+        let largest =
+            motion.bodies.iter().flat_map(|(of, motion)| problem.moved_by(&BodyMotion::new(*of, *motion)));
         let largest = largest.map(|u| u.norm()).fold(0.0, f64::max);
         assert!((largest - 1.0).abs() < 1e-9, "{k}: {largest}");
         if k < 30 {
@@ -180,7 +182,9 @@ impl Full {
             forces.push(0.0);
         }
         let rows = problem.contacts.iter().flat_map(|contact| {
-            let of = |side: usize, node: NodeId| number[contact.bodies[side]][node.index()].map(|n| n + 1);
+            let of = |side: usize, node: NodeId| {
+                number[contact.partners()[side].place(number.len())][node.index()].map(|n| n + 1)
+            };
             contact
                 .interface
                 .pairs()

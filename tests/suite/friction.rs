@@ -3,7 +3,7 @@
 use contact_qp::{QpMethod, QpSettings};
 use fem_core::boundary::ScalarData;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, Friction, Roles};
+use fem_core::interface::{ContactProblem, Friction, Partner, Roles};
 use fem_core::norm::{energy_distance_squared, energy_norm_squared};
 use nndd::stopping::Never;
 use nndd::{
@@ -188,7 +188,7 @@ fn friction_holds_a_floating_body_up_to_its_capacity() {
     let problem = pushed_middle(17.0, CELLS, &Friction::tresca(4.0)).unwrap();
     let motion = unresisted(&problem);
     let (body, moved) = &motion.bodies[0];
-    assert_eq!((motion.bodies.len(), *body), (1, 1));
+    assert_eq!((motion.bodies.len(), *body), (1, Partner::Body(1)));
     assert!((moved.translation - Vector::x()).norm() < 1e-9, "{moved:?}");
     near(motion.load, 1.0, 1e-9);
     // Without friction nothing resists.

@@ -4,7 +4,7 @@ use case_io::Case;
 use certified_contact::{CertifiedSolution, Criterion, Settings, Silent, solve};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Partner};
 use fem_core::mesh::generate::block;
 use nndd::{Method, NnddSettings};
 use tests::{paper, receding};
@@ -85,7 +85,8 @@ fn digits_that_rounding_takes_are_recovered_beside_an_idle_body() {
 fn digits_that_rounding_takes_are_recovered_in_every_pair() {
     let (mut problem, exact) = layers();
     let mut second = problem.contacts[0].clone();
-    second.bodies = second.bodies.map(|b| b + 2);
+    second.body += 2;
+    second.partner = Partner::Body(3);
     problem.contacts.push(second);
     problem.bodies.extend(problem.bodies.clone());
     for settings in [Settings::default(), Settings::default().with_method(NnddSettings::default())] {

@@ -57,7 +57,7 @@ impl Bounds {
         }
         for (amount, of) in iterate.amounts.iter().zip(problem.rigid_motions()) {
             // The load of an obstacle acts on its free motion.
-            if of.body >= problem.bodies().len() {
+            if of.partner.is_obstacle() {
                 work += amount * of.load;
                 size += (amount * of.load).abs();
             }

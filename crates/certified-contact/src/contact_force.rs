@@ -21,7 +21,7 @@ use cre_estimator::Estimate;
 use fem_core::each_body;
 use fem_core::element::Triangle;
 use fem_core::geometry::Vector;
-use fem_core::interface::ContactPair;
+use fem_core::interface::{ContactPair, Partner};
 use fem_core::norm::{energy_norm_squared, from_squared, sum_over_triangles};
 use fem_core::prepared::{BodyMotion, PreparedProblem};
 use nalgebra::{DMatrix, DVector};
@@ -85,9 +85,8 @@ pub(crate) fn contact_force(
     if contacts.is_empty() {
         return Err(NoContactForce::NoLine);
     }
-    let motions: Vec<Motions> = (0..problem.problem().bodies.len() + problem.problem().obstacles.len())
-        .map(|b| Motions::new(problem, b))
-        .collect();
+    let motions: Vec<Motions> =
+        problem.problem().partners().map(|partner| Motions::new(problem, partner)).collect();
     let forces = estimate.pressure_forces(problem.problem());
     let mut sum = [0.0; 2];
     for pair in 0..contacts.len() {
@@ -113,7 +112,10 @@ fn of_pair(
     if !pair.interface.is_whole() {
         return Err(held);
     }
-    let rigid = pair.bodies.iter().filter_map(|b| motions[*b].along(problem, *b, k));
+    let rigid = pair
+        .partners()
+        .into_iter()
+        .filter_map(|partner| motions[partner.place(problem.bodies().len())].along(problem, partner, k));
     let shares: Vec<(f64, Displacement)> = match rigid.min_by(|a, b| a.size.total_cmp(&b.size)) {
         Some(rigid) => vec![(1.0, rigid)],
         None => shared(&elastic(problem, estimate, pair, k)),
@@ -166,8 +168,8 @@ fn elastic(
     pair: &ContactPair,
     k: usize,
 ) -> Vec<Displacement> {
-    let mut bodies: Vec<usize> = problem.problem().bodies_of(pair).map(|(_, b)| b).collect();
-    let lines = |b: usize| problem.problem().sides_of(b).count();
+    let mut bodies: Vec<usize> = pair.elastic_sides().map(|(_, b)| b).collect();
+    let lines = |b: usize| problem.problem().sides_of(Partner::Body(b)).count();
     bodies.sort_by_key(|b| lines(*b));
     let of_body = |b: usize| of_trace(problem, estimate, b, k);
     let few = bodies.iter().filter(|b| lines(**b) <= FEW_LINES).count();
@@ -178,7 +180,7 @@ fn elastic(
 }
 
 /// Lists the wanted traces of a body along the rows of its pairs: ∓1 along the normals of pair `k`, 0 along all others.
-fn wanted(problem: &PreparedProblem, b: usize, k: usize) -> Vec<Vec<f64>> {
+fn wanted(problem: &PreparedProblem, partner: Partner, k: usize) -> Vec<Vec<f64>> {
     let contacts = &problem.problem().contacts;
     let of_side = |(line, side): (usize, usize)| {
         let along = [-1.0, 1.0][side];
@@ -186,13 +188,13 @@ fn wanted(problem: &PreparedProblem, b: usize, k: usize) -> Vec<Vec<f64>> {
         let trace = |row: usize| if line == k && row < normals { along } else { 0.0 };
         (0..contacts[line].row_count()).map(trace).collect()
     };
-    problem.problem().sides_of(b).map(of_side).collect()
+    problem.problem().sides_of(partner).map(of_side).collect()
 }
 
 /// Computes the `w` of least energy with the wanted traces of a body; `None` if its supports do not allow them.
 fn of_trace(problem: &PreparedProblem, estimate: &Estimate, b: usize, k: usize) -> Option<Displacement> {
     let (body, condensed) = (&problem.problem().bodies[b], &problem.bodies()[b]);
-    let wanted = wanted(problem, b, k);
+    let wanted = wanted(problem, Partner::Body(b), k);
     let mut unknowns = vec![0.0; condensed.len()];
     for (block, traces) in wanted.iter().enumerate() {
         for (row, trace) in
@@ -237,27 +239,29 @@ struct Motion {
 }
 
 impl Motions {
-    fn new(problem: &PreparedProblem, b: usize) -> Self {
+    fn new(problem: &PreparedProblem, partner: Partner) -> Self {
         let of = |of: &BodyMotion| {
             let moved = problem.moved_by(of);
-            let size = problem
-                .external_forces()
-                .get(b)
-                .map_or(of.load.abs(), |forces| forces.iter().zip(&moved).map(|(f, u)| f.dot(u).abs()).sum());
+            let size = match partner {
+                Partner::Obstacle(_) => of.load.abs(),
+                Partner::Body(b) => {
+                    problem.external_forces()[b].iter().zip(&moved).map(|(f, u)| f.dot(u).abs()).sum()
+                }
+            };
             Motion { moved, load: of.load, size }
         };
-        Self(problem.rigid_motions().iter().filter(|of| of.body == b).map(of).collect())
+        Self(problem.rigid_motions().iter().filter(|of| of.partner == partner).map(of).collect())
     }
 
     /// Finds the rigid motion with the wanted traces; `None` if the body has no such motion.
-    fn along(&self, problem: &PreparedProblem, b: usize, k: usize) -> Option<Displacement> {
+    fn along(&self, problem: &PreparedProblem, partner: Partner, k: usize) -> Option<Displacement> {
         if self.0.is_empty() {
             return None;
         }
-        let wanted = DVector::from_vec(wanted(problem, b, k).concat());
+        let wanted = DVector::from_vec(wanted(problem, partner, k).concat());
         let contacts = &problem.problem().contacts;
         let column = |motion: &Motion| -> Vec<f64> {
-            let sides = problem.problem().sides_of(b);
+            let sides = problem.problem().sides_of(partner);
             let rows = sides.flat_map(|(line, side)| contacts[line].rows().map(move |row| (row, side)));
             rows.map(|(row, side)| motion.moved[row.nodes[side].index()].dot(&row.direction)).collect()
         };

@@ -10,7 +10,7 @@
 
 use fem_core::condensation::InterfaceLoad;
 use fem_core::double_double::DoubleDouble;
-use fem_core::interface::{ContactPair, NodePair};
+use fem_core::interface::{ContactPair, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::stopping::EtaNndd;
@@ -52,7 +52,8 @@ pub(crate) fn correct(
 ) -> Result<Option<Corrected>, NnddError> {
     let contact = problem.problem();
     let bodies = 0..contact.bodies.len();
-    let touching: Vec<usize> = bodies.filter(|b| contact.sides_of(*b).next().is_some()).collect();
+    let touching: Vec<usize> =
+        bodies.filter(|b| contact.sides_of(Partner::Body(*b)).next().is_some()).collect();
     let system = problem.system();
     let free = |b: &usize| {
         let mut rows = system.of_body[*b].iter();
@@ -139,7 +140,7 @@ impl Correction<'_> {
             *loads = replaced;
         }
         for (k, pair) in contacts.iter().enumerate() {
-            let sides = pair.bodies.map(|b| &fields[b]);
+            let sides = increments.problem().places_of(pair).map(|place| &fields[place]);
             let openings = pair.interface.pairs().iter().map(|p| opening(sides, p).rounded());
             increments.replace_gaps(k, &openings.collect::<Vec<f64>>());
         }
@@ -160,8 +161,9 @@ impl Correction<'_> {
         let trace = |role: usize| -> Vec<f64> {
             let of_pair = |pair: &ContactPair| -> Vec<f64> {
                 let (roles, side) = (pair.roles, pair.roles.sides()[role]);
+                let field = &fields[self.increments.problem().places_of(pair)[side]];
                 let of_node = |p: &NodePair| {
-                    let u = fields[pair.bodies[side]].at(p.nodes[side].index());
+                    let u = field.at(p.nodes[side].index());
                     roles.sign() * (u[0] * p.normal[0] + u[1] * p.normal[1]).rounded()
                 };
                 pair.interface.pairs().iter().map(of_node).collect()

@@ -14,7 +14,7 @@ pub enum SolveError {
     #[error(transparent)]
     Prepare(PrepareError),
     /// The loads move bodies that nothing holds.
-    #[error("the assembly is not held: a load of {:e} moves body {} and nothing resists", motion.load, motion.bodies.first().map_or(0, |b| b.0))]
+    #[error("the assembly is not held: a load of {:e} moves {} and nothing resists", motion.load, motion.bodies.iter().map(|of| of.0.to_string()).collect::<Vec<_>>().join(", "))]
     NotHeld {
         /// The motion.
         motion: AssemblyMotion,

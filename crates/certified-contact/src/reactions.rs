@@ -5,6 +5,7 @@ use fem_core::dense::pseudo_inverse;
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
 use fem_core::geometry::{Vector, cross, norm};
+use fem_core::interface::Partner;
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
@@ -201,7 +202,7 @@ pub(crate) fn support_reactions(
     let mut balance = Balance::default();
     let blocks = problem.blocks().zip(problem.tangential_blocks());
     for (pair, (block, tangents)) in problem.contacts.iter().zip(blocks) {
-        let Some(side) = pair.side_of(b) else { continue };
+        let Some(side) = pair.side_of(Partner::Body(b)) else { continue };
         let role = pair.roles.of_side(side);
         let along_tangents = &[&iterate.tangential.reaction, &iterate.tangential.force][role][tangents];
         let forces = iterate.forces()[role][block].iter().chain(along_tangents);

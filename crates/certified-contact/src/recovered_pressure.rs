@@ -54,11 +54,9 @@ pub fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64])
     let of = &problem.contacts[pair];
     let pairs = of.interface.pairs();
     assert!(forces.len() == pairs.len(), "{} forces, and {} pairs of nodes", forces.len(), pairs.len());
-    if problem.obstacle_of(of).is_some() {
-        return None;
-    }
+    let bodies = of.bodies()?;
     let own = [0, 1].map(|side: usize| -> Vec<bool> {
-        let body = &problem.bodies[of.bodies[side]];
+        let body = &problem.bodies[bodies[side]];
         pairs.iter().map(|pair| !body.is_inserted(pair.nodes[side])).collect()
     });
     if own.iter().flatten().all(|own| *own) {

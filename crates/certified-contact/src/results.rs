@@ -220,7 +220,7 @@ fn lines<'a>(problem: &'a ContactProblem, iterate: &'a Iterate) -> impl Iterator
         opening: &iterate.opening[block],
         friction: &iterate.tangential.force[tangents.clone()],
         slip: &iterate.tangential.slip[tangents],
-        points: problem.bodies[of.bodies[0]].mesh().points(),
+        points: problem.bodies[of.body].mesh().points(),
     })
 }
 

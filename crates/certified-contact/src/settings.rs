@@ -97,7 +97,7 @@ impl Settings {
 /// exactly.
 pub fn suits_iteration(problem: &ContactProblem) -> bool {
     let held = |b: &usize| problem.bodies[*b].free_motion().is_none();
-    problem.plain_pair().is_some_and(|pair| pair.bodies.iter().all(held))
+    problem.plain_pair().is_some_and(|pair| pair.bodies().is_some_and(|both| both.iter().all(held)))
 }
 
 impl Default for Settings {

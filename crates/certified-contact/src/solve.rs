@@ -71,11 +71,12 @@ pub(crate) fn solve_step(
 fn initial_lambda(problem: &ContactProblem, lambda: &ScalarData) -> Vec<f64> {
     let of_pair = |pair: &ContactPair| -> Vec<f64> {
         // An obstacle moves as it is told.
-        let Some(carrier) = problem.bodies.get(pair.imposed()) else {
+        let Some(carrier) = pair.imposed().body() else {
             return vec![0.0; pair.row_count()];
         };
         let nodes = pair.interface.pairs().iter().map(|p| p.nodes[pair.roles.imposed()]);
-        let mut found: Vec<f64> = nodes.map(|node| lambda.at(carrier.mesh().points()[node])).collect();
+        let mut found: Vec<f64> =
+            nodes.map(|node| lambda.at(problem.bodies[carrier].mesh().points()[node])).collect();
         found.resize(pair.row_count(), 0.0);
         found
     };
@@ -274,9 +275,10 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
     let contacts = &problem.problem().contacts;
     let of_pair = |k: usize| settings.imposed_by_pair.get(k).copied().flatten().unwrap_or(settings.imposed);
     let only = problem.problem().plain_pair();
-    if let (Some(pair), Imposed::Auto) = (only, of_pair(0)) {
+    let only = only.and_then(|pair| Some((pair, pair.bodies()?)));
+    if let (Some((pair, both)), Imposed::Auto) = (only, of_pair(0)) {
         let force: Vec<f64> = pair.interface.pairs().iter().map(|p| p.tributary_length).collect();
-        let compliance = pair.bodies.map(|b| {
+        let compliance = both.map(|b| {
             let mut w = vec![0.0; force.len()];
             problem.bodies()[b].trace_from_force(&force, &mut w);
             w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()
@@ -290,7 +292,7 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
         _ => vec![Roles::FIRST; contacts.len()],
     };
     let chosen = contacts.iter().zip(stiffer).enumerate().map(|(k, (pair, stiffer))| match of_pair(k) {
-        _ if problem.problem().obstacle_of(pair).is_some() => Roles::SECOND,
+        _ if pair.partner.is_obstacle() => Roles::SECOND,
         Imposed::First => Roles::FIRST,
         Imposed::Second => Roles::SECOND,
         Imposed::Auto => stiffer,

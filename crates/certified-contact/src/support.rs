@@ -2,7 +2,7 @@
 
 use crate::error::{NO_MOTION, SolveError};
 use fem_core::body::RigidMotion;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Partner};
 use fem_core::prepared::{AssemblyMotion, BodyMotion};
 
 /// A body whose motion is below this fraction of the largest one does not move.
@@ -17,9 +17,9 @@ const WEAK: f64 = 1e-3;
 pub struct Support {
     /// The motion that the loads cause and nothing resists; `None` if the assembly is held.
     pub unresisted: Option<AssemblyMotion>,
-    /// The motions that no pair resists and no load drives: each with the bodies that move, the one that moves most (by 1 m) first.
+    /// The motions that no pair resists and no load drives: each with the bodies and obstacles that move, the one that moves most (by 1 m) first.
     /// They stay at zero.
-    pub free_motions: Vec<Vec<(usize, RigidMotion)>>,
+    pub free_motions: Vec<Vec<(Partner, RigidMotion)>>,
     /// Forces that balance the loads, for [`ContactProblem::balancing`]; empty if none are needed, or none do.
     pub forces: Vec<f64>,
 }
@@ -46,7 +46,7 @@ pub fn support(problem: &ContactProblem) -> Result<Support, SolveError> {
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub fn free_motions(problem: &ContactProblem) -> Result<Vec<Vec<(usize, RigidMotion)>>, SolveError> {
+pub fn free_motions(problem: &ContactProblem) -> Result<Vec<Vec<(Partner, RigidMotion)>>, SolveError> {
     let problem = &without_spin(problem.clone())?;
     let found = nndd::free_motions(&problem.contact_rows()).map_err(SolveError::Nndd)?;
     Ok(in_bodies(problem, &problem.rigid_motions(), &found))
@@ -56,14 +56,14 @@ fn in_bodies(
     problem: &ContactProblem,
     motions: &[BodyMotion],
     found: &[Vec<(usize, f64)>],
-) -> Vec<Vec<(usize, RigidMotion)>> {
+) -> Vec<Vec<(Partner, RigidMotion)>> {
     let of = |amounts: &Vec<(usize, f64)>| {
         let motion = problem.assembly_motion(motions, amounts, 0.0, WEAK);
         let mut bodies: Vec<_> = motion.bodies.into_iter().zip(motion.largest).collect();
         bodies.sort_by(|a, b| b.1.total_cmp(&a.1));
         bodies.into_iter().map(|(of, _)| of).collect()
     };
-    let mut free: Vec<Vec<(usize, RigidMotion)>> = found.iter().map(of).collect();
+    let mut free: Vec<Vec<(Partner, RigidMotion)>> = found.iter().map(of).collect();
     free.sort_by_key(|bodies| bodies.first().map(|(body, _)| *body));
     free
 }

@@ -14,7 +14,7 @@ use fem_core::condensation::CondensedBody;
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, ContactState, PairState};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, ContactState, PairState, Partner};
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -142,10 +142,10 @@ fn lift_of(
     state: &ContactState<'_>,
     given: &PairState<'_>,
 ) -> (Lift, Vec<f64>) {
-    let displacement = pair.bodies.map(|b| state.displacement[b]);
+    let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
     let middle = lift::middle_openings(&pair.interface, displacement);
     // The allowance for round-off covers what is smaller.
-    let penetrates = openings::penetrate(pair, state, given);
+    let penetrates = openings::penetrate(pair, displacement, given);
     (lift::find(problem, pair, displacement, (given.opening, penetrates, &middle)), middle)
 }
 
@@ -164,11 +164,11 @@ impl AdmissibleContact {
     ) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;
-        let displacement = pair.bodies.map(|b| state.displacement[b]);
+        let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
         let edge_pressure = pressure::edge_pressure(interface, &pressure);
         let mut pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
         // The lifts of other pairs move nodes of this one, too.
-        let moved = pair.bodies.map(|b| moved.get(b).and_then(Option::as_deref));
+        let moved = problem.places_of(pair).map(|b| moved.get(b).and_then(Option::as_deref));
         let middle_opening = if moved == [None, None] {
             found
         } else {
@@ -240,7 +240,7 @@ fn neumann_stress(
     let body = &problem.bodies[b];
     let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_edges();
     let forces = pressure_forces(problem, b, contacts);
-    let displacement = if problem.sides_of(b).any(bent) {
+    let displacement = if problem.sides_of(Partner::Body(b)).any(bent) {
         // The loads have a small part along the surface as well.
         condensed.displacement_from_nodal_forces(&forces)
     } else {
@@ -248,7 +248,7 @@ fn neumann_stress(
             let mass = consistent_forces(&problem.contacts[k].interface, &contacts[k]);
             mass.iter().map(|f| side_sign(side) * f).collect()
         };
-        let loads: Vec<Vec<f64>> = problem.sides_of(b).map(load).collect();
+        let loads: Vec<Vec<f64>> = problem.sides_of(Partner::Body(b)).map(load).collect();
         condensed.displacement_from_force(&condensed.dofs().interface_forces(&loads))
     };
     match accuracy {
@@ -288,7 +288,7 @@ pub(crate) fn on_body<'a>(
     forces: impl Fn(usize) -> &'a [Vector],
 ) -> Vec<(NodeId, Vector)> {
     let mut all = Vec::new();
-    for (k, side) in problem.sides_of(b) {
+    for (k, side) in problem.sides_of(Partner::Body(b)) {
         let nodes = problem.contacts[k].interface.pairs().iter().map(|pair| pair.nodes[side]);
         all.extend(nodes.zip(forces(k)).map(|(node, force)| (node, side_sign(side) * *force)));
     }
@@ -300,7 +300,7 @@ pub(crate) fn on_body<'a>(
 fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleContact]) -> Vec<EdgeCondition> {
     let body = &problem.bodies[b];
     let mut conditions = body.edge_conditions().to_vec();
-    for (k, side) in problem.sides_of(b) {
+    for (k, side) in problem.sides_of(Partner::Body(b)) {
         let interface = &problem.contacts[k].interface;
         let sign = side_sign(side);
         for_contact_edges(body, interface, side, |place, contact, reversed| {
@@ -329,7 +329,7 @@ fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleConta
 pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<EdgeCondition> {
     let body = &problem.bodies[b];
     let mut conditions = body.edge_conditions().to_vec();
-    for (k, side) in problem.sides_of(b) {
+    for (k, side) in problem.sides_of(Partner::Body(b)) {
         let interface = &problem.contacts[k].interface;
         for_contact_edges(body, interface, side, |place, contact, _| {
             let normal = interface.pairs()[interface.edges()[contact].pairs[0] as usize].normal;

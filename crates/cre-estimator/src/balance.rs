@@ -14,7 +14,7 @@ use crate::pressure;
 use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{
-    ContactEdge, ContactInterface, ContactPair, ContactProblem, ContactState, PairState,
+    ContactEdge, ContactInterface, ContactPair, ContactProblem, ContactState, PairState, Partner,
 };
 use fem_core::prepared::PreparedProblem;
 use std::collections::BTreeMap;
@@ -81,7 +81,7 @@ fn limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &[f64]) -> V
     if let Some(mu) = pair.friction.coulomb() {
         return pressure.iter().map(|p| mu * p).collect();
     }
-    pair.friction_limit(&prepared.problem().bodies[pair.bodies[0]]).unwrap_or_default()
+    pair.friction_limit(&prepared.problem().bodies[pair.body]).unwrap_or_default()
 }
 
 /// Computes the limit of the friction force at the pairs of each contact line of a state, N/m: `ℓ s`, or `μ P` of the given forces.
@@ -388,7 +388,7 @@ impl Rows {
         for of in prepared.rigid_motions() {
             let moved = prepared.moved_by(of);
             let mut line = Vec::new();
-            for &(k, side) in &sides[of.body] {
+            for &(k, side) in &sides[of.partner.place(problem.bodies.len())] {
                 let pairs = problem.contacts[k].interface.pairs();
                 let motion: Vec<Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
                 // The pressure acts against the normal on the first body.
@@ -399,7 +399,8 @@ impl Rows {
             matrix.push(line);
             loads.push(of.load);
         }
-        let groups: Vec<usize> = prepared.rigid_motions().iter().map(|of| of.body).collect();
+        let groups: Vec<usize> =
+            prepared.rigid_motions().iter().map(|of| of.partner.place(problem.bodies.len())).collect();
         let RowSelection { rows, .. } = RowSelection::new(&matrix, &loads, &groups, 0.0)?;
         let independent = (matrix.select(&rows), rows.iter().map(|k| loads[*k]).collect());
         Ok(Self { matrix, loads, independent })
@@ -416,10 +417,14 @@ impl Rows {
         let products = self.matrix.times(pressure);
         for ((product, load), of) in products.iter().zip(&self.loads).zip(prepared.rigid_motions()) {
             let moved = prepared.moved_by(of);
-            let mut size = prepared.external_forces().get(of.body).map_or(load.abs(), |forces| {
-                forces.iter().zip(&moved).map(|(f, u)| f.norm() * u.norm()).sum()
-            });
-            for &(k, side) in &sides[of.body] {
+            let mut size = match of.partner {
+                Partner::Obstacle(_) => load.abs(),
+                Partner::Body(body) => {
+                    let forces = prepared.external_forces()[body].iter().zip(&moved);
+                    forces.map(|(f, u)| f.norm() * u.norm()).sum()
+                }
+            };
+            for &(k, side) in &sides[of.partner.place(problem.bodies.len())] {
                 let forces = lengths[starts[k]..].iter().zip(&pressure[starts[k]..]);
                 let terms = problem.contacts[k].rows().zip(forces);
                 size += terms.map(|(row, (l, p))| l * p.abs() * moved[row.nodes[side]].norm()).sum::<f64>();

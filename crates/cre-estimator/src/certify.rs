@@ -118,7 +118,8 @@ pub fn certify(
     let missed_support = missed.max_by(|a, b| a.distance.total_cmp(&b.distance));
     fields.extend(problem.obstacles.iter().map(|obstacle| obstacle.imposed()));
     let penetration = part(problem, &mut fields);
-    let openings: Vec<Vec<f64>> = problem.contacts.iter().map(|pair| openings(pair, &fields)).collect();
+    let openings: Vec<Vec<f64>> =
+        problem.contacts.iter().map(|pair| openings(problem, pair, &fields)).collect();
     let forces = match pressures {
         Some(pressures) => {
             let of_pair = |(pair, given): (&ContactPair, &Vec<f64>)| {
@@ -205,12 +206,13 @@ fn hold(body: &Body, field: &mut [Vector]) -> Held {
 }
 
 /// Computes the openings at the pairs of a contact line, ≥ 0, m.
-fn openings(pair: &ContactPair, fields: &[Vec<Vector>]) -> Vec<f64> {
-    pair.interface.pairs().iter().map(|p| opening(pair, fields, p).max(0.0)).collect()
+fn openings(problem: &ContactProblem, pair: &ContactPair, fields: &[Vec<Vector>]) -> Vec<f64> {
+    let fields = problem.places_of(pair).map(|place| &fields[place]);
+    pair.interface.pairs().iter().map(|p| opening(fields, p).max(0.0)).collect()
 }
 
-fn opening(pair: &ContactPair, fields: &[Vec<Vector>], p: &NodePair) -> f64 {
-    let [first, second] = [0, 1].map(|side: usize| fields[pair.bodies[side]][p.nodes[side]]);
+fn opening(fields: [&Vec<Vector>; 2], p: &NodePair) -> f64 {
+    let [first, second] = [0, 1].map(|side: usize| fields[side][p.nodes[side]]);
     p.gap - (first - second).dot(&p.normal)
 }
 
@@ -220,8 +222,9 @@ fn part(problem: &ContactProblem, fields: &mut [Vec<Vector>]) -> f64 {
     for round in 0..ROUNDS {
         let mut deepest: f64 = 0.0;
         for pair in &problem.contacts {
+            let both = problem.places_of(pair).map(|place| &fields[place]);
             let depths: Vec<f64> =
-                pair.interface.pairs().iter().map(|p| (-opening(pair, fields, p)).max(0.0)).collect();
+                pair.interface.pairs().iter().map(|p| (-opening(both, p)).max(0.0)).collect();
             deepest = depths.iter().copied().fold(deepest, f64::max);
             if depths.iter().any(|depth| *depth > 0.0) {
                 part_pair(problem, pair, fields, &depths);
@@ -239,7 +242,7 @@ fn part(problem: &ContactProblem, fields: &mut [Vec<Vector>]) -> f64 {
 
 /// Moves the nodes of the body of a pair in which that takes less energy; a node that one body holds is moved in the other.
 fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vector>], depths: &[f64]) {
-    let sides: Vec<(usize, usize)> = problem.bodies_of(pair).collect();
+    let sides: Vec<(usize, usize)> = pair.elastic_sides().collect();
     let moved = |side: usize, b: usize| -> Vec<Vector> {
         let mut field = vec![Vector::zeros(); fields[b].len()];
         for (p, depth) in pair.interface.pairs().iter().zip(depths) {
@@ -274,7 +277,7 @@ fn contact_forces(problem: &ContactProblem, fields: &[Vec<Vector>]) -> Vec<Vec<f
         problem.bodies.iter().zip(fields).map(|(body, field)| nodal_residual(body, field)).collect();
     let mut uses: Vec<Vec<u32>> = residuals.iter().map(|all| vec![0; all.len()]).collect();
     for pair in &problem.contacts {
-        for (side, b) in problem.bodies_of(pair) {
+        for (side, b) in pair.elastic_sides() {
             for p in pair.interface.pairs() {
                 uses[b][p.nodes[side]] += 1;
             }
@@ -287,7 +290,7 @@ fn contact_forces(problem: &ContactProblem, fields: &[Vec<Vector>]) -> Vec<Vec<f
             let along = lift::direction(problem, b, side, p)?;
             (uses[b][node] == 1).then(|| side_sign(side) * residuals[b][node].dot(&along))
         };
-        let found: Vec<f64> = problem.bodies_of(pair).filter_map(of_side).collect();
+        let found: Vec<f64> = pair.elastic_sides().filter_map(of_side).collect();
         (found.iter().sum::<f64>() / found.len().max(1) as f64).max(0.0)
     };
     let of_pair = |pair: &ContactPair| pair.interface.pairs().iter().map(|p| force(pair, p)).collect();

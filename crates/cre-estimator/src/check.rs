@@ -162,7 +162,7 @@ fn checked(
     let mut found = by_body.into_iter().fold(Admissibility::default(), Admissibility::worst);
     found.rigid_balance = larger(found.rigid_balance, pair.rigid_balance);
     for (of, contact) in problem.contacts.iter().zip(&pair.contacts) {
-        let displacement = of.bodies.map(|b| &*displacement[b]);
+        let displacement = problem.places_of(of).map(|b| &*displacement[b]);
         found.penetration = larger(found.penetration, penetration(&of.interface, contact, displacement));
         let edge_pressure = contact.edge_pressure.as_flattened();
         let largest = edge_pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));

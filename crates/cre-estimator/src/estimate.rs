@@ -248,7 +248,8 @@ impl<'a> Estimator<'a> {
         let mut eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
         let mut eta_dis = from_squared(dis.squared) + allowance(&frozen);
         let mut pairs = problem.contacts.iter().zip(&state.contacts);
-        if pairs.any(|(pair, given)| openings::penetrate(pair, state, given)) {
+        let of = |pair: &ContactPair| problem.places_of(pair).map(|place| state.displacement[place]);
+        if pairs.any(|(pair, given)| openings::penetrate(pair, of(pair), given)) {
             // Both are for displacements that penetrate at no node.
             let lift = from_squared(pair.lift_energy);
             (eta_nndd, eta_dis) = (eta_nndd + lift, eta_dis + lift);

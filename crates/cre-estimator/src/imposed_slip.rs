@@ -9,7 +9,7 @@
 //! the limit where the line slides.
 
 use fem_core::body::NodeConstraint;
-use fem_core::interface::{ContactState, NodePair};
+use fem_core::interface::{ContactState, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
 
 /// A support along a direction holds the tangent if the sine of their angle is at most this.
@@ -25,10 +25,10 @@ pub(crate) fn continued(
     limits: &[Vec<f64>],
 ) {
     let problem = prepared.problem();
-    let moves = |b: usize| prepared.rigid_motions().iter().any(|of| of.body == b);
-    let holds = |b: usize, side: usize, pair: &NodePair| match problem.bodies.get(b) {
-        None => !moves(b),
-        Some(body) => match &body.node_constraints()[pair.nodes[side]] {
+    let moves = |partner: Partner| prepared.rigid_motions().iter().any(|of| of.partner == partner);
+    let holds = |partner: Partner, side: usize, pair: &NodePair| match partner {
+        Partner::Obstacle(_) => !moves(partner),
+        Partner::Body(body) => match &problem.bodies[body].node_constraints()[pair.nodes[side]] {
             NodeConstraint::Fixed { .. } => true,
             NodeConstraint::Along { direction, .. } => {
                 direction.dot(&pair.normal).abs() <= PARALLEL * pair.normal.norm()
@@ -38,7 +38,7 @@ pub(crate) fn continued(
     };
     for (k, (of, friction)) in problem.contacts.iter().zip(friction).enumerate() {
         let (pairs, slip) = (of.interface.pairs(), state.contacts[k].slip);
-        let imposed = |i: &usize| [0, 1].iter().all(|side| holds(of.bodies[*side], *side, &pairs[*i]));
+        let imposed = |i: &usize| [0, 1].iter().all(|side| holds(of.partners()[*side], *side, &pairs[*i]));
         let found: Vec<usize> = (0..friction.len()).filter(imposed).collect();
         if found.is_empty() {
             continue;

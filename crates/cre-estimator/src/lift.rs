@@ -19,7 +19,7 @@ use crate::size::larger;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
-use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem, NodePair};
+use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem, NodePair, Partner};
 use fem_core::mesh::id::NodeId;
 use std::collections::HashMap;
 
@@ -178,7 +178,7 @@ pub(crate) fn find(
     let deepest = depth_between(interface, opening, middle);
     if !(deepest > 0.0) && !penetrates {
         let none = vec![0.0; interface.pairs().len()];
-        return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
+        return Lift { body: pair.body, by_pair: none, ..Lift::default() };
     }
     let least: Vec<f64> = opening.iter().map(|o| if penetrates { (-o).max(0.0) } else { 0.0 }).collect();
     let mut moves: Vec<bool> = least.iter().map(|least| *least > 0.0).collect();
@@ -215,7 +215,7 @@ pub(crate) fn find(
         };
         if second_is_better { second } else { first }
     };
-    let found = problem.bodies_of(pair).map(of_side).reduce(better);
+    let found = pair.elastic_sides().map(of_side).reduce(better);
     found.map_or_else(Lift::default, |found| found.0)
 }
 
@@ -241,7 +241,7 @@ pub(crate) fn direction(
 ) -> Option<Vector> {
     let node = pair.nodes[side];
     let (mut normals, mut beside) = (Vec::new(), Vec::new());
-    for (k, side) in problem.sides_of(body) {
+    for (k, side) in problem.sides_of(Partner::Body(body)) {
         let interface = &problem.contacts[k].interface;
         let (pairs, outward) = (interface.pairs(), -side_sign(side));
         normals.extend(pairs.iter().filter(|of| of.nodes[side] == node).map(|of| outward * of.normal));
@@ -446,8 +446,9 @@ mod tests {
             let (problem, u) = groove(&mut random, number % 2 == 0, number % 3 == 0);
             let rest: Vec<Vec<Vector>> =
                 problem.obstacles.iter().map(|o| vec![Vector::zeros(); o.imposed().len()]).collect();
-            let fields =
-                |pair: &ContactPair, moved: &[Vector]| [moved.to_vec(), rest[pair.bodies[1] - 1].clone()];
+            let fields = |pair: &ContactPair, moved: &[Vector]| {
+                [moved.to_vec(), rest[problem.places_of(pair)[1] - 1].clone()]
+            };
             let lifts: Vec<Lift> = problem
                 .contacts
                 .iter()

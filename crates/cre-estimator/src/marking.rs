@@ -33,8 +33,8 @@ pub fn contributions(problem: &ContactProblem, estimate: &Estimate) -> Vec<Vec<f
     for (pair, terms) in problem.contacts.iter().zip(&cre.by_contact_edge) {
         for (edge, term) in pair.interface.edges().iter().zip(terms) {
             // Against an obstacle it belongs to the one triangle.
-            let share = if problem.obstacle_of(pair).is_some() { 1.0 } else { 0.5 };
-            for (side, b) in problem.bodies_of(pair) {
+            let share = if pair.partner.is_obstacle() { 1.0 } else { 0.5 };
+            for (side, b) in pair.elastic_sides() {
                 let topology = problem.bodies[b].mesh().topology();
                 by_cell[b][topology.edge_triangles()[edge.edges[side]][0] as usize] += share * term;
             }

@@ -12,7 +12,7 @@ use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, Contact
 /// [`crate::lift`] if they are negative.
 pub(crate) fn own(problem: &ContactProblem, state: &ContactState<'_>) -> Vec<Option<Vec<f64>>> {
     let of_pair = |(pair, given): (&ContactPair, &PairState<'_>)| {
-        let displacement = pair.bodies.map(|b| state.displacement[b]);
+        let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
         let own: Vec<f64> = pair.interface.pairs().iter().map(|p| of_fields(p, displacement)).collect();
         let off = |(own, given): (&f64, &f64)| larger((own - given).abs(), larger(-own, -given));
         let worst = own.iter().zip(given.opening).map(off).fold(0.0, larger);
@@ -28,7 +28,7 @@ pub(crate) fn own_slips(problem: &ContactProblem, state: &ContactState<'_>) -> V
         if given.slip.is_empty() {
             return None;
         }
-        let displacement = pair.bodies.map(|b| state.displacement[b]);
+        let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
         let slip = |p: &NodePair| jump(p, displacement).dot(&perpendicular(p.normal));
         let mut own: Vec<f64> = pair.interface.pairs().iter().map(slip).collect();
         let mut size = larger(largest_displacement(displacement[0]), largest_displacement(displacement[1]));
@@ -43,10 +43,11 @@ pub(crate) fn own_slips(problem: &ContactProblem, state: &ContactState<'_>) -> V
 }
 
 /// Tells whether the given openings of a pair are negative by more than round-off.
-pub(crate) fn penetrate(pair: &ContactPair, state: &ContactState<'_>, given: &PairState<'_>) -> bool {
+///
+/// * `displacement`: of the first and the second partner, m.
+pub(crate) fn penetrate(pair: &ContactPair, displacement: [&[Vector]; 2], given: &PairState<'_>) -> bool {
     let deepest = given.opening.iter().fold(0.0f64, |m, o| m.max(-o));
-    let size = || size(&pair.interface, pair.bodies.map(|b| state.displacement[b]));
-    deepest > 0.0 && deepest > SIGN_TOLERANCE * size()
+    deepest > 0.0 && deepest > SIGN_TOLERANCE * size(&pair.interface, displacement)
 }
 
 /// Computes the opening `g − (v¹ − v²)·n` of a pair of nodes, m.

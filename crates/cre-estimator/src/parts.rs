@@ -5,7 +5,7 @@ use crate::cre::Cre;
 use crate::lift::{self, side_sign};
 use crate::pressure;
 use fem_core::condensation::CondensedBody;
-use fem_core::interface::{ContactEdge, ContactProblem, ContactState};
+use fem_core::interface::{ContactEdge, ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;
 
 /// The parts of `e_CRE`, square root of J/m, each ≥ 0: the squares of all but `round_off` add up to `(e_CRE − round_off)²`.
@@ -111,7 +111,8 @@ fn lumping(prepared: &PreparedProblem, forces: &[Vec<f64>], pair: &AdmissiblePai
         let signed = |(k, side): (usize, usize)| -> Vec<f64> {
             differences[k].iter().map(|d| side_sign(side) * d).collect()
         };
-        let load = body.dofs().interface_forces(&problem.sides_of(b).map(signed).collect::<Vec<_>>());
+        let load =
+            body.dofs().interface_forces(&problem.sides_of(Partner::Body(b)).map(signed).collect::<Vec<_>>());
         let mut w = vec![0.0; load.len()];
         body.trace_from_force(&load, &mut w);
         w.iter().zip(&load).map(|(w, d)| w * d).sum::<f64>().max(0.0)
@@ -129,7 +130,7 @@ fn contact_terms(
     let mut sum = ContactTerm::default();
     for (k, of) in problem.contacts.iter().enumerate() {
         let (interface, opening) = (&of.interface, state.contacts[k].opening);
-        let found = lift::middle_openings(interface, of.bodies.map(|b| state.displacement[b]));
+        let found = lift::middle_openings(interface, problem.places_of(of).map(|b| state.displacement[b]));
         let middle = |e: &ContactEdge| 0.5 * e.openings(opening).iter().sum::<f64>();
         let linear: Vec<f64> = interface.edges().iter().map(middle).collect();
         let terms = |middle: &[f64]| {

@@ -7,7 +7,7 @@ use crate::eet::EdgeMoments;
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
 use crate::star_relaxation::{LEAST, Relaxation, StarRelaxation, relax, relax_with_stars};
-use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::interface::{ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use rayon::prelude::*;
@@ -118,9 +118,10 @@ fn relax_bodies<'a>(
 
 /// Tells whether a body carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts.
 pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
-    let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == b;
+    let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == Partner::Body(b);
     let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_edges();
-    problem.carries_lambda(b) && problem.sides_of(b).all(imposed) && problem.sides_of(b).all(straight)
+    let sides = || problem.sides_of(Partner::Body(b));
+    problem.carries_lambda(b) && sides().all(imposed) && sides().all(straight)
 }
 
 /// Recovers the stress of a body for a frozen λ, and relaxes it.

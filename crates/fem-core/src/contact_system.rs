@@ -11,7 +11,7 @@ use crate::motions::{BodyMotion, largest};
 use crate::prepared::PreparedProblem;
 use std::ops::Range;
 
-pub use crate::interface::Roles;
+pub use crate::interface::{Partner, Roles};
 
 /// Condensed bodies, and the rows in which they touch each other and obstacles.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub struct ContactSystem<'a> {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ContactRows {
-    /// The number of bodies; obstacles are numbered after them.
+    /// The number of bodies.
     pub bodies: usize,
     /// The pairs.
     pub pairs: Vec<PairRows>,
@@ -47,12 +47,12 @@ pub struct ContactRows {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PairRows {
-    /// The two bodies; the second one may be an obstacle.
-    pub bodies: [usize; 2],
+    /// The first body.
+    pub body: usize,
+    /// The second body, or an obstacle.
+    pub partner: Partner,
     /// Who carries λ.
     pub roles: Roles,
-    /// Whether the second one is an obstacle.
-    pub is_obstacle: bool,
     /// Its rows along normals.
     pub normal: Range<usize>,
     /// Its rows along tangents; none without friction.
@@ -112,8 +112,8 @@ pub struct BodyRow {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RowMotion {
-    /// The body, or the obstacle.
-    pub body: usize,
+    /// The body or the obstacle.
+    pub partner: Partner,
     /// Row and trace, by row: zero traces of its body among them.
     pub traces: Vec<(usize, f64)>,
     /// The load along it, `e = f·R`, N/m.
@@ -193,9 +193,9 @@ impl ContactRows {
             rows.extend(rows_of(problem, k, pair, block.start));
             let normal = start..start + block.len();
             pairs.push(PairRows {
-                bodies: pair.bodies,
+                body: pair.body,
+                partner: pair.partner,
                 roles: pair.roles,
-                is_obstacle: problem.obstacle_of(pair).is_some(),
                 tangential: normal.end..rows.len(),
                 normal,
             });
@@ -211,10 +211,11 @@ impl ContactRows {
         let sides = problem.sides();
         for of in motions {
             let moved = problem.moved_by(of);
-            let traces = sides[of.body].iter().flat_map(|side| found.traces_of(problem, *side, &moved));
+            let place = of.partner.place(found.bodies);
+            let traces = sides[place].iter().flat_map(|side| found.traces_of(problem, *side, &moved));
             let (traces, largest) = (traces.collect(), largest(&moved));
-            let load_size = load_sizes[of.body] * largest;
-            found.motions.push(RowMotion { body: of.body, traces, load: of.load, load_size, largest });
+            let load_size = load_sizes[place] * largest;
+            found.motions.push(RowMotion { partner: of.partner, traces, load: of.load, load_size, largest });
         }
         found
     }
@@ -294,7 +295,7 @@ impl ContactRows {
 /// * `first`: number of its first pair of nodes among all.
 fn rows_of(problem: &ContactProblem, number: usize, pair: &ContactPair, first: usize) -> Vec<ContactRow> {
     let imposed = problem.obstacle_of(pair).map(|obstacle| obstacle.imposed());
-    let limits = problem.bodies.get(pair.bodies[0]).and_then(|body| pair.friction_limit(body));
+    let limits = pair.friction_limit(&problem.bodies[pair.body]);
     let nodes = pair.interface.pairs();
     let row = |(place, row): (usize, crate::interface::PairRow)| {
         let (node, k) = (&nodes[row.pair], row.pair);
@@ -364,9 +365,9 @@ impl PreparedProblem {
         let (found, expected) =
             ((of.bodies.len(), of.amounts.len()), (self.bodies().len(), self.rigid_motions().len()));
         assert!(found == expected, "{found:?} fields and amounts, and {expected:?} bodies and rigid motions");
-        let moved = |b: usize, u: &mut [Vector]| {
+        let moved = |partner: Partner, u: &mut [Vector]| {
             let motions = self.rigid_motions().iter().zip(&of.amounts);
-            for (motion, amount) in motions.filter(|(motion, _)| motion.body == b) {
+            for (motion, amount) in motions.filter(|(motion, _)| motion.partner == partner) {
                 u.iter_mut().zip(self.moved_by(motion)).for_each(|(u, moved)| *u += *amount * moved);
             }
         };
@@ -374,13 +375,13 @@ impl PreparedProblem {
             BodyField::Traces(unknowns) => self.bodies()[b].displacement_from_trace(unknowns),
             BodyField::Forces(forces) => {
                 let mut u = self.bodies()[b].displacement_from_force(forces);
-                moved(b, &mut u);
+                moved(Partner::Body(b), &mut u);
                 u
             }
         });
-        for obstacle in &self.problem().obstacles {
+        for (k, obstacle) in self.problem().obstacles.iter().enumerate() {
             let mut u = obstacle.imposed();
-            moved(all.len(), &mut u);
+            moved(Partner::Obstacle(k), &mut u);
             all.push(u);
         }
         all
@@ -402,6 +403,6 @@ impl ContactSystem<'_> {
 
     /// Tells whether a body may move rigidly.
     pub fn floats(&self, body: usize) -> bool {
-        self.rows.motions.iter().any(|motion| motion.body == body)
+        self.rows.motions.iter().any(|motion| motion.partner == Partner::Body(body))
     }
 }

@@ -1,9 +1,9 @@
 //! The rigid motions that the supports of the bodies leave free.
 
 use crate::assembly::external_forces;
-use crate::body::{Body, RigidMotion};
+use crate::body::RigidMotion;
 use crate::geometry::{Vector, perpendicular};
-use crate::interface::{ContactProblem, LeftOut};
+use crate::interface::{ContactProblem, LeftOut, Partner};
 
 /// The load of a motion below this fraction of its terms is the rounding of their sum.
 const ROUNDING: f64 = 1e-13;
@@ -15,8 +15,8 @@ const SAME_CENTRE: f64 = 1e-6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BodyMotion {
-    /// The body, or the obstacle: these are numbered after the bodies.
-    pub body: usize,
+    /// The body or the obstacle.
+    pub partner: Partner,
     /// The motion `R`.
     pub motion: RigidMotion,
     /// `e = f·R`, the work of tractions and body force along the motion, N/m times the motion's unit.
@@ -25,8 +25,8 @@ pub struct BodyMotion {
 
 impl BodyMotion {
     /// Takes a motion without a load.
-    pub fn new(body: usize, motion: RigidMotion) -> Self {
-        Self { body, motion, load: 0.0 }
+    pub fn new(partner: Partner, motion: RigidMotion) -> Self {
+        Self { partner, motion, load: 0.0 }
     }
 }
 
@@ -34,8 +34,8 @@ impl BodyMotion {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct AssemblyMotion {
-    /// The bodies that move, each with its motion; the largest displacement of all is 1 m.
-    pub bodies: Vec<(usize, RigidMotion)>,
+    /// The bodies and obstacles that move, each with its motion; the largest displacement of all is 1 m.
+    pub bodies: Vec<(Partner, RigidMotion)>,
     /// The largest displacement of each of them, m.
     pub largest: Vec<f64>,
     /// The load along the motion: its work over its largest displacement, N/m.
@@ -60,8 +60,8 @@ impl ContactProblem {
         let mut bodies: Vec<BodyMotion> = Vec::new();
         for (number, amount) in amounts {
             let of = &motions[*number];
-            let scaled = BodyMotion::new(of.body, of.motion.scaled(*amount));
-            let mut of_body = bodies.iter_mut().rev().take_while(|known| known.body == of.body);
+            let scaled = BodyMotion { motion: of.motion.scaled(*amount), ..*of };
+            let mut of_body = bodies.iter_mut().rev().take_while(|known| known.partner == of.partner);
             match of_body.find(|known| known.motion.piece == of.motion.piece) {
                 Some(sum) => {
                     sum.motion.translation += scaled.motion.translation;
@@ -74,7 +74,7 @@ impl ContactProblem {
         let most = sizes.iter().copied().fold(0.0, f64::max);
         let moved = bodies.iter().zip(&sizes).filter(|(_, size)| **size > least * most);
         let (bodies, largest) =
-            moved.map(|(of, size)| ((of.body, of.motion.scaled(1.0 / most)), size / most)).unzip();
+            moved.map(|(of, size)| ((of.partner, of.motion.scaled(1.0 / most)), size / most)).unzip();
         AssemblyMotion { bodies, largest, load: work / most }
     }
 
@@ -93,11 +93,11 @@ impl ContactProblem {
                 let terms = || external_forces[b].iter().zip(&moved).map(|(f, u)| f.dot(u));
                 let (load, size) = (terms().sum::<f64>(), terms().map(f64::abs).sum::<f64>());
                 let load = if load.abs() > ROUNDING * size { load } else { 0.0 };
-                found.push(BodyMotion { body: b, motion, load });
+                found.push(BodyMotion { partner: Partner::Body(b), motion, load });
             }
         }
         for (k, obstacle) in self.obstacles.iter().enumerate() {
-            let of = |(motion, load)| BodyMotion { body: self.bodies.len() + k, motion, load };
+            let of = |(motion, load)| BodyMotion { partner: Partner::Obstacle(k), motion, load };
             found.extend(obstacle.free_motions().into_iter().map(of));
         }
         found
@@ -113,8 +113,9 @@ impl ContactProblem {
     /// * `motion`: of the assembly; `forces`: `P`, which balance all other loads, by row, N/m.
     pub fn without_spins(&self, motion: &AssemblyMotion, forces: &[f64]) -> Option<Self> {
         let mut without = self.clone();
-        for (&(body, motion), size) in motion.bodies.iter().zip(&motion.largest) {
+        for (&(partner, motion), size) in motion.bodies.iter().zip(&motion.largest) {
             let unit = motion.scaled(1.0 / size);
+            let body = partner.body()?;
             if !self.is_explained(body, unit, forces) {
                 return None;
             }
@@ -125,13 +126,15 @@ impl ContactProblem {
 
     /// * `motion`: whose largest displacement is 1 m.
     fn is_explained(&self, body: usize, motion: RigidMotion, forces: &[f64]) -> bool {
-        let free = |body: &&Body| body.has_no_support() && motion.spin != 0.0;
-        let Some(of) = self.bodies.get(body).filter(free) else { return false };
+        let of = &self.bodies[body];
+        if !of.has_no_support() || motion.spin == 0.0 {
+            return false;
+        }
         let centre = motion.centre + 1.0 / motion.spin * perpendicular(motion.translation);
         let moved = motion.displacements(of);
         let mut allowed = 0.0;
         for (pair, rows) in self.contacts.iter().zip(self.normal_rows()) {
-            let Some(side) = pair.side_of(body) else { continue };
+            let Some(side) = pair.side_of(Partner::Body(body)) else { continue };
             let Some(own) = pair.interface.centre() else { return false };
             // The largest displacement is 1 m, at the radius 1/|spin|.
             if !((own - centre).norm() * motion.spin.abs() <= SAME_CENTRE) {
@@ -159,9 +162,9 @@ impl ContactProblem {
 
     /// Computes the displacement of each node in a rigid motion of its body, or of each point of its obstacle, m.
     pub fn moved_by(&self, of: &BodyMotion) -> Vec<Vector> {
-        match self.bodies.get(of.body) {
-            Some(body) => of.motion.displacements(body),
-            None => self.obstacles[of.body - self.bodies.len()].moved_by(&of.motion),
+        match of.partner {
+            Partner::Body(body) => of.motion.displacements(&self.bodies[body]),
+            Partner::Obstacle(obstacle) => self.obstacles[obstacle].moved_by(&of.motion),
         }
     }
 }

@@ -10,7 +10,7 @@ use case_io::case::{Material, Target};
 use case_io::diagnostic::Diagnostic;
 use certified_contact::{RoleReason, Step};
 use fem_core::geometry::bounding_box;
-use fem_core::interface::{ContactPair, ContactProblem};
+use fem_core::interface::{ContactPair, ContactProblem, Partner};
 use nndd_report::memory::{self, mebibytes};
 use nndd_report::words::{self, blanked, counted, one_line, plain, seven, short};
 use nndd_report::{Answer, Failure, Solved};
@@ -307,8 +307,8 @@ pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
         }
     };
     let Some(pair) = solution.problem.contacts.first() else { return text };
-    let name = |b: usize| case.bodies.get(b).map_or("the obstacle", |body| body.name.as_str());
-    let names = pair.bodies.map(name);
+    let name = |of: Partner| of.body().map_or("the obstacle", |body| case.bodies[body].name.as_str());
+    let names = pair.partners().map(name);
     let carrier = name(pair.imposed());
     let _ = match solution.role_reason {
         RoleReason::Given if solution.problem.only_pair().is_none() => Ok(()),

@@ -8,6 +8,7 @@ use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::field;
 use fem_core::geometry::{Vector, norm};
+use fem_core::interface::Partner;
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::VtuArray;
@@ -146,7 +147,7 @@ impl BodyFields<'_> {
                 forces[*node] += load;
             }
         }
-        for (k, side) in solution.problem.sides_of(self.body) {
+        for (k, side) in solution.problem.sides_of(Partner::Body(self.body)) {
             for pair in solution.problem.contacts[k].interface.pairs() {
                 let node = pair.nodes[side].index();
                 let slides = !solution.problem.contacts[k].friction.acts();

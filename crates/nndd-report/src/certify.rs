@@ -176,7 +176,7 @@ pub fn of_fields(
     counted("pressures", pressures.len(), case.contacts.len())?;
     let mut at_pairs = Vec::with_capacity(pressures.len());
     for (pressure, (given, pair)) in pressures.iter().zip(case.contacts.iter().zip(&problem.contacts)) {
-        let first = pair.bodies[0];
+        let first = pair.body;
         let mesh = &meshes[first];
         counted(&format!("pressures of the pair \"{}\"", given.name), pressure.len(), mesh.points().len())?;
         let mut on_side = vec![Vector::zeros(); pressure.len()];

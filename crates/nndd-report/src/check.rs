@@ -10,7 +10,7 @@ use certified_contact::SolveError;
 use fem_core::assembly::{AssemblyError, external_forces};
 use fem_core::body::{Body, NodeConstraint, RigidMotion, RigidSide};
 use fem_core::geometry::Vector;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Partner};
 use fem_core::prepared::PrepareError;
 use serde_json::{Value, json};
 
@@ -126,7 +126,7 @@ pub(crate) fn free_motions(case: &Case, problem: &ContactProblem) -> Result<Vec<
     let loaded = case.step_ends().pop().map(|factors| with_factors(case, problem, &factors)).transpose()?;
     let found = certified_contact::free_motions(loaded.as_ref().unwrap_or(problem));
     let found = found.map_err(|error| Failure::solve(case, &error))?;
-    let of_motion = |bodies: &Vec<(usize, RigidMotion)>| {
+    let of_motion = |bodies: &Vec<(Partner, RigidMotion)>| {
         let moves = bodies.iter().map(|(b, motion)| format!("{} {}", member(case, *b), moves(motion)));
         let mut words: Vec<String> = moves.take(MOST_NAMED).collect();
         words.extend(

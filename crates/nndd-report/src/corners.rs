@@ -21,7 +21,7 @@ use crate::words::place;
 use case_io::Case;
 use fem_core::body::{Body, EdgeReaction};
 use fem_core::geometry::{Vector, cross, norm};
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Partner};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::tensor::SymTensor2;
@@ -72,15 +72,14 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
     let pressure = pair.and_then(|(k, found)| {
         let pair = &problem.contacts[k];
         let point = found.max_pressure_at?;
-        let points = problem.bodies[pair.bodies[0]].mesh().points();
+        let points = problem.bodies[pair.body].mesh().points();
         let k = pair.interface.pairs().iter().position(|p| points[p.nodes[0]] == point)? as u32;
         let beside = pair.interface.edges().iter().filter(|edge| edge.pairs.contains(&k));
         let near: BTreeSet<u32> = beside.flat_map(|edge| edge.pairs).chain([k]).collect();
         let nodes = near
             .into_iter()
-            .flat_map(|k| pair.interface.pairs()[k as usize].nodes.into_iter().zip(pair.bodies));
-        let bodies = nodes.filter(|(_, body)| *body < problem.bodies.len());
-        bodies.map(|(node, body)| (body, node)).find_map(|(body, node)| {
+            .flat_map(|k| pair.interface.pairs()[k as usize].nodes.into_iter().zip(pair.partners()));
+        nodes.filter_map(|(node, of)| Some((of.body()?, node))).find_map(|(body, node)| {
             let cause = cause(problem, body, node).filter(|cause| *cause == CONTACT)?;
             Some((body, node, cause))
         })
@@ -194,7 +193,7 @@ fn held(problem: &ContactProblem, b: usize, edge: EdgeId) -> Held {
 
 /// Tells whether an edge belongs to a contact line.
 pub(crate) fn touches(problem: &ContactProblem, b: usize, edge: EdgeId) -> bool {
-    let mut sides = problem.sides_of(b);
+    let mut sides = problem.sides_of(Partner::Body(b));
     sides.any(|(k, side)| {
         problem.contacts[k].interface.edges().iter().any(|contact| contact.edges[side] == edge)
     })
@@ -206,12 +205,12 @@ fn presses(problem: &ContactProblem, b: usize, node: NodeId, angle: f64, edges: 
     if angle > PI - TURN || touching[0] == touching[1] {
         return false;
     }
-    problem.sides_of(b).any(|(k, side)| {
+    problem.sides_of(Partner::Body(b)).any(|(k, side)| {
         let pair = &problem.contacts[k];
         let Some(found) = pair.interface.pairs().iter().find(|pair| pair.nodes[side] == node) else {
             return false;
         };
-        let Some(other) = problem.bodies.get(pair.bodies[1 - side]) else {
+        let Some(other) = pair.partners()[1 - side].body().map(|other| &problem.bodies[other]) else {
             return angle > FRAC_PI_2 + MARGIN;
         };
         let opposite = found.nodes[1 - side];

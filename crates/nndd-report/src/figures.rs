@@ -15,7 +15,7 @@ use case_io::table::ContactRow;
 use cre_estimator::{AdmissibleBody, Estimate};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidSide};
 use fem_core::geometry::{Vector, cross, norm};
-use fem_core::interface::{ContactPair, NodePair};
+use fem_core::interface::{ContactPair, NodePair, Partner};
 use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::mesh::topology::NONE;
 use fem_core::parallel::each_task;
@@ -272,12 +272,11 @@ fn closing(solution: &Fields<'_>) -> Vec<Closing> {
     let problem = &solution.problem;
     let displacements = estimate.pair.displacements();
     let of_pair = |pair: &ContactPair| -> Vec<Closing> {
-        let of_partner = |b: usize| match problem.bodies.get(b) {
-            Some(body) => body.mesh().points(),
-            None => problem.obstacles[b - problem.bodies.len()].points(),
-        };
-        let points = pair.bodies.map(of_partner);
-        let displacement = pair.bodies.map(|b| displacements[b]);
+        let points = pair.partners().map(|of| match of {
+            Partner::Body(body) => problem.bodies[body].mesh().points(),
+            Partner::Obstacle(obstacle) => problem.obstacles[obstacle].points(),
+        });
+        let displacement = problem.places_of(pair).map(|b| displacements[b]);
         let of_nodes = |nodes: &NodePair| {
             let of = |field: [&[Vector]; 2]| {
                 let [first, second] = [0, 1].map(|side: usize| field[side][nodes.nodes[side]]);
@@ -302,8 +301,8 @@ fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Pictur
     };
     let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
     let line = |pair: &ContactPair| -> Vec<[Vector; 2]> {
-        let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
-        let nodes = solution.problem.bodies[pair.bodies[0]].mesh().topology().edges();
+        let points = solution.problem.bodies[pair.body].mesh().points();
+        let nodes = solution.problem.bodies[pair.body].mesh().topology().edges();
         let edges = pair.interface.edges().iter();
         edges.map(|edge| nodes[edge.edges[0]].map(|n| points[n])).collect()
     };

@@ -3,14 +3,15 @@
 use case_io::Case;
 use fem_core::body::RigidMotion;
 use fem_core::geometry::shown;
+use fem_core::interface::Partner;
 
 /// Names a body or an obstacle.
-pub(crate) fn member(case: &Case, body: usize) -> String {
-    match case.bodies.get(body) {
-        Some(body) => format!("body \"{}\"", body.name),
-        None => {
+pub(crate) fn member(case: &Case, of: Partner) -> String {
+    match of {
+        Partner::Body(body) => format!("body \"{}\"", case.bodies[body].name),
+        Partner::Obstacle(obstacle) => {
             let obstacles = case.contacts.iter().filter(|contact| contact.obstacle.is_some());
-            let name = obstacles.map(|contact| &contact.name).nth(body - case.bodies.len());
+            let name = obstacles.map(|contact| &contact.name).nth(obstacle);
             format!("the obstacle of \"{}\"", name.map_or("", String::as_str))
         }
     }

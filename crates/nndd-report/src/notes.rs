@@ -163,8 +163,8 @@ fn short_sides(case: &Case, fields: &Fields<'_>) -> Vec<String> {
             let beyond = beyond.filter(|e| !corners::touches(problem, b, *e));
             beyond.is_some_and(|e| mesh.edge_normal(e).dot(&mesh.edge_normal(edge.edges[side])) >= SMOOTH)
         };
-        if largest > 0.0 && edge.clamped.is_none() && problem.bodies_of(pair).all(smooth) {
-            let at = problem.bodies[pair.bodies[0]].mesh().points()[nodes[k].nodes[0]];
+        if largest > 0.0 && edge.clamped.is_none() && pair.elastic_sides().all(smooth) {
+            let at = problem.bodies[pair.body].mesh().points()[nodes[k].nodes[0]];
             notes.push(format!(
                 "contact \"{}\": the pressure is largest at an end of the contact line, at ({}, {}), where the bodies continue smoothly: is \
                  a contact side too short? Add the sides beyond it to `surfaces`, with gap = \"geometric\"",

@@ -155,7 +155,7 @@ fn contact_data(solution: &Fields<'_>, estimate: &Estimate, pair: usize) -> (Vtu
         let all: Vec<Vector> = (0..points.len()).map(|k| at(pair_of(k))).collect();
         VtuArray::vectors(name, &all)
     };
-    let displacement = &estimate.pair.bodies[of.bodies[0]].displacement;
+    let displacement = &estimate.pair.bodies[of.body].displacement;
     let normal = |k: usize| interface.pairs()[k].normal;
     let mut data = VtuData {
         point: vec![
@@ -210,7 +210,7 @@ type DrawnEnds = (Vec<[u32; 2]>, Vec<(usize, f64)>);
 fn drawn_ends(solution: &Fields<'_>, pair: usize, points: &mut Vec<Vector>) -> DrawnEnds {
     let mut clamped_ends = Vec::new();
     let of = &solution.problem.contacts[pair];
-    let mesh = solution.problem.bodies[of.bodies[0]].mesh();
+    let mesh = solution.problem.bodies[of.body].mesh();
     let ends = |edge: &ContactEdge| {
         let mut ends = edge.pairs;
         if let Some(clamped) = edge.clamped {

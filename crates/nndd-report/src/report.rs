@@ -15,7 +15,7 @@ use certified_contact::cre_estimator::{Admissibility, Parts};
 use certified_contact::{
     CertifiedSolution, CoulombResult, PairResults, RigidSideResults, Row, recovered_pressure,
 };
-use fem_core::interface::{ContactProblem, LeftOut};
+use fem_core::interface::{ContactProblem, LeftOut, Partner};
 use serde_json::{Map, Value};
 
 /// Makes a row of `iterations` in report.json.
@@ -57,7 +57,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
     let bodies = solution.problem.bodies.iter().zip(solution.unknowns).enumerate();
     let bodies = bodies.map(|(b, (body, &unknowns))| {
         let mesh = body.mesh();
-        let own = free.iter().flatten().filter(|(of, _)| *of == b);
+        let own = free.iter().flatten().filter(|(of, _)| *of == Partner::Body(b));
         let free_motions = own.map(|(_, motion)| FreeMotion {
             translation: motion.translation.into(),
             rotation: motion.spin,
@@ -112,13 +112,13 @@ pub(crate) fn step_summary(case: &Case, solved: &Solved, step: usize, factors: &
 
 fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSummary {
     let pair = &solution.problem.contacts[k];
-    let name = |b: usize| case.bodies.get(b).map(|body| body.name.clone());
+    let name = |of: Partner| of.body().map(|body| case.bodies[body].name.clone());
     let found = solution.results.and_then(|results| results.contacts.get(k));
-    let kind = if solution.problem.obstacle_of(pair).is_some() { "obstacle" } else { "bodies" };
+    let kind = if pair.partner.is_obstacle() { "obstacle" } else { "bodies" };
     ContactSummary {
         name: case.contacts[k].name.clone(),
         kind: kind.to_owned(),
-        bodies: pair.bodies.into_iter().filter_map(name).collect(),
+        bodies: pair.partners().into_iter().filter_map(name).collect(),
         imposed: name(pair.imposed()).unwrap_or_default(),
         pairs: pair.interface.pairs().len(),
         length: pair.interface.length(),
@@ -316,7 +316,7 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
     };
     let recovered = recovered_pressure(solution.problem, pair, &forces);
     let pair = &solution.problem.contacts[pair];
-    let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
+    let points = solution.problem.bodies[pair.body].mesh().points();
     let last = solution.last;
     pair.interface
         .pairs()

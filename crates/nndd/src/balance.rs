@@ -124,7 +124,7 @@ impl<'a> Balance<'a> {
             lines.push(of.traces.iter().copied().filter(resists));
             loads.push(if of.load.abs() > ROUND_OFF * of.load_size { of.load } else { 0.0 });
         }
-        let groups: Vec<usize> = rows.motions.iter().map(|of| of.body).collect();
+        let groups: Vec<usize> = rows.motions.iter().map(|of| of.partner.place(rows.bodies)).collect();
         let independent = RowSelection::new(&lines, &loads, &groups, WEAK)?;
         Ok(Self { rows, lines, loads, independent })
     }

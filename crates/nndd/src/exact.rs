@@ -205,7 +205,7 @@ fn is_full(count: usize, entries: usize) -> bool {
 pub fn flexibility_entries(rows: &ContactRows) -> usize {
     let mut of_body = vec![0; rows.bodies];
     for pair in &rows.pairs {
-        for body in pair.bodies.into_iter().filter(|body| *body < rows.bodies) {
+        for body in [Some(pair.body), pair.partner.body()].into_iter().flatten() {
             of_body[body] += pair.all().len();
         }
     }
@@ -348,7 +348,7 @@ fn traces(system: &ContactSystem<'_>, forces: &[Vec<f64>], amounts: &[f64]) -> [
     }
     for (motion, amount) in rows.motions.iter().zip(amounts) {
         for (row, trace) in &motion.traces {
-            let side = usize::from(rows.pairs[rows.rows[*row].pair].bodies[1] == motion.body);
+            let side = usize::from(rows.pairs[rows.rows[*row].pair].partner == motion.partner);
             traces[side][*row] += amount * trace;
         }
     }

@@ -91,7 +91,7 @@ fn row_stiffness(system: &ContactSystem<'_>) -> Vec<f64> {
         let diagonal = |k: usize| body.schur()[k * (body.len() + 1)];
         for row in of_body {
             let pair = &system.rows.pairs[system.rows.rows[row.row].pair];
-            if pair.is_obstacle || pair.roles.imposed() == row.side {
+            if pair.partner.is_obstacle() || pair.roles.imposed() == row.side {
                 stiffness[row.row] = row.terms.iter().map(|(k, a)| a * a * diagonal(*k)).sum();
             }
         }

@@ -1,7 +1,7 @@
 //! Rigid motions as the rows of one body see them.
 
 use contact_qp::IndependentRows;
-use fem_core::contact_system::ContactSystem;
+use fem_core::contact_system::{ContactSystem, Partner};
 use nalgebra::DMatrix;
 use std::collections::HashMap;
 
@@ -19,14 +19,17 @@ impl Motions {
     /// Takes the motions of a body and, if asked for, of the obstacles that it touches.
     pub(crate) fn new(system: &ContactSystem<'_>, body: usize, with_obstacles: bool) -> Self {
         let of_body = &system.of_body[body];
-        let touches = |other: usize| {
-            of_body.iter().any(|row| system.rows.pairs[system.rows.rows[row.row].pair].bodies[1] == other)
+        let touches = |other: Partner| {
+            of_body.iter().any(|row| system.rows.pairs[system.rows.rows[row.row].pair].partner == other)
         };
         let place: HashMap<usize, usize> = of_body.iter().enumerate().map(|(i, row)| (row.row, i)).collect();
         let (mut numbers, mut matrix, mut loads) = (Vec::new(), Vec::new(), Vec::new());
         for (number, of) in system.rows.motions.iter().enumerate() {
-            let is_obstacle = of.body >= system.rows.bodies;
-            if of.body != body && !(with_obstacles && is_obstacle && touches(of.body)) {
+            let counts = match of.partner {
+                Partner::Body(b) => b == body,
+                Partner::Obstacle(_) => with_obstacles && touches(of.partner),
+            };
+            if !counts {
                 continue;
             }
             let mut traces = vec![0.0; of_body.len()];

@@ -1,7 +1,7 @@
 //! Who carries λ.
 
 use crate::subdomain::Subdomain;
-use fem_core::contact_system::{ContactSystem, PairRows, Roles};
+use fem_core::contact_system::{ContactSystem, PairRows, Partner, Roles};
 use fem_core::each_body;
 
 /// A body counts as stiffer if it is so by more than this fraction.
@@ -21,10 +21,9 @@ pub fn stiffer_roles(system: &ContactSystem<'_>) -> Vec<Roles> {
         Some(rows.by_pair(&by_row))
     });
     let of_pair = |(k, pair): (usize, &PairRows)| {
-        if pair.is_obstacle {
-            return Roles::SECOND;
-        }
-        let [first, second] = pair.bodies.map(|b| Some(diagonals[b].as_ref()?[k].iter().sum::<f64>()));
+        let Partner::Body(second) = pair.partner else { return Roles::SECOND };
+        let [first, second] =
+            [pair.body, second].map(|b| Some(diagonals[b].as_ref()?[k].iter().sum::<f64>()));
         match (first, second) {
             (Some(first), Some(second)) if second > (1.0 + STIFFER) * first => Roles::SECOND,
             _ => Roles::FIRST,

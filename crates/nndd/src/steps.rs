@@ -245,7 +245,7 @@ impl<'a> Steps<'a> {
     /// Adds the free motions of the obstacles to their λ.
     fn move_obstacles(&self, amounts: &[f64], lambda: &mut [f64]) {
         let motions = self.system.rows.motions.iter().zip(amounts);
-        for (motion, amount) in motions.filter(|(motion, _)| motion.body >= self.bodies.len()) {
+        for (motion, amount) in motions.filter(|(motion, _)| motion.partner.is_obstacle()) {
             motion.traces.iter().for_each(|(row, trace)| lambda[*row] += amount * trace);
         }
     }

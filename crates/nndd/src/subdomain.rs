@@ -68,7 +68,7 @@ impl<'a> Subdomain<'a> {
         let carrier = |row: &BodyRow| {
             let pair = &system.rows.pairs[system.rows.rows[row.row].pair];
             match pair.roles.imposed() == row.side {
-                _ if pair.is_obstacle => Carrier::Obstacle,
+                _ if pair.partner.is_obstacle() => Carrier::Obstacle,
                 true => Carrier::Itself,
                 false => Carrier::Other,
             }

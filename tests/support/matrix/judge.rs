@@ -418,7 +418,8 @@ fn of_frozen(claim: &Claim<'_>, trial: &mut Trial) {
         // λ is the trace of its carrier, also on edges at removed ends, which have one pair of nodes only.
         let finer = &halved.problem.contacts[0];
         let (side, sign) = (finer.roles.imposed(), [1.0, -1.0][finer.roles.imposed()]);
-        let trace = |p: &NodePair| sign * u[finer.bodies[side]][p.nodes[side]].dot(&p.normal);
+        let field = &u[finer.partners()[side].place(u.len())];
+        let trace = |p: &NodePair| sign * field[p.nodes[side]].dot(&p.normal);
         let lambda = finer.interface.pairs().iter().map(trace).collect();
         let prepared = PreparedProblem::new(halved.problem)?;
         let mut method = NnddSettings::default();
@@ -462,7 +463,7 @@ fn of_field(
     field.iter_mut().flatten().for_each(|u| *u += size * Vector::new(random.signed(), random.signed()));
     let pressures: Option<Vec<Vec<f64>>> = (random.unit() < 0.4).then(|| {
         let of_pair = |pair: &ContactPair| {
-            let nodes = own[pair.bodies[0]].mesh().points().len();
+            let nodes = own[pair.body].mesh().points().len();
             (0..nodes).map(|_| claim.norm * random.unit()).collect()
         };
         solved.contacts.iter().map(of_pair).collect()

@@ -89,7 +89,7 @@ impl Case {
         notes.extend(self.joined(of_pairs));
         for (given, pair) in self.contacts.iter().zip(&problem.contacts) {
             let (Some(Friction::Tresca { limit }), Some(first)) =
-                (&given.friction, problem.bodies.get(pair.bodies[0]))
+                (&given.friction, problem.bodies.get(pair.body))
             else {
                 continue;
             };

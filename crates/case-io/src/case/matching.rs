@@ -56,7 +56,7 @@ impl Case {
     fn note_corner(&mut self, problem: &ContactProblem) {
         for (k, pair) in problem.contacts.iter().enumerate() {
             let averaged = self.contacts[k].normal.is_none() && self.contacts[k].obstacle.is_none();
-            let corner = || pair.interface.sharpest_corner(&problem.bodies[pair.bodies[0]]);
+            let corner = || pair.interface.sharpest_corner(&problem.bodies[pair.body]);
             let Some((point, degrees)) = averaged.then(corner).flatten().filter(|c| c.1 > CORNER) else {
                 continue;
             };

@@ -1,8 +1,8 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
 use super::{
-    ContactInterface, Friction, InterfaceError, InterfaceSide, Obstacle, Retained, RigidLine, Roles,
-    SlipBefore,
+    ContactInterface, Friction, InterfaceError, InterfaceSide, NodePair, Obstacle, Partner, Retained,
+    RigidLine, Roles, SlipBefore,
 };
 use crate::body::{Body, BodyError, ConditionPlace, Difference, NodeConstraint, RigidMotion};
 use crate::geometry::Vector;
@@ -13,9 +13,10 @@ use thiserror::Error;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ContactPair {
-    /// The first and the second body, by their numbers in [`ContactProblem::bodies`]. The second may be an obstacle:
-    /// obstacles are numbered after the bodies.
-    pub bodies: [usize; 2],
+    /// The first body, by its number in [`ContactProblem::bodies`].
+    pub body: usize,
+    /// The second body, or an obstacle.
+    pub partner: Partner,
     /// Their contact line.
     pub interface: ContactInterface,
     /// Who carries λ in an iteration.
@@ -27,24 +28,35 @@ pub struct ContactPair {
 }
 
 impl ContactPair {
-    /// Joins two bodies without friction; the first one carries λ.
-    pub fn new(bodies: [usize; 2], interface: ContactInterface) -> Self {
-        Self { bodies, interface, roles: Roles::default(), friction: Friction::None, slip_before: None }
+    /// Joins a body and a partner without friction; the first body carries λ, or the obstacle.
+    fn new(body: usize, partner: Partner, interface: ContactInterface) -> Self {
+        let roles = if partner.is_obstacle() { Roles::SECOND } else { Roles::FIRST };
+        Self { body, partner, interface, roles, friction: Friction::None, slip_before: None }
     }
 
-    /// Returns the body that carries λ, Ω₁; an obstacle always does.
-    pub fn imposed(&self) -> usize {
-        self.bodies[self.roles.imposed()]
+    /// Returns the first and the second partner.
+    pub fn partners(&self) -> [Partner; 2] {
+        [Partner::Body(self.body), self.partner]
     }
 
-    /// Returns the body with the unilateral problem, Ω₂.
-    pub fn unilateral(&self) -> usize {
-        self.bodies[self.roles.unilateral()]
+    /// Returns both bodies; `None` against an obstacle.
+    pub fn bodies(&self) -> Option<[usize; 2]> {
+        Some([self.body, self.partner.body()?])
     }
 
-    /// Returns the side of a body in this pair, 0 or 1; `None` if it has none.
-    pub fn side_of(&self, body: usize) -> Option<usize> {
-        self.bodies.iter().position(|b| *b == body)
+    /// Lists the sides that are bodies, both or the first: side and body.
+    pub fn elastic_sides(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        [Some(self.body), self.partner.body()].into_iter().flatten().enumerate()
+    }
+
+    /// Returns who carries λ, Ω₁; an obstacle always does.
+    pub fn imposed(&self) -> Partner {
+        self.partners()[self.roles.imposed()]
+    }
+
+    /// Returns the side of a partner in this pair, 0 or 1; `None` if it has none.
+    pub fn side_of(&self, partner: Partner) -> Option<usize> {
+        self.partners().iter().position(|of| *of == partner)
     }
 }
 
@@ -85,7 +97,7 @@ pub struct LeftOut {
 pub struct ContactProblem {
     /// The bodies.
     pub bodies: Vec<Body>,
-    /// The rigid obstacles: number `k` of them is number `bodies.len() + k` in a pair.
+    /// The rigid obstacles.
     pub obstacles: Vec<Obstacle>,
     /// The pairs.
     pub contacts: Vec<ContactPair>,
@@ -121,7 +133,7 @@ impl ContactProblem {
     pub fn contact(mut self, bodies: [usize; 2], interface: ContactInterface) -> Self {
         let count = self.bodies.len();
         assert!(bodies.iter().all(|b| *b < count), "a pair of the bodies {bodies:?}, and {count} bodies");
-        self.contacts.push(ContactPair::new(bodies, interface));
+        self.contacts.push(ContactPair::new(bodies[0], Partner::Body(bodies[1]), interface));
         self
     }
 
@@ -136,10 +148,8 @@ impl ContactProblem {
         let count = self.bodies.len();
         assert!(body < count, "an obstacle for body {body}, and {count} bodies");
         let obstacle = obstacle.facing(&self.bodies[body], &interface);
-        let mut pair = ContactPair::new([body, count + self.obstacles.len()], interface);
-        pair.roles = Roles::SECOND;
+        self.contacts.push(ContactPair::new(body, Partner::Obstacle(self.obstacles.len()), interface));
         self.obstacles.push(obstacle);
-        self.contacts.push(pair);
         self
     }
 
@@ -154,7 +164,7 @@ impl ContactProblem {
         let count = self.contacts.len();
         assert!(pair < count, "friction for pair {pair}, and {count} pairs");
         self.contacts[pair].friction = friction;
-        self.contacts[pair].check_friction(&self.bodies[self.contacts[pair].bodies[0]])?;
+        self.contacts[pair].check_friction(&self.bodies[self.contacts[pair].body])?;
         Ok(self)
     }
 
@@ -188,14 +198,12 @@ impl ContactProblem {
         let bodies = self.bodies.iter().enumerate().map(scaled).collect::<Result<Vec<_>, _>>()?;
         let mut contacts = self.contacts.clone();
         for pair in &mut contacts {
-            let first = &bodies[pair.bodies[0]];
-            pair.interface = match self.obstacle_of(pair) {
-                Some(obstacle) => pair.interface.with_supports(first, &|of| obstacle.clamped(first, of)),
-                None => {
-                    let both = pair.bodies.map(|b| &bodies[b]);
-                    pair.interface.with_supports(first, &|of| super::held::clamped(both, of))
-                }
-            }?;
+            let first = &bodies[pair.body];
+            let clamped = |of: &NodePair| match pair.partner {
+                Partner::Obstacle(k) => self.obstacles[k].clamped(first, of),
+                Partner::Body(second) => super::held::clamped([first, &bodies[second]], of),
+            };
+            pair.interface = pair.interface.with_supports(first, &clamped)?;
         }
         Ok(Self {
             bodies,
@@ -213,20 +221,27 @@ impl ContactProblem {
 
     /// Returns the obstacle of a pair, if it has one.
     pub fn obstacle_of(&self, pair: &ContactPair) -> Option<&Obstacle> {
-        self.obstacles.get(pair.bodies[1].checked_sub(self.bodies.len())?)
+        match pair.partner {
+            Partner::Body(_) => None,
+            Partner::Obstacle(k) => self.obstacles.get(k),
+        }
     }
 
-    /// Lists the bodies of a pair with their sides: both, or the one against an obstacle.
-    pub fn bodies_of<'a>(&self, pair: &'a ContactPair) -> impl Iterator<Item = (usize, usize)> + use<'a> {
-        let count = self.bodies.len();
-        pair.bodies.iter().copied().enumerate().filter(move |(_, b)| *b < count)
+    /// Lists all bodies, and then all obstacles.
+    pub fn partners(&self) -> impl Iterator<Item = Partner> + use<> {
+        (0..self.bodies.len()).map(Partner::Body).chain((0..self.obstacles.len()).map(Partner::Obstacle))
+    }
+
+    /// Returns the places of a pair in lists of all bodies and then all obstacles, such as [`ContactState::displacement`].
+    pub fn places_of(&self, pair: &ContactPair) -> [usize; 2] {
+        pair.partners().map(|partner| partner.place(self.bodies.len()))
     }
 
     /// Sets who carries λ in every pair of bodies.
     #[must_use]
     pub fn with_roles(mut self, roles: Roles) -> Self {
-        let count = self.bodies.len();
-        self.contacts.iter_mut().filter(|pair| pair.bodies[1] < count).for_each(|pair| pair.roles = roles);
+        let pairs = self.contacts.iter_mut().filter(|pair| !pair.partner.is_obstacle());
+        pairs.for_each(|pair| pair.roles = roles);
         self
     }
 
@@ -238,7 +253,7 @@ impl ContactProblem {
     /// Returns the only pair, if it joins two bodies. Bodies that touch nothing do not count.
     pub fn only_pair(&self) -> Option<&ContactPair> {
         match self.contacts.as_slice() {
-            [pair] if self.obstacle_of(pair).is_none() => Some(pair),
+            [pair] if !pair.partner.is_obstacle() => Some(pair),
             _ => None,
         }
     }
@@ -252,22 +267,25 @@ impl ContactProblem {
     pub fn has_held_nodes(&self, pair: &ContactPair) -> bool {
         let held = |(side, b): (usize, usize)| {
             let constraints = self.bodies[b].node_constraints();
-            let of = |p: &super::NodePair| constraints[p.nodes[side]];
+            let of = |p: &NodePair| constraints[p.nodes[side]];
             pair.interface.pairs().iter().any(|p| matches!(of(p), NodeConstraint::Fixed { .. }))
         };
-        self.bodies_of(pair).any(held)
+        pair.elastic_sides().any(held)
     }
 
-    /// Lists the sides of a body: number of the pair, and 0 if the body is the first of it, 1 if it is the second.
-    pub fn sides_of(&self, body: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.contacts.iter().enumerate().filter_map(move |(k, pair)| Some((k, pair.side_of(body)?)))
+    /// Lists the sides of a body or an obstacle: number of the pair, and 0 if it is the first of it, 1 if it is the second.
+    pub fn sides_of(&self, partner: Partner) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.contacts.iter().enumerate().filter_map(move |(k, pair)| Some((k, pair.side_of(partner)?)))
     }
 
-    /// Lists the sides of each body and obstacle, see [`Self::sides_of`], in one pass over the pairs.
+    /// Lists the sides of all bodies and then all obstacles, see [`Self::sides_of`], in one pass over the pairs.
     pub fn sides(&self) -> Vec<Vec<(usize, usize)>> {
         let mut sides = vec![Vec::new(); self.bodies.len() + self.obstacles.len()];
         for (k, pair) in self.contacts.iter().enumerate() {
-            pair.bodies.iter().enumerate().for_each(|(side, body)| sides[*body].push((k, side)));
+            self.places_of(pair)
+                .into_iter()
+                .enumerate()
+                .for_each(|(side, place)| sides[place].push((k, side)));
         }
         sides
     }
@@ -275,7 +293,7 @@ impl ContactProblem {
     /// Lists the directions that a body retains as interface unknowns: one block per side, in the order of
     /// [`Self::sides_of`], each with the rows of its pair.
     pub fn side(&self, body: usize) -> InterfaceSide {
-        self.sides_of(body).fold(InterfaceSide::default(), |all, (k, side)| {
+        self.sides_of(Partner::Body(body)).fold(InterfaceSide::default(), |all, (k, side)| {
             let rows = self.contacts[k].rows();
             all.with_block(rows.map(|row| Retained { node: row.nodes[side], direction: row.direction }))
         })
@@ -290,15 +308,15 @@ impl ContactProblem {
             let circle = |line: &&RigidLine| matches!(line, RigidLine::Circle { .. });
             let line = self.obstacle_of(pair).map(|obstacle| &obstacle.line).filter(circle);
             // Arc lengths and gaps are measured on one of the bodies.
-            let measured_on = &self.bodies[pair.bodies[pair.interface.measured_on]];
-            pair.interface.interpolated_gap(measured_on, line)
+            let measured_on = pair.partners()[pair.interface.measured_on].body().unwrap_or(pair.body);
+            pair.interface.interpolated_gap(&self.bodies[measured_on], line)
         };
         self.contacts.iter().map(of_pair).collect()
     }
 
     /// Tells whether a body carries λ in some pair.
     pub fn carries_lambda(&self, body: usize) -> bool {
-        self.contacts.iter().any(|pair| pair.imposed() == body)
+        self.contacts.iter().any(|pair| pair.imposed() == Partner::Body(body))
     }
 
     /// Lists the bodies, bodies that carry λ in some pair first: an order that does not depend on the numbers of two

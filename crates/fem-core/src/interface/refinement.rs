@@ -3,7 +3,8 @@
 use super::held::Line;
 use super::profile::Profile;
 use super::{
-    ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair, outline,
+    ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair, Partner,
+    outline,
 };
 use crate::body::{Body, BodyError, Piece};
 use crate::geometry::{Vector, norm};
@@ -95,8 +96,8 @@ impl ContactProblem {
                 refine::close(body.mesh(), edges, marked);
             }
             let mut added = false;
-            for pair in self.contacts.iter().filter(|pair| self.obstacle_of(pair).is_none()) {
-                let [first, second] = pair.bodies;
+            for pair in &self.contacts {
+                let Some([first, second]) = pair.bodies() else { continue };
                 for contact in pair.interface.line().1 {
                     let [a, b] = contact.edges;
                     if marked[first][a] != marked[second][b] {
@@ -154,13 +155,13 @@ impl ContactProblem {
         let (mut contacts, mut pairs) = (Vec::new(), Vec::new());
         let mut obstacles = self.obstacles.clone();
         for pair in &self.contacts {
-            let [first, second] = pair.bodies;
-            let (interface, parents) = match second.checked_sub(bodies.len()) {
-                None => pair.interface.refined(
+            let first = pair.body;
+            let (interface, parents) = match pair.partner {
+                Partner::Body(second) => pair.interface.refined(
                     [&bodies[first], &bodies[second]],
                     [&refinements[first], &refinements[second]],
                 )?,
-                Some(k) => {
+                Partner::Obstacle(k) => {
                     let (body, middle) = (&bodies[first], &refinements[first].middle);
                     let (finer, parents) =
                         pair.interface.refined_against(body, middle, &self.obstacles[k])?;
@@ -170,7 +171,8 @@ impl ContactProblem {
             };
             let finer = ContactPair {
                 interface,
-                bodies: pair.bodies,
+                body: first,
+                partner: pair.partner,
                 roles: pair.roles,
                 friction: pair.friction.clone(),
                 slip_before: None,
@@ -195,22 +197,23 @@ impl ContactProblem {
         };
         let mut places: Vec<HashMap<EdgeId, Vector>> = self.bodies.iter().zip(marked).map(own).collect();
         for pair in &self.contacts {
-            for edge in pair.interface.line().1.iter().filter(|_| self.obstacle_of(pair).is_none()) {
+            let Some(both) = pair.bodies() else { continue };
+            for edge in pair.interface.line().1 {
                 // Gaps are measured on one of the bodies; on an arc that gives the normals, these come from its nodes.
                 let radial = pair.interface.radial;
                 let m = radial.map_or(pair.interface.measured_on, |radial| radial.side());
                 let o = 1 - m;
-                let [own, other] = [m, o].map(|b| (&self.bodies[pair.bodies[b]], edge.edges[b]));
-                let Some(curve) = other.0.curve(other.1).filter(|_| marked[pair.bodies[o]][other.1]) else {
+                let [own, other] = [m, o].map(|b| (&self.bodies[both[b]], edge.edges[b]));
+                let Some(curve) = other.0.curve(other.1).filter(|_| marked[both[o]][other.1]) else {
                     continue;
                 };
-                let point = places[pair.bodies[m]].get(&own.1).copied();
+                let point = places[both[m]].get(&own.1).copied();
                 let point = point.unwrap_or_else(|| own.0.mesh().edge_middle(own.1));
                 let [i, j] = edge.pairs.map(|k| pair.interface.line().0[k as usize].normal);
                 let normal = radial.map_or(i + j, |radial| radial.at(point));
                 let normal = 1.0 / norm(normal) * normal;
                 if let Some(found) = curve.crossing(other.0.mesh().edge_ends(other.1), point, normal) {
-                    places[pair.bodies[o]].insert(other.1, found);
+                    places[both[o]].insert(other.1, found);
                 }
             }
         }

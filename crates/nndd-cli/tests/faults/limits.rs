@@ -171,7 +171,7 @@ fn a_time_limit_names_the_longest_step_and_may_end_a_run_before_its_first_iterat
         solve(&cases().join("paper.toml"), &out, &["--set", &cells[0], "--set", &cells[1], "--set", time])
     };
     // Time for one iteration and its certificate is given.
-    let output = limited("[18,9]");
+    let output = limited("[4,2]");
     assert_eq!(output.status.code(), Some(8), "{}", said(&output));
     let found = report(&out);
     assert!(
