@@ -5,7 +5,6 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
-use faer::linalg::cholesky::llt::inverse;
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
@@ -78,26 +77,32 @@ pub(crate) fn multiply(matrix: &[f64], x: &[f64], y: &mut [f64]) {
 /// # Panics
 /// If it has not `n²` entries.
 pub fn square(factor: &[f64], n: usize) -> Vec<f64> {
-    let mut square = vec![0.0; n * n];
-    let l = MatRef::from_column_major_slice(factor, n, n);
-    let to = MatMut::from_column_major_slice_mut(&mut square, n, n);
-    let (lower, upper) = (BlockStructure::TriangularLower, BlockStructure::TriangularUpper);
-    triangular::matmul(to, lower, Accum::Replace, l, lower, l.transpose(), upper, 1.0, Par::Seq);
-    mirror(&mut square, n);
-    square
+    times_transpose(factor, n, [BlockStructure::TriangularLower, BlockStructure::TriangularUpper])
 }
 
-/// Computes `(L Lᵀ)⁻¹`, both triangles.
+/// Computes `(L Lᵀ)⁻¹`, both triangles: `L⁻ᵀ` by substitution, which is more accurate than the inverse of `L`, and its product with
+/// its transpose.
 ///
 /// * `factor`: L, `n` rows and columns, lower triangle.
 pub(crate) fn invert(factor: &[f64], n: usize) -> Vec<f64> {
-    let mut inverse = vec![0.0; n * n];
-    let mut scratch = MemBuffer::new(inverse::inverse_scratch::<f64>(n, Par::Seq));
-    let to = MatMut::from_column_major_slice_mut(&mut inverse, n, n);
-    let l = MatRef::from_column_major_slice(factor, n, n);
-    inverse::inverse(to, l, Par::Seq, MemStack::new(&mut scratch));
-    mirror(&mut inverse, n);
-    inverse
+    let mut transpose = vec![0.0; n * n];
+    transpose.iter_mut().step_by(n + 1).for_each(|diagonal| *diagonal = 1.0);
+    let x = MatMut::from_column_major_slice_mut(&mut transpose, n, n);
+    solve_upper_triangular_in_place(MatRef::from_column_major_slice(factor, n, n).transpose(), x, Par::Seq);
+    times_transpose(&transpose, n, [BlockStructure::TriangularUpper, BlockStructure::TriangularLower])
+}
+
+/// Computes `T Tᵀ` of a triangular matrix, both triangles.
+///
+/// * `structure`: of T and of its transpose.
+fn times_transpose(triangle: &[f64], n: usize, [structure, transposed]: [BlockStructure; 2]) -> Vec<f64> {
+    let mut square = vec![0.0; n * n];
+    let t = MatRef::from_column_major_slice(triangle, n, n);
+    let to = MatMut::from_column_major_slice_mut(&mut square, n, n);
+    let lower = BlockStructure::TriangularLower;
+    triangular::matmul(to, lower, Accum::Replace, t, structure, t.transpose(), transposed, 1.0, Par::Seq);
+    mirror(&mut square, n);
+    square
 }
 
 /// Overwrites the upper triangle of a matrix with the transpose of its lower one.
