@@ -39,7 +39,7 @@ const EXTREME: [&str; 13] = [
 
 /// Counts of one feature or of all problems.
 #[derive(Default)]
-struct Row {
+struct TableRow {
     problems: usize,
     without: usize,
     /// By promise: judged and violated.
@@ -50,7 +50,7 @@ struct Row {
     large: BTreeMap<&'static str, usize>,
 }
 
-impl Row {
+impl TableRow {
     fn add(&mut self, trial: &Trial) {
         self.problems += 1;
         self.without += usize::from(trial.measured.is_none() && trial.code != 0);
@@ -93,10 +93,10 @@ impl Row {
 /// The sums over all trials so far.
 #[derive(Default)]
 struct Found {
-    rows: BTreeMap<&'static str, Row>,
-    all: Row,
+    rows: BTreeMap<&'static str, TableRow>,
+    all: TableRow,
     /// Problems without an [`EXTREME`] feature.
-    ordinary: Row,
+    ordinary: TableRow,
     runs: usize,
     violations: String,
     count: usize,

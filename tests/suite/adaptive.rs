@@ -1,8 +1,8 @@
 //! Adaptive runs: the target is met, every certificate holds, the rate is the best there is, limits are kept.
 
 use certified_contact::{
-    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Criterion, Observer, Row, Settings,
-    Silent, Step, solve, solve_adaptively,
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Criterion, IterationRecord, Observer,
+    Settings, Silent, Step, solve, solve_adaptively,
 };
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
@@ -31,7 +31,7 @@ struct Record {
 }
 
 impl Observer for Record {
-    fn iteration(&mut self, _row: &Row) {
+    fn iteration(&mut self, _row: &IterationRecord) {
         self.iterations += 1;
     }
 
@@ -53,7 +53,7 @@ impl Observer for Record {
         self.patience.is_some_and(|p| self.iterations >= p)
     }
 
-    fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
+    fn fits_in_memory(&mut self, problem: &ContactProblem) -> bool {
         let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
         self.room.is_none_or(|room| nodes <= room)
     }
@@ -213,7 +213,7 @@ fn other_limits_end_a_run_with_its_certificate() {
     adapt.max_steps = 30;
     let mut record = Record { room: Some(1200), ..Record::default() };
     let answer = run(coarse_paper(), &adapt, &mut record);
-    assert!(matches!(answer.end, AdaptiveEnd::NoRoom { nodes } if nodes > 1200), "{:?}", answer.end);
+    assert!(matches!(answer.end, AdaptiveEnd::OutOfMemory { nodes } if nodes > 1200), "{:?}", answer.end);
     assert!(answer.solution.is_certified() && answer.history.last().unwrap().nodes <= 1200);
     // Interrupted in the first iteration of a later mesh: whatever is better stays.
     let mut record = Record::default();

@@ -6,7 +6,7 @@ use cre_estimator::Relaxation;
 use fem_core::body::{ConditionList, ConditionPlace};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, FactorError, Friction, InterfaceError, SlipBefore};
+use fem_core::interface::{ContactProblem, Friction, InterfaceError, LoadFactorError, SlipBefore};
 use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_distance_squared;
 use fem_core::prepared::{PreparedProblem, Stage};
@@ -250,7 +250,7 @@ fn slip_that_does_not_fit_and_refinement_of_a_later_step_are_refused() {
     // Factors that contradict each other.
     let mut steps = LoadSteps::new(problem);
     let wrong = steps.solve(|_, _| f64::NAN, &Settings::default(), &mut Silent).unwrap_err();
-    assert!(matches!(wrong, SolveError::Factors(FactorError::Body { body: 0, .. })), "{wrong}");
+    assert!(matches!(wrong, SolveError::Factors(LoadFactorError::Body { body: 0, .. })), "{wrong}");
     assert_eq!(steps.count(), 0);
 }
 

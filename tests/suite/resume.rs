@@ -24,7 +24,7 @@ impl Observer for Record {
         self.checkpoints.push(checkpoint.clone());
     }
 
-    fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
+    fn fits_in_memory(&mut self, problem: &ContactProblem) -> bool {
         self.room
             .is_none_or(|room| problem.bodies.iter().map(|b| b.mesh().points().len()).sum::<usize>() <= room)
     }
@@ -139,7 +139,7 @@ fn a_mesh_without_room_sends_the_run_back_to_the_one_before() {
     for step in 1..whole.history.len() {
         let room = Some(whole.history[step].nodes - 1);
         let meant = run(&problem, 0.02, &mut Record { room, ..Record::default() });
-        assert!(matches!(meant.end, AdaptiveEnd::NoRoom { .. }), "{:?}", meant.end);
+        assert!(matches!(meant.end, AdaptiveEnd::OutOfMemory { .. }), "{:?}", meant.end);
         let checkpoint = &record.checkpoints[step - 1];
         same(&resume(&problem, checkpoint, 0.02, &mut Record { room, ..Record::default() }).unwrap(), &meant);
     }

@@ -4,7 +4,7 @@
 //! and step and the full sparse contact problem: neither a Schur complement nor a factor is shared with the program's iteration.
 
 use crate::model::{ContactProblem, Made, Vector};
-use contact_qp::{BoxQp, MatrixView, Place, QpSettings, SparseRows, solve_box};
+use contact_qp::{BoundState, BoxQp, MatrixView, QpSettings, SparseRows, solve_box};
 use fem_core::assembly::System;
 use fem_core::cholesky::{Cholesky, Front};
 use fem_core::ordering::ROOT;
@@ -66,7 +66,7 @@ pub fn iterate(
     let (mut lower, upper, rows) = (vec![f64::NEG_INFINITY; n], vec![f64::INFINITY; n], SparseRows::new(n));
     let pairs = problem.contacts[0].interface.pairs();
     let mut lambda = vec![0.0; pairs.len()];
-    let (mut start, mut found): (Option<Vec<Place>>, Vec<Iteration>) = (None, Vec::new());
+    let (mut start, mut found): (Option<Vec<BoundState>>, Vec<Iteration>) = (None, Vec::new());
     for _ in 0..iterations {
         // (8): K¹_II u_I = f_I − K¹_IC λ, r¹ = (K¹ u − f)_C.
         let System { stiffness, load, dofs } = &systems[0];
@@ -85,8 +85,8 @@ pub fn iterate(
             BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
         let mut contact = solve_box(&qp, start.as_deref(), settings)?;
         let force = contact.multipliers.split_off(starts[1]);
-        let active = contact.places[starts[1]..].iter().map(|place| *place == Place::Lower).collect();
-        start = Some(contact.places);
+        let active = contact.states[starts[1]..].iter().map(|place| *place == BoundState::Lower).collect();
+        start = Some(contact.states);
         // (10), (11): K w = ∓½ (r¹ + r²).
         let imbalance: Vec<f64> = reaction.iter().zip(&force).map(|(a, b)| a + b).collect();
         let corrections = [0, 1].map(|b: usize| {

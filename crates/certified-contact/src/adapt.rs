@@ -1,6 +1,6 @@
 //! The certified loop: solve, estimate, mark, refine, until the bound is at most the target; with Coulomb friction the residual.
 
-mod meshwise;
+mod solve_on_mesh;
 
 use crate::checkpoint::{Checkpoint, FinerMesh};
 use crate::coulomb::CoulombResult;
@@ -13,8 +13,8 @@ use crate::solution::CertifiedSolution;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
-use meshwise::Meshwise;
 use nndd::{CoulombSettings, CoulombStatus, NnddStatus};
+use solve_on_mesh::SolveOnMesh;
 
 /// Refining is worthwhile if the mesh contributes at least this share of the squared bound.
 const LEAST_SHARE: f64 = 0.1;
@@ -74,7 +74,7 @@ pub enum AdaptiveEnd {
     /// The observer ended the run.
     Interrupted,
     /// The observer reports too little memory for the next mesh.
-    NoRoom {
+    OutOfMemory {
         /// Nodes of that mesh.
         nodes: usize,
     },
@@ -193,7 +193,7 @@ pub fn resume_adaptively(
 }
 
 /// Starts a run on its first mesh.
-fn begin<M: Meshwise>(
+fn begin<M: SolveOnMesh>(
     problem: ContactProblem,
     method: &M,
     adapt: &AdaptSettings,
@@ -204,7 +204,7 @@ fn begin<M: Meshwise>(
 }
 
 /// Resumes a run with the last mesh of its checkpoint that can be solved.
-fn resume<M: Meshwise>(
+fn resume<M: SolveOnMesh>(
     problem: ContactProblem,
     checkpoint: Checkpoint,
     method: &M,
@@ -219,7 +219,7 @@ fn resume<M: Meshwise>(
     while !record.meshes.is_empty() {
         let step = record.meshes.len() + 1;
         let (finer, edges) = record.replay(&problem, step)?;
-        if observer.has_room_for(&finer) {
+        if observer.fits_in_memory(&finer) {
             let start = record.start_of(step)?.clone();
             match method.solve(finer, Some((record.role_reason, start)), observer) {
                 Ok(solution) => {
@@ -247,7 +247,7 @@ struct Course<S> {
 
 impl<S> Course<S> {
     /// Starts with the solution on the first mesh.
-    fn new<M: Meshwise<Solution = S>>(solution: S) -> Self {
+    fn new<M: SolveOnMesh<Solution = S>>(solution: S) -> Self {
         let (problem, ..) = M::parts(&solution);
         let (edges, roles) = (refine::longest_edges(problem), problem.roles());
         let role_reason = M::role_reason(&solution);
@@ -259,7 +259,7 @@ impl<S> Course<S> {
 /// Refines and solves until there is a reason to end.
 ///
 /// * `first`: the problem on its first mesh, if the run was resumed.
-fn follow<M: Meshwise>(
+fn follow<M: SolveOnMesh>(
     course: Course<M::Solution>,
     first: Option<&ContactProblem>,
     method: &M,
@@ -290,12 +290,12 @@ fn follow<M: Meshwise>(
         ) {
             Ok(Refined::Finer(finer)) => *finer,
             Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
-            Ok(Refined::NoRoom) => break AdaptiveEnd::MaxNodes,
+            Ok(Refined::OutOfMemory) => break AdaptiveEnd::MaxNodes,
             Err(error) => break AdaptiveEnd::Failed(error.into()),
         };
-        if !observer.has_room_for(&problem) {
+        if !observer.fits_in_memory(&problem) {
             let nodes = problem.nodes();
-            break AdaptiveEnd::NoRoom { nodes };
+            break AdaptiveEnd::OutOfMemory { nodes };
         }
         record.meshes.push(FinerMesh { rounds, start: start.clone() });
         observer.checkpoint(&record);
@@ -335,7 +335,7 @@ fn follow<M: Meshwise>(
 }
 
 /// Solves the mesh of an earlier step again.
-fn solve_step<M: Meshwise>(
+fn solve_step<M: SolveOnMesh>(
     first: &ContactProblem,
     record: &Checkpoint,
     step: usize,
@@ -387,7 +387,7 @@ fn failed_checks(estimate: Option<&Estimate>) -> Vec<(&'static str, f64)> {
 }
 
 /// Decides whether the mesh just solved is the last one.
-fn ended<M: Meshwise>(
+fn ended<M: SolveOnMesh>(
     step: &Step,
     solution: &M::Solution,
     method: &M,

@@ -1,6 +1,6 @@
 //! Coulomb friction: one solution of the discrete problem, and a residual. Nothing here is a certificate: no bound of the error is known.
 
-use crate::history::{Row, Step};
+use crate::history::{IterationRecord, Step};
 use crate::results::Results;
 use cre_estimator::Estimate;
 use fem_core::geometry::Vector;
@@ -48,8 +48,8 @@ impl CoulombResult {
     }
 
     /// Returns the solution as the only row of a history, without a bound.
-    pub fn row(&self) -> Row {
-        Row::new(&self.last, &self.problem)
+    pub fn row(&self) -> IterationRecord {
+        IterationRecord::new(&self.last, &self.problem)
     }
 
     /// Sums up the solution as a step of an adaptive run.

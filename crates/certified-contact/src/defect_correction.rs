@@ -14,7 +14,7 @@ use fem_core::interface::{ContactPair, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::stopping::EtaNndd;
-use nndd::{ContactAnswer, Iterate, Method, NnddError, Start};
+use nndd::{Iterate, Method, NnddError, Start, UnilateralSolution};
 use rayon::prelude::*;
 
 /// An increment larger than this fraction of the previous one is the last.
@@ -172,7 +172,7 @@ impl Correction<'_> {
         };
         Iterate {
             lambda: trace(0),
-            contact: ContactAnswer { normal_trace: trace(1), ..found.contact },
+            contact: UnilateralSolution { normal_trace: trace(1), ..found.contact },
             programme: iterate.programme,
             iteration: iterate.iteration,
             theta: iterate.theta,

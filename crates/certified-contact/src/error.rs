@@ -1,7 +1,7 @@
 //! Errors on the way from a problem to its certified solution.
 
 use cre_estimator::EstimatorError;
-use fem_core::interface::{ContactProblem, FactorError, InterfaceError, RefineError};
+use fem_core::interface::{ContactProblem, InterfaceError, LoadFactorError, RefineError};
 use fem_core::prepared::{AssemblyMotion, PrepareError};
 use nndd::{NnddError, UnresistedMotion};
 use thiserror::Error;
@@ -38,7 +38,7 @@ pub enum SolveError {
     Refine(#[from] RefineError),
     /// The conditions cannot be imposed with the factors of a load step.
     #[error(transparent)]
-    Factors(#[from] FactorError),
+    Factors(#[from] LoadFactorError),
     /// The slip of a load step is not finite.
     #[error(transparent)]
     Slip(#[from] InterfaceError),

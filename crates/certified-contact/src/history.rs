@@ -6,7 +6,7 @@ use nndd::{Iterate, IterationRow};
 
 /// One iteration with its estimate, if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct IterationRecord {
     /// The data of the iteration.
     pub iteration: IterationRow,
     /// The contact forces on the first and on the second bodies of the pairs, N/m, positive in compression: equal at
@@ -18,7 +18,7 @@ pub struct Row {
     pub e_cre: Option<f64>,
 }
 
-impl Row {
+impl IterationRecord {
     /// Creates the row of an iterate without estimate.
     pub(crate) fn new(iterate: &Iterate, problem: &ContactProblem) -> Self {
         let mut contact_forces = [0.0; 2];

@@ -2,7 +2,7 @@
 
 use crate::checkpoint::Checkpoint;
 use crate::coulomb::CoulombResult;
-use crate::history::{Row, Step};
+use crate::history::{IterationRecord, Step};
 use crate::solution::CertifiedSolution;
 use fem_core::interface::ContactProblem;
 
@@ -27,7 +27,7 @@ pub trait Observer {
     fn phase(&mut self, _phase: Phase) {}
 
     /// An iteration has ended.
-    fn iteration(&mut self, _row: &Row) {}
+    fn iteration(&mut self, _row: &IterationRecord) {}
 
     /// A mesh of an adaptive run has been solved.
     fn step(&mut self, _step: &Step, _solution: &CertifiedSolution) {}
@@ -37,7 +37,7 @@ pub trait Observer {
 
     /// Called before a finer mesh of an adaptive run is solved: returns whether there is enough memory for it. The
     /// bodies are in the order of the iteration.
-    fn has_room_for(&mut self, _problem: &ContactProblem) -> bool {
+    fn fits_in_memory(&mut self, _problem: &ContactProblem) -> bool {
         true
     }
 

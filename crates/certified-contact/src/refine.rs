@@ -92,7 +92,7 @@ pub(crate) enum Refined {
     /// No cell contributes anything.
     NothingToRefine,
     /// Refining a single cell would take more nodes than allowed.
-    NoRoom,
+    OutOfMemory,
 }
 
 /// A finer problem, and the initial values of its iteration.
@@ -155,7 +155,7 @@ pub(crate) fn refine(
         Some(f) => {
             Refined::Finer(Box::new(Finer { problem: f.problem, refinement_edges: edges, rounds, start }))
         }
-        None if something => Refined::NoRoom,
+        None if something => Refined::OutOfMemory,
         None => Refined::NothingToRefine,
     })
 }

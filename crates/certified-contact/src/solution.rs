@@ -1,7 +1,7 @@
 //! A certified solution and the quantities derived from it.
 
 use crate::bounds::Bounds;
-use crate::history::{Row, Step};
+use crate::history::{IterationRecord, Step};
 use crate::results::Results;
 use cre_estimator::{Estimate, EstimatorError};
 use fem_core::interface::{ContactProblem, Roles};
@@ -32,7 +32,7 @@ pub struct CertifiedSolution {
     /// The iteration.
     pub nndd: NnddSolution,
     /// One row per iteration.
-    pub rows: Vec<Row>,
+    pub rows: Vec<IterationRecord>,
     /// The certificate of the last iteration; `None` if its numbers are not finite.
     pub estimate: Option<Estimate>,
     /// Why the estimate is missing. `None` if it exists or if the run was stopped first.

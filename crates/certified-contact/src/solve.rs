@@ -3,12 +3,12 @@
 use crate::bounds::Bounds;
 use crate::defect_correction::{self, Corrected};
 use crate::error::SolveError;
-use crate::history::Row;
+use crate::history::IterationRecord;
 use crate::observer::{Observer, Phase};
 use crate::results;
 use crate::settings::{Criterion, Imposed, Settings, suits_iteration};
 use crate::solution::{CertifiedSolution, RoleReason};
-use crate::stopping::{Follow, enough, rounding, state_of};
+use crate::stopping::{EstimatorStop, enough, rounding, state_of};
 use crate::support::without_spin;
 use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
 use fem_core::boundary::ScalarData;
@@ -106,13 +106,13 @@ fn iterate(
 ) -> Result<(CertifiedSolution, Vec<CondensedBody>), SolveError> {
     observer.phase(Phase::Iterations);
     let system = problem.system();
-    let mut follow = Follow::new((&problem, &system), settings, observer);
+    let mut follow = EstimatorStop::new((&problem, &system), settings, observer);
     let mut nndd = nndd::solve_from(&system, start, &settings.method, &mut follow)
         .map_err(|error| SolveError::of_nndd(problem.problem(), error))?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not met the criterion.
-        follow.rows.push(Row::new(last, problem.problem()));
+        follow.rows.push(IterationRecord::new(last, problem.problem()));
     }
     // A diverged iteration may have overflowed: then there is no certificate, but a report.
     // A run that must end at once keeps its current certificate.
@@ -129,7 +129,7 @@ fn iterate(
         observer.phase(Phase::Iterations);
         if let Some(better) = corrected(&mut problem, &nndd, found, settings)? {
             if let Some(row) = rows.last_mut() {
-                *row = Row::new(&better.iterate, problem.problem());
+                *row = IterationRecord::new(&better.iterate, problem.problem());
                 row.take(&better.estimate);
             }
             nndd.last = better.iterate;
@@ -138,7 +138,7 @@ fn iterate(
         }
     }
     if let Some(found) = &estimate {
-        conclude(problem.problem(), &mut nndd, &mut rows, found, settings);
+        recheck_stop(problem.problem(), &mut nndd, &mut rows, found, settings);
     }
     let last = &nndd.last;
     observer.phase(Phase::Estimate);
@@ -214,10 +214,10 @@ fn corrected(
 const FREE_MOTIONS: f64 = 0.1;
 
 /// Stores the measured η_NNDD and checks whether the criterion still holds with it.
-fn conclude(
+fn recheck_stop(
     problem: &ContactProblem,
     nndd: &mut NnddSolution,
-    rows: &mut [Row],
+    rows: &mut [IterationRecord],
     estimate: &Estimate,
     settings: &Settings,
 ) {

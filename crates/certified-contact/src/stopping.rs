@@ -1,6 +1,6 @@
 //! The criterion that compares the iteration error with the mesh error.
 
-use crate::history::Row;
+use crate::history::IterationRecord;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
 use cre_estimator::{Estimate, Estimator, EstimatorError};
@@ -26,20 +26,20 @@ const NEAR_ROUND_OFF: f64 = 0.01;
 const ROUND_OFF: f64 = 1e-14;
 
 /// Follows the iteration, estimates when asked, and decides.
-pub(crate) struct Follow<'a> {
+pub(crate) struct EstimatorStop<'a> {
     problem: &'a PreparedProblem,
     system: &'a ContactSystem<'a>,
     estimator: Estimator<'a>,
     settings: &'a Settings,
     observer: &'a mut dyn Observer,
-    pub(crate) rows: Vec<Row>,
+    pub(crate) rows: Vec<IterationRecord>,
     /// The number of an iteration, and its estimate.
     pub(crate) latest: Option<(usize, Estimate)>,
     /// Why the last attempted estimate failed.
     pub(crate) no_estimate: Option<EstimatorError>,
 }
 
-impl<'a> Follow<'a> {
+impl<'a> EstimatorStop<'a> {
     pub(crate) fn new(
         (problem, system): (&'a PreparedProblem, &'a ContactSystem<'a>),
         settings: &'a Settings,
@@ -151,9 +151,9 @@ fn force_round_off(system: &ContactSystem<'_>, iterate: &Iterate) -> f64 {
     iterate.lambda.len() as f64 * f64::EPSILON * terms
 }
 
-impl StoppingCriterion for Follow<'_> {
+impl StoppingCriterion for EstimatorStop<'_> {
     fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
-        self.rows.push(Row::new(iterate, self.problem.problem()));
+        self.rows.push(IterationRecord::new(iterate, self.problem.problem()));
         let every = self.settings.estimate_every;
         if every > 0 && iterate.iteration.is_multiple_of(every) {
             self.try_estimate(iterate)?;
@@ -187,7 +187,7 @@ impl StoppingCriterion for Follow<'_> {
 
 /// Returns an η_NNDD that is rounding of where the iteration started. Without loads η_NNDD, η_dis and the forces fall to zero
 /// together, and none of them is ever small beside another.
-pub(crate) fn rounding(rows: &[Row]) -> f64 {
+pub(crate) fn rounding(rows: &[IterationRecord]) -> f64 {
     rows.first().map_or(0.0, |row| ROUND_OFF * row.iteration.eta_nndd)
 }
 

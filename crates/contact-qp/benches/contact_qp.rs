@@ -2,7 +2,7 @@
 // The macros of criterion make public functions without documentation.
 #![allow(missing_docs)]
 
-use contact_qp::{BoxQp, MatrixView, Place, QpMethod, QpSettings, SparseRows, solve_box};
+use contact_qp::{BoundState, BoxQp, MatrixView, QpMethod, QpSettings, SparseRows, solve_box};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -42,12 +42,12 @@ fn roads(criterion: &mut Criterion) {
             BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
         let changed = BoxQp { linear: &heavier, ..qp };
         let answer = solve_box(&qp, None, &QpSettings::default().with_method(QpMethod::ActiveSet));
-        let right = answer.map(|solution| solution.places).unwrap_or_default();
-        let touching = right.iter().filter(|place| **place == Place::Lower).count();
+        let right = answer.map(|solution| solution.states).unwrap_or_default();
+        let touching = right.iter().filter(|place| **place == BoundState::Lower).count();
         assert!(touching > n / 4, "{touching} of {n} nodes touch");
 
         let mut group = criterion.benchmark_group("dense");
-        let mut time = |name: &str, qp: &BoxQp<'_>, start: Option<&[Place]>, method: QpMethod| {
+        let mut time = |name: &str, qp: &BoxQp<'_>, start: Option<&[BoundState]>, method: QpMethod| {
             let settings = QpSettings::default().with_method(method);
             group.bench_function(BenchmarkId::new(name, n), |bencher| {
                 bencher.iter(|| solve_box(black_box(qp), start, &settings));

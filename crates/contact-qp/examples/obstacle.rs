@@ -7,7 +7,7 @@
 //! so that the obstacle carries `p = −f` inside the circle, in total `8π r⁴ (1 + r²/2)`.
 #![allow(clippy::print_stdout)]
 
-use contact_qp::{BoxQp, BoxSolution, MatrixView, Place, QpError, QpSettings, SparseRows, solve_box};
+use contact_qp::{BoundState, BoxQp, BoxSolution, MatrixView, QpError, QpSettings, SparseRows, solve_box};
 use std::f64::consts::PI;
 
 /// Radius² of the contact zone.
@@ -75,7 +75,7 @@ impl Membrane {
         let (lower, upper, rows) = (vec![0.0; n], vec![f64::INFINITY; n], SparseRows::new(n));
         let qp =
             BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
-        solve_box(&qp, warm_start.map(|s| s.places.as_slice()), &QpSettings::default())
+        solve_box(&qp, warm_start.map(|s| s.states.as_slice()), &QpSettings::default())
     }
 
     fn largest_error(&self, solution: &BoxSolution) -> f64 {
@@ -83,7 +83,7 @@ impl Membrane {
     }
 
     fn contact_area(&self, solution: &BoxSolution) -> f64 {
-        let touching = solution.places.iter().filter(|place| **place == Place::Lower).count();
+        let touching = solution.states.iter().filter(|place| **place == BoundState::Lower).count();
         touching as f64 * self.spacing * self.spacing
     }
 }

@@ -3,10 +3,10 @@
 //! Both are found by a semi-smooth Newton method on the multipliers of the rows, whose matrix `G_F W⁻¹ G_Fᵀ + ρ I` is sparse: rows of motions
 //! meet only the forces on their own bodies.
 
+use crate::bound_state::BoundState;
 use crate::box_qp::{solve_box, solve_on_sets};
 use crate::dense::{dot, norm};
 use crate::error::QpError;
-use crate::place::Place;
 use crate::problem::{MatrixView, check_length, check_values};
 use crate::programme::BoxQp;
 use crate::settings::QpSettings;
@@ -142,8 +142,8 @@ fn on_its_active_set(
     right_side: &[f64],
 ) -> Result<Option<Balanced>, QpError> {
     let n = target.len();
-    let (starts, places): (Vec<usize>, Vec<usize>) = ((0..=n).collect(), (0..n).collect());
-    let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: weights };
+    let (starts, states): (Vec<usize>, Vec<usize>) = ((0..=n).collect(), (0..n).collect());
+    let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &states, values: weights };
     let linear: Vec<f64> = target.iter().zip(weights).map(|(t, w)| -w * t).collect();
     let qp = BoxQp { matrix, linear: &linear, lower, upper, rows, right_side };
     let found = solve_box(&qp, None, &QpSettings::default().active_sets_first())?;
@@ -274,22 +274,22 @@ impl<'a> Projection<'a> {
         let bounds = |bounds: &[f64], free: f64| [bounds, &vec![free; m]].concat();
         let (lower, upper) = (bounds(self.lower, f64::NEG_INFINITY), bounds(self.upper, f64::INFINITY));
         let starts: Vec<usize> = (0..=n + m).map(|j| j.saturating_sub(n)).collect();
-        let places: Vec<usize> = (n..n + m).collect();
+        let states: Vec<usize> = (n..n + m).collect();
         let (values, linear) = (vec![1.0; m], vec![0.0; n + m]);
         let matrix = MatrixView::SparseUpper {
             n: n + m,
             column_starts: &starts,
-            row_indices: &places,
+            row_indices: &states,
             values: &values,
         };
         let right_side = self.right_side;
         let qp = BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side };
         let place = |i: usize| match x.get(i) {
-            Some(x) if *x <= lower[i] => Place::Lower,
-            Some(x) if *x >= upper[i] => Place::Upper,
-            _ => Place::Free,
+            Some(x) if *x <= lower[i] => BoundState::Lower,
+            Some(x) if *x >= upper[i] => BoundState::Upper,
+            _ => BoundState::Free,
         };
-        let start: Vec<Place> = (0..n + m).map(place).collect();
+        let start: Vec<BoundState> = (0..n + m).map(place).collect();
         Ok(solve_on_sets(&qp, start)?.map(|mut x| {
             let left = x.split_off(n);
             (x, left)
@@ -312,7 +312,7 @@ impl<'a> Projection<'a> {
             let weight = |i: usize| if between(i) { 1.0 / centre.weights[i] } else { 0.0 };
             let weights: Vec<f64> = (0..p.len()).map(weight).collect();
             let size = norm(&gradient);
-            // Values at their bounds but for rounding may change places for ever.
+            // Values at their bounds but for rounding may change states for ever.
             idle = if size < 0.5 * best { 0 } else { idle + 1 };
             best = best.min(size);
             let is_rounding = idle >= 1 && size <= ROUNDED * scale || idle >= IDLE && size <= NEARLY * scale;

@@ -15,15 +15,15 @@ mod augmented;
 mod full;
 mod kept;
 
+use crate::bound_state::BoundState;
 use crate::error::QpError;
 use crate::interior_point::{self, BoxedPoint};
-use crate::place::Place;
 use crate::programme::BoxQp;
 use crate::reduce;
 use crate::residuals::kkt_residuals;
 use crate::settings::{QpMethod, QpSettings};
 use crate::solution::{BoxSolution, QpCounts, QpPath, QpStatus};
-use active_set::{Candidate, System};
+use active_set::{ActiveSetPoint, System};
 
 /// A way to the solution. Each begins where the one before it ended, and the KKT residuals decide whether it has led there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +65,7 @@ const MOST_DESCENDED: usize = 2000;
 /// [`QpStatus::Infeasible`].
 pub fn solve_box(
     qp: &BoxQp<'_>,
-    start: Option<&[Place]>,
+    start: Option<&[BoundState]>,
     settings: &QpSettings,
 ) -> Result<BoxSolution, QpError> {
     solve_by(&WAYS, qp, start, settings)
@@ -74,13 +74,13 @@ pub fn solve_box(
 fn solve_by(
     ways: &[Way],
     qp: &BoxQp<'_>,
-    start: Option<&[Place]>,
+    start: Option<&[BoundState]>,
     settings: &QpSettings,
 ) -> Result<BoxSolution, QpError> {
     settings.check()?;
     qp.check()?;
     let n = qp.linear.len();
-    if let Some(found) = start.map(<[Place]>::len).filter(|found| *found != n) {
+    if let Some(found) = start.map(<[BoundState]>::len).filter(|found| *found != n) {
         return Err(QpError::Length { what: "start", expected: n, found });
     }
     if n == 0 {
@@ -109,7 +109,7 @@ fn solve_by(
 }
 
 /// Chooses the first set; `None` if the method begins with Clarabel.
-fn first_set(qp: &BoxQp<'_>, start: Option<&[Place]>, method: QpMethod) -> Option<Vec<Place>> {
+fn first_set(qp: &BoxQp<'_>, start: Option<&[BoundState]>, method: QpMethod) -> Option<Vec<BoundState>> {
     let is_bounded = qp.lower.iter().chain(qp.upper).any(|bound| bound.is_finite());
     match (method, start) {
         (QpMethod::Clarabel, _) => None,
@@ -126,7 +126,7 @@ struct Search<'a> {
     near: BoxQp<'a>,
     system: System<'a>,
     settings: &'a QpSettings,
-    start: Option<Vec<Place>>,
+    start: Option<Vec<BoundState>>,
     /// What Clarabel has found for the whole programme.
     point: Option<BoxedPoint>,
     counts: QpCounts,
@@ -134,7 +134,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// Follows one way; `None` if it does not apply or leads nowhere.
-    fn follow(&mut self, way: Way) -> Result<Option<Candidate>, QpError> {
+    fn follow(&mut self, way: Way) -> Result<Option<ActiveSetPoint>, QpError> {
         match way {
             Way::ActiveSets => Ok(self.active_sets()),
             Way::Shrunk => self.shrunk(),
@@ -144,7 +144,7 @@ impl Search<'_> {
         }
     }
 
-    fn active_sets(&mut self) -> Option<Candidate> {
+    fn active_sets(&mut self) -> Option<ActiveSetPoint> {
         let start = self.start.take()?;
         let origin = vec![0.0; start.len()];
         let (found, sets) = self.system.active_set(start, &origin, self.settings.step_limit());
@@ -152,35 +152,35 @@ impl Search<'_> {
         found
     }
 
-    fn shrunk(&mut self) -> Result<Option<Candidate>, QpError> {
-        let Some((places, iterations)) = reduce::guess(&self.near, self.settings)? else { return Ok(None) };
+    fn shrunk(&mut self) -> Result<Option<ActiveSetPoint>, QpError> {
+        let Some((states, iterations)) = reduce::guess(&self.near, self.settings)? else { return Ok(None) };
         self.counts.shrunk_calls = 1;
         self.counts.interior_points += iterations;
         let limit = self.settings.step_limit();
-        Ok(self.polished(places, &vec![0.0; self.near.linear.len()], limit))
+        Ok(self.polished(states, &vec![0.0; self.near.linear.len()], limit))
     }
 
-    fn clarabel(&mut self) -> Result<Option<Candidate>, QpError> {
+    fn clarabel(&mut self) -> Result<Option<ActiveSetPoint>, QpError> {
         let point = interior_point::solve_boxed(&self.near, self.settings)?;
         self.counts.whole_calls = 1;
         self.counts.interior_points += point.iterations;
-        let found = self.polished(point.places.clone(), &point.x, self.settings.max_iterations);
+        let found = self.polished(point.states.clone(), &point.x, self.settings.max_iterations);
         self.point = Some(point);
         Ok(found)
     }
 
-    fn polished(&mut self, places: Vec<Place>, from: &[f64], limit: usize) -> Option<Candidate> {
-        let (found, sets) = self.system.active_set(places, from, limit);
+    fn polished(&mut self, states: Vec<BoundState>, from: &[f64], limit: usize) -> Option<ActiveSetPoint> {
+        let (found, sets) = self.system.active_set(states, from, limit);
         self.counts.polish_sets += sets;
         found
     }
 
-    fn descent(&mut self) -> Option<Candidate> {
+    fn descent(&mut self) -> Option<ActiveSetPoint> {
         let point = self.point.as_ref().filter(|_| self.is_small())?;
         // The second one passes all bounds on its way, but finds no set on which the rows cannot hold.
-        for places in [point.places.clone(), self.near.places_at_rest()] {
-            let limit = MOST_DESCENTS + 4 * places.len();
-            let (found, steps) = self.system.descend(&point.x, places, limit);
+        for states in [point.states.clone(), self.near.places_at_rest()] {
+            let limit = MOST_DESCENTS + 4 * states.len();
+            let (found, steps) = self.system.descend(&point.x, states, limit);
             self.counts.descent_steps += steps;
             if found.is_some() {
                 return found;
@@ -189,17 +189,17 @@ impl Search<'_> {
         None
     }
 
-    fn multipliers(&mut self) -> Option<Candidate> {
+    fn multipliers(&mut self) -> Option<ActiveSetPoint> {
         let point = self.point.as_ref().filter(|_| self.is_small())?;
         self.counts.fitted = 1;
-        self.system.with_fitting_multipliers(&point.places, &point.x)
+        self.system.with_fitting_multipliers(&point.states, &point.x)
     }
 
     fn is_small(&self) -> bool {
         !self.system.is_sparse() || self.near.linear.len() <= MOST_DESCENDED
     }
 
-    fn answer(&self, qp: &BoxQp<'_>, candidate: Candidate) -> BoxSolution {
+    fn answer(&self, qp: &BoxQp<'_>, candidate: ActiveSetPoint) -> BoxSolution {
         let QpCounts { active_sets, interior_points, .. } = self.counts;
         let (path, iterations) = match (self.counts.clarabel_calls(), active_sets) {
             (0, 1) => (QpPath::WarmStart, 1),
@@ -219,10 +219,12 @@ impl Search<'_> {
             Some(other) => other,
         };
         let candidate = match point {
-            Some(point) => Candidate { x: point.x, a: point.row_multipliers, places: point.places },
-            None => {
-                Candidate { x: vec![0.0; n], a: vec![0.0; qp.right_side.len()], places: qp.places_at_rest() }
-            }
+            Some(point) => ActiveSetPoint { x: point.x, a: point.row_multipliers, states: point.states },
+            None => ActiveSetPoint {
+                x: vec![0.0; n],
+                a: vec![0.0; qp.right_side.len()],
+                states: qp.places_at_rest(),
+            },
         };
         Ok(BoxSolution { status, ..self.answer(qp, candidate) })
     }
@@ -230,7 +232,7 @@ impl Search<'_> {
 
 /// Answers a programme without unknowns, which Clarabel does not take: its rows hold if their right sides are zero.
 fn without_unknowns(qp: &BoxQp<'_>, settings: &QpSettings) -> BoxSolution {
-    let empty = Candidate { x: Vec::new(), a: vec![0.0; qp.right_side.len()], places: Vec::new() };
+    let empty = ActiveSetPoint { x: Vec::new(), a: vec![0.0; qp.right_side.len()], states: Vec::new() };
     let answer = empty.into_solution(qp);
     let holds = answer.kkt.max() <= settings.kkt_tolerance;
     BoxSolution { status: if holds { QpStatus::Solved } else { QpStatus::Infeasible }, ..answer }
@@ -242,36 +244,36 @@ fn without_unknowns(qp: &BoxQp<'_>, settings: &QpSettings) -> BoxSolution {
 ///
 /// # Errors
 /// Those of [`BoxQp::check`].
-pub(crate) fn solve_on_sets(qp: &BoxQp<'_>, start: Vec<Place>) -> Result<Option<Vec<f64>>, QpError> {
+pub(crate) fn solve_on_sets(qp: &BoxQp<'_>, start: Vec<BoundState>) -> Result<Option<Vec<f64>>, QpError> {
     qp.check()?;
     let origin = vec![0.0; qp.linear.len()];
     let (found, _) = System::new(qp, qp).active_set(start, &origin, QpSettings::default().max_iterations);
     Ok(found.map(|candidate| candidate.into_solution(qp).x))
 }
 
-impl Candidate {
+impl ActiveSetPoint {
     /// Makes bounds and signs exact, provided that the errors are round-off.
     fn into_solution(self, qp: &BoxQp<'_>) -> BoxSolution {
-        let Self { mut x, a, mut places } = self;
+        let Self { mut x, a, mut states } = self;
         for i in 0..x.len() {
-            if places[i] == Place::Free && x[i] <= qp.lower[i] {
-                places[i] = Place::Lower;
-            } else if places[i] == Place::Free && x[i] >= qp.upper[i] {
-                places[i] = Place::Upper;
+            if states[i] == BoundState::Free && x[i] <= qp.lower[i] {
+                states[i] = BoundState::Lower;
+            } else if states[i] == BoundState::Free && x[i] >= qp.upper[i] {
+                states[i] = BoundState::Upper;
             }
-            if places[i] != Place::Free {
-                x[i] = qp.bound(i, places[i]);
+            if states[i] != BoundState::Free {
+                x[i] = qp.bound(i, states[i]);
             }
         }
         debug_assert!(x.iter().zip(qp.lower.iter().zip(qp.upper)).all(|(x, (l, u))| (l..=u).contains(&x)));
         let mut multipliers = qp.gradient(&x, &a);
-        for (i, (y, place)) in multipliers.iter_mut().zip(&mut places).enumerate() {
+        for (i, (y, place)) in multipliers.iter_mut().zip(&mut states).enumerate() {
             if qp.lower[i] == qp.upper[i] {
-                *place = if *y < 0.0 { Place::Upper } else { Place::Lower };
+                *place = if *y < 0.0 { BoundState::Upper } else { BoundState::Lower };
             }
             *y = match place {
-                Place::Lower if *y > 0.0 => *y,
-                Place::Upper if *y < 0.0 => *y,
+                BoundState::Lower if *y > 0.0 => *y,
+                BoundState::Upper if *y < 0.0 => *y,
                 _ => 0.0,
             };
         }
@@ -280,7 +282,7 @@ impl Candidate {
             x,
             multipliers,
             row_multipliers: a,
-            places,
+            states,
             status: QpStatus::Solved,
             path: QpPath::ActiveSet,
             iterations: 0,

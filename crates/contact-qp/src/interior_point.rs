@@ -1,8 +1,8 @@
 //! Clarabel (Goulart and Chen 2024): scaling of the problem, the call, and its status. The only file that uses
 //! Clarabel.
 
+use crate::bound_state::BoundState;
 use crate::error::QpError;
-use crate::place::Place;
 use crate::problem::MatrixView;
 use crate::programme::{BoxQp, Units};
 use crate::settings::QpSettings;
@@ -27,7 +27,7 @@ pub(crate) struct BoxedPoint {
     /// `a`.
     pub(crate) row_multipliers: Vec<f64>,
     /// An unknown is at a bound if its scaled multiplier exceeds its scaled distance from there.
-    pub(crate) places: Vec<Place>,
+    pub(crate) states: Vec<BoundState>,
 }
 
 /// Calls Clarabel in units that make its tolerance dimensionless and give all unknowns the same scale: with `d_i = √P_ii` and the load `f`,
@@ -48,25 +48,25 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
     let (below, above) = (bounded(qp.lower), bounded(qp.upper));
     let [first_below, first_above] = [m + fixed.len(), m + fixed.len() + below.len()];
     // Column by column: the equality rows, then x = l, then −x ≤ −l, then x ≤ u.
-    let (mut starts, mut places, mut entries) = (vec![0], Vec::new(), Vec::new());
+    let (mut starts, mut states, mut entries) = (vec![0], Vec::new(), Vec::new());
     let columns = qp.rows.transposed();
     for i in 0..n {
         for (k, g) in columns.row(i) {
-            places.push(k);
+            states.push(k);
             entries.push(g / roots[i] / norms[k]);
         }
         for (list, first, entry) in
             [(&fixed, m, 1.0), (&below, first_below, -1.0), (&above, first_above, 1.0)]
         {
             if let Ok(place) = list.binary_search(&i) {
-                places.push(first + place);
+                states.push(first + place);
                 entries.push(entry);
             }
         }
-        starts.push(places.len());
+        starts.push(states.len());
     }
     let bounds = below.len() + above.len();
-    let matrix = CscMatrix::new(first_below + bounds, n, starts, places, entries);
+    let matrix = CscMatrix::new(first_below + bounds, n, starts, states, entries);
     let scaled = |i: usize, bound: f64| bound * roots[i] / load;
     let rhs: Vec<f64> = (0..m)
         .map(|k| qp.right_side[k] / norms[k] / load)
@@ -88,14 +88,16 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
             .map_err(|error| QpError::Library { library: "clarabel", message: error.to_string() })?;
     solver.solve();
     let answer = &solver.solution;
-    let mut places = vec![Place::Free; n];
-    fixed.iter().for_each(|i| places[*i] = Place::Lower);
-    for (first, list, place) in [(first_below, &below, Place::Lower), (first_above, &above, Place::Upper)] {
+    let mut states = vec![BoundState::Free; n];
+    fixed.iter().for_each(|i| states[*i] = BoundState::Lower);
+    for (first, list, place) in
+        [(first_below, &below, BoundState::Lower), (first_above, &above, BoundState::Upper)]
+    {
         for (k, &i) in list.iter().enumerate() {
             // Rows that leave no room make the multipliers of both bounds large.
             let above = scaled(i, qp.upper[i]) - answer.x[i] < answer.x[i] - scaled(i, qp.lower[i]);
-            if answer.z[first + k] > answer.s[first + k] && above == (place == Place::Upper) {
-                places[i] = place;
+            if answer.z[first + k] > answer.s[first + k] && above == (place == BoundState::Upper) {
+                states[i] = place;
             }
         }
     }
@@ -107,7 +109,7 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
         iterations: answer.iterations as usize,
         x: (0..n).map(|i| finite_or_zero(answer.x[i] * load / roots[i])).collect(),
         row_multipliers: (0..m).map(|k| finite_or_zero(-answer.z[k] * load / norms[k])).collect(),
-        places,
+        states,
     })
 }
 

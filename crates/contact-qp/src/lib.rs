@@ -28,7 +28,7 @@
 //! # Types, in the order one meets them
 //! - [`MatrixView`], [`SparseRows`] and [`BoxQp`] are the data;
 //! - [`QpSettings`] and [`QpMethod`] say how to solve;
-//! - [`Place`] says where an unknown is: a start, and part of the answer;
+//! - [`BoundState`] says where an unknown is: a start, and part of the answer;
 //! - [`solve_box`] returns a [`BoxSolution`], with its [`QpStatus`], the method used ([`QpPath`]), how often each way to a solution was
 //!   taken ([`QpCounts`]), and its accuracy ([`KktResiduals`]); [`kkt_residuals`] measures any other point;
 //! - [`QpError`] says why a programme is invalid;
@@ -40,7 +40,7 @@
 //! # Example
 //! Two masses on springs, the first above a floor at 0.5; without it the loads would move them to (0, 1).
 //! ```
-//! use contact_qp::{BoxQp, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows, solve_box};
+//! use contact_qp::{BoxQp, MatrixView, BoundState, QpPath, QpSettings, QpStatus, SparseRows, solve_box};
 //!
 //! let (p, rows) = ([4.0, -2.0, -2.0, 4.0], SparseRows::new(2));
 //! let qp = BoxQp {
@@ -55,16 +55,17 @@
 //! assert_eq!((first.status, first.path), (QpStatus::Solved, QpPath::Clarabel));
 //! assert_eq!(first.x, [0.5, 1.25]);
 //! assert_eq!(first.multipliers, [1.5, 0.0]); // 4·0.5 − 2·1.25 + 2
-//! assert_eq!(first.places, [Place::Lower, Place::Free]);
+//! assert_eq!(first.states, [BoundState::Lower, BoundState::Free]);
 //!
 //! // A slightly different load: the same bound is reached, so no interior point is needed.
 //! let heavier = BoxQp { linear: &[2.0, -4.2], ..qp };
-//! let second = solve_box(&heavier, Some(&first.places), &QpSettings::default())?;
+//! let second = solve_box(&heavier, Some(&first.states), &QpSettings::default())?;
 //! assert_eq!((second.path, second.counts.clarabel_calls()), (QpPath::WarmStart, 0));
 //! # Ok::<(), contact_qp::QpError>(())
 //! ```
 
 mod balance;
+mod bound_state;
 mod box_qp;
 mod cholesky;
 mod dense;
@@ -73,7 +74,6 @@ mod independent;
 mod interior_point;
 mod least_squares;
 mod matrix;
-mod place;
 mod problem;
 mod programme;
 mod reduce;
@@ -84,11 +84,11 @@ mod solution;
 mod sparse;
 
 pub use balance::{Balanced, nearest_balanced, unbalanced_load};
+pub use bound_state::BoundState;
 pub use box_qp::solve_box;
 pub use error::QpError;
 pub use independent::IndependentRows;
 pub use least_squares::nonnegative_least_squares;
-pub use place::Place;
 pub use problem::MatrixView;
 pub use programme::BoxQp;
 pub use residuals::{KktResiduals, kkt_residuals};

@@ -1,8 +1,8 @@
 //! The programme given by the caller (borrowed data), and its checks.
 
+use crate::bound_state::BoundState;
 use crate::dense::largest;
 use crate::error::QpError;
-use crate::place::Place;
 use crate::problem::{MatrixView, check_finite, check_length};
 use crate::sparse::SparseRows;
 
@@ -87,8 +87,8 @@ impl BoxQp<'_> {
     }
 
     /// Places unknowns between equal bounds there, and all others between their bounds.
-    pub(crate) fn places_at_rest(&self) -> Vec<Place> {
-        let place = |(l, u): (&f64, &f64)| if l == u { Place::Lower } else { Place::Free };
+    pub(crate) fn places_at_rest(&self) -> Vec<BoundState> {
+        let place = |(l, u): (&f64, &f64)| if l == u { BoundState::Lower } else { BoundState::Free };
         self.lower.iter().zip(self.upper).map(place).collect()
     }
 
@@ -130,11 +130,11 @@ impl BoxQp<'_> {
         [(0..n).map(lower).collect(), (0..n).map(upper).collect()]
     }
 
-    pub(crate) fn bound(&self, i: usize, place: Place) -> f64 {
+    pub(crate) fn bound(&self, i: usize, place: BoundState) -> f64 {
         match place {
-            Place::Lower => self.lower[i],
-            Place::Upper => self.upper[i],
-            Place::Free => 0.0,
+            BoundState::Lower => self.lower[i],
+            BoundState::Upper => self.upper[i],
+            BoundState::Free => 0.0,
         }
     }
 }

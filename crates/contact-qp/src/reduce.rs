@@ -11,10 +11,10 @@
 //! The solution violates dropped bounds between active ones and no others, except near the end of a contact zone. So its
 //! active set, with the violated bounds, is a few primal-dual steps from the right one.
 
+use crate::bound_state::BoundState;
 use crate::cholesky::{Factor, eliminate};
 use crate::error::QpError;
 use crate::interior_point;
-use crate::place::Place;
 use crate::problem::MatrixView;
 use crate::programme::BoxQp;
 use crate::settings::QpSettings;
@@ -32,7 +32,10 @@ const MOST: usize = 160;
 ///
 /// # Errors
 /// [`QpError::Library`] when Clarabel rejects the data.
-pub(crate) fn guess(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Option<(Vec<Place>, usize)>, QpError> {
+pub(crate) fn guess(
+    qp: &BoxQp<'_>,
+    settings: &QpSettings,
+) -> Result<Option<(Vec<BoundState>, usize)>, QpError> {
     let MatrixView::Dense { n, values } = qp.matrix else { return Ok(None) };
     let is_bounded = |i: &usize| qp.lower[*i].is_finite() || qp.upper[*i].is_finite();
     let bounded: Vec<usize> = (0..n).filter(is_bounded).collect();
@@ -67,20 +70,20 @@ pub(crate) fn guess(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Option<(Vec
     };
     let found = interior_point::solve_boxed(&small, settings)?;
 
-    let mut places = vec![Place::Free; n];
-    kept.iter().zip(&found.places).for_each(|(k, place)| places[*k] = *place);
+    let mut states = vec![BoundState::Free; n];
+    kept.iter().zip(&found.states).for_each(|(k, place)| states[*k] = *place);
     let mut x = vec![0.0; rest.len()];
     for (column, weight) in solved.chunks_exact(rest.len().max(1)).zip(found.x.iter().chain([&1.0])) {
         x.iter_mut().zip(column).for_each(|(x, value)| *x -= weight * value);
     }
     for (&i, x) in rest.iter().zip(x) {
-        places[i] = match x {
-            x if x < qp.lower[i] => Place::Lower,
-            x if x > qp.upper[i] => Place::Upper,
-            _ => Place::Free,
+        states[i] = match x {
+            x if x < qp.lower[i] => BoundState::Lower,
+            x if x > qp.upper[i] => BoundState::Upper,
+            _ => BoundState::Free,
         };
     }
-    Ok(Some((places, found.iterations)))
+    Ok(Some((states, found.iterations)))
 }
 
 /// Chooses at most `most` of some numbers, evenly spread, with the first and the last.
@@ -117,16 +120,16 @@ mod tests {
         let matrix = MatrixView::Dense { n, values: &values };
         let sag = |i: usize| -((i + 1) as f64) * (n - i) as f64 / 2.0;
         let (rows, upper) = (SparseRows::new(n), vec![f64::INFINITY; n]);
-        for (allowed, wanted) in [(1.01, Place::Free), (0.5, Place::Lower)] {
+        for (allowed, wanted) in [(1.01, BoundState::Free), (0.5, BoundState::Lower)] {
             let mut lower = vec![f64::NEG_INFINITY; n];
             [40, 200].into_iter().for_each(|i| lower[i] = allowed * sag(i));
             let linear = vec![1.0; n];
             let qp =
                 BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side: &[] };
-            let (places, iterations) = guess(&qp, &QpSettings::default()).unwrap().unwrap();
+            let (states, iterations) = guess(&qp, &QpSettings::default()).unwrap().unwrap();
             assert!(iterations > 0);
-            for (i, place) in places.into_iter().enumerate() {
-                assert_eq!(place, if [40, 200].contains(&i) { wanted } else { Place::Free }, "{i}");
+            for (i, place) in states.into_iter().enumerate() {
+                assert_eq!(place, if [40, 200].contains(&i) { wanted } else { BoundState::Free }, "{i}");
             }
         }
     }

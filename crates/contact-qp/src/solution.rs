@@ -1,6 +1,6 @@
 //! The solution of a programme, the way that led to it, and its accuracy.
 
-use crate::place::Place;
+use crate::bound_state::BoundState;
 use crate::residuals::KktResiduals;
 use std::fmt;
 
@@ -114,7 +114,7 @@ pub struct BoxSolution {
     /// `a`, of least norm if rows depend on each other.
     pub row_multipliers: Vec<f64>,
     /// Where each unknown is.
-    pub places: Vec<Place>,
+    pub states: Vec<BoundState>,
     /// How the solve ended.
     pub status: QpStatus,
     /// Method that found this solution.

@@ -2,7 +2,7 @@
 
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::{recovery, without_body_force};
-use crate::lanes::{Lanes, Pair, Row, Tensor, apply, contract, cross, dot, less, load_pair, turned};
+use crate::lanes::{LaneRow, Lanes, Pair, Tensor, apply, contract, cross, dot, less, load_pair, turned};
 use fem_core::body::Body;
 use fem_core::geometry::Vector;
 use fem_core::parallel::each_task;
@@ -17,9 +17,9 @@ const NODES: usize = 9;
 #[derive(Default)]
 pub(crate) struct Geometry {
     /// From corner 0 to corners 1 and 2, m.
-    edges: [[Row; 2]; 2],
+    edges: [[LaneRow; 2]; 2],
     /// `E⁻¹` in Voigt form, the upper half by rows, 1/Pa.
-    compliance: [Row; 6],
+    compliance: [LaneRow; 6],
 }
 
 impl Geometry {
@@ -55,7 +55,7 @@ impl Geometry {
 pub(crate) struct Gathered {
     pub(crate) geometry: Geometry,
     /// Loads on the edges without what carries the body force, N/m: edge, end, component.
-    loads: [Row; 12],
+    loads: [LaneRow; 12],
 }
 
 impl Gathered {
@@ -330,12 +330,12 @@ fn total<S: Simd>(d: &[Tensor<S>; NODES], k: usize) -> Tensor<S> {
 
 /// A constant stress per triangle, gathered from the mesh.
 #[inline(always)]
-pub(crate) fn load_tensor<S: Simd>(simd: S, rows: &[Row; 3]) -> Tensor<S> {
+pub(crate) fn load_tensor<S: Simd>(simd: S, rows: &[LaneRow; 3]) -> Tensor<S> {
     [Lanes::load(simd, &rows[0]), Lanes::load(simd, &rows[1]), Lanes::load(simd, &rows[2])]
 }
 
 #[inline(always)]
-pub(crate) fn set_tensor(rows: &mut [Row; 3], lane: usize, s: SymTensor2) {
+pub(crate) fn set_tensor(rows: &mut [LaneRow; 3], lane: usize, s: SymTensor2) {
     (rows[0][lane], rows[1][lane], rows[2][lane]) = (s.xx, s.yy, s.xy);
 }
 
@@ -368,7 +368,7 @@ impl pulp::WithSimd for Distance<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { body, stress, triangles } = self;
-        let (mut gathered, mut finite_element) = (Gathered::default(), [Row::default(); 3]);
+        let (mut gathered, mut finite_element) = (Gathered::default(), [LaneRow::default(); 3]);
         let mut sum = 0.0;
         for first in triangles.clone().step_by(S::F64_LANES) {
             let group = first..triangles.end.min(first + S::F64_LANES);
@@ -377,7 +377,7 @@ impl pulp::WithSimd for Distance<'_> {
                 set_tensor(&mut finite_element, lane, stress.finite_element[t]);
             }
             let cells = Cells::new(simd, &gathered, body.body_force());
-            let mut distances = Row::default();
+            let mut distances = LaneRow::default();
             cells.distance_squared(load_tensor(simd, &finite_element)).store(&mut distances);
             // One by one: the sum does not depend on the number of lanes.
             distances[..group.len()].iter().for_each(|distance| sum += distance);

@@ -11,7 +11,7 @@
 //! system has one free vector. Conditions at the ends of an open star fix it completely or partly; the rest
 //! is a weighted mean. This needs no matrix and no rank decision.
 
-use crate::shared::Shared;
+use crate::atomic_slots::AtomicSlots;
 use crate::star::{Spoke, Star, StarList};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::geometry::{Vector, cross, perpendicular};
@@ -42,7 +42,7 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
     let nodes = mesh.points().len();
     let edges = mesh.topology().edges().len();
     // Each number is written from one vertex.
-    let found = Shared::zeros(4 * edges);
+    let found = AtomicSlots::zeros(4 * edges);
     for_each_task(nodes.div_ceil(CHUNK), &|k| {
         let mut work = Work::default();
         for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
@@ -88,7 +88,7 @@ impl Work {
 
 impl Recovery<'_> {
     /// Finds the moments about a vertex.
-    fn vertex(&self, node: NodeId, work: &mut Work, found: &Shared) {
+    fn vertex(&self, node: NodeId, work: &mut Work, found: &AtomicSlots) {
         work.gather(self, node);
         self.differences(work);
         let mean = self.mean(node, work);

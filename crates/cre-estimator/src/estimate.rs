@@ -17,9 +17,9 @@ use fem_core::condensation::CondensedBody;
 use fem_core::element::Triangle;
 use fem_core::geometry::norm;
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, PairState};
+use fem_core::memory::fits_in_memory;
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::prepared::PreparedProblem;
-use fem_core::room::has_room_for;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -187,7 +187,7 @@ impl<'a> Estimator<'a> {
             let bodies = prepared.problem().bodies.iter().enumerate();
             let missing = bodies.filter(|(b, _)| !self.stars.has(*b));
             let bytes: usize = missing.map(|(_, body)| bytes_of_stars(body.mesh())).sum();
-            if bytes > 0 && !has_room_for(bytes) {
+            if bytes > 0 && !fits_in_memory(bytes) {
                 return Err(EstimatorError::OutOfMemory { bytes });
             }
         }

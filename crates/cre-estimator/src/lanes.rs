@@ -7,7 +7,7 @@ use std::ops::{Add, AddAssign, Mul, Sub};
 pub(crate) const MOST_LANES: usize = 8;
 
 /// One number per triangle, as it is gathered from a mesh; only the lanes that the processor has are used.
-pub(crate) type Row = [f64; MOST_LANES];
+pub(crate) type LaneRow = [f64; MOST_LANES];
 
 /// One number per lane. Every lane computes what it would alone, so results do not depend on the number of lanes; a processor that cannot
 /// fuse products and sums rounds differently.
@@ -31,18 +31,18 @@ impl<S: Simd> Lanes<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn load(simd: S, row: &Row) -> Self {
+    pub(crate) fn load(simd: S, row: &LaneRow) -> Self {
         Self::load_part(simd, row, 0)
     }
 
     #[inline(always)]
-    pub(crate) fn store(self, row: &mut Row) {
+    pub(crate) fn store(self, row: &mut LaneRow) {
         self.store_part(row, 0);
     }
 
     /// Loads the numbers of the group `part` of lanes.
     #[inline(always)]
-    pub(crate) fn load_part(simd: S, row: &Row, part: usize) -> Self {
+    pub(crate) fn load_part(simd: S, row: &LaneRow, part: usize) -> Self {
         const { assert!(MOST_LANES.is_multiple_of(S::F64_LANES)) }
         Self { simd, numbers: S::as_simd_f64s(row).0[part] }
     }
@@ -50,7 +50,7 @@ impl<S: Simd> Lanes<S> {
     /// Loads numbers in single precision.
     #[inline(always)]
     pub(crate) fn load_single(simd: S, row: &[f32; MOST_LANES], part: usize) -> Self {
-        let mut numbers = Row::default();
+        let mut numbers = LaneRow::default();
         for (x, single) in numbers.iter_mut().zip(&row[part * S::F64_LANES..][..S::F64_LANES]) {
             *x = f64::from(*single);
         }
@@ -58,7 +58,7 @@ impl<S: Simd> Lanes<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn store_part(self, row: &mut Row, part: usize) {
+    pub(crate) fn store_part(self, row: &mut LaneRow, part: usize) {
         S::as_mut_simd_f64s(row).0[part] = self.numbers;
     }
 
@@ -132,7 +132,7 @@ impl<S: Simd> AddAssign for Lanes<S> {
 
 /// Loads a vector.
 #[inline(always)]
-pub(crate) fn load_pair<S: Simd>(simd: S, rows: &[Row; 2]) -> Pair<S> {
+pub(crate) fn load_pair<S: Simd>(simd: S, rows: &[LaneRow; 2]) -> Pair<S> {
     [Lanes::load(simd, &rows[0]), Lanes::load(simd, &rows[1])]
 }
 

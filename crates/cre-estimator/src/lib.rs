@@ -65,6 +65,7 @@
 //! It does not depend on how the state was computed. It does not print, and does not read the clock or the environment.
 
 pub mod admissible;
+mod atomic_slots;
 mod balance;
 mod cells;
 mod certify;
@@ -87,7 +88,6 @@ pub mod pressure;
 mod recovered;
 mod relaxed;
 mod round_off;
-mod shared;
 mod size;
 mod star;
 pub mod star_relaxation;

@@ -26,27 +26,27 @@
 
 mod airy;
 mod band;
+mod batch_builder;
 mod equal;
-mod form;
 mod inverse;
-mod open;
-mod room;
+mod memory;
 mod space;
 mod stars;
 #[cfg(test)]
 mod tests;
+mod triangle_energy;
 
+use crate::atomic_slots::AtomicSlots;
 use crate::cells::{self, Cells, load_tensor, set_tensor};
 use crate::equilibrated::EquilibratedStress;
-use crate::lanes::{MOST_LANES, Row};
-use crate::shared::Shared;
+use crate::lanes::{LaneRow, MOST_LANES};
 use airy::{Gathered, Map, UNKNOWNS};
 use band::band_size;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::each_task;
+pub(crate) use memory::bytes_of_stars;
 use pulp::Simd;
-pub(crate) use room::bytes_of_stars;
 use space::Space;
 use stars::{Stars, colour};
 use std::ops::Range;
@@ -232,7 +232,7 @@ impl<'a> StarRelaxation<'a> {
         let unit = self.stars.unit();
         r.update(|_, r| r / unit);
         let unknowns = self.space.len();
-        let [x, z, p] = std::array::from_fn(|_| Shared::zeros(unknowns));
+        let [x, z, p] = std::array::from_fn(|_| AtomicSlots::zeros(unknowns));
         // Preconditioned conjugate gradients for A x = r.
         let mut energy = energy;
         let mut descent = 0.0;
@@ -274,10 +274,10 @@ impl<'a> StarRelaxation<'a> {
     }
 
     /// Computes the negative gradient of half the energy, `−⟨τ − σ̂, τ_i⟩`, the energy `‖τ − σ̂‖²`, and `‖σ̂‖²`.
-    fn residual(&self, stress: &EquilibratedStress) -> (Shared, [f64; 2]) {
+    fn residual(&self, stress: &EquilibratedStress) -> (AtomicSlots, [f64; 2]) {
         let nodes = self.space.body().mesh().points().len();
         let size = band_size(nodes);
-        let r = Shared::zeros(self.space.len());
+        let r = AtomicSlots::zeros(self.space.len());
         let energies: Vec<[f64; 2]> = each_task(nodes.div_ceil(size), |k| {
             let nodes = k * size..nodes.min((k + 1) * size);
             pulp::Arch::new().dispatch(BandResidual { space: &self.space, nodes, stress, r: &r })
@@ -291,7 +291,7 @@ struct BandResidual<'a> {
     space: &'a Space<'a>,
     nodes: Range<usize>,
     stress: &'a EquilibratedStress,
-    r: &'a Shared,
+    r: &'a AtomicSlots,
 }
 
 /// What the residual of some triangles side by side is computed from.
@@ -299,7 +299,7 @@ struct BandResidual<'a> {
 struct Gathering {
     cells: cells::Gathered,
     map: Gathered,
-    finite_element: [Row; 3],
+    finite_element: [LaneRow; 3],
 }
 
 impl pulp::WithSimd for BandResidual<'_> {

@@ -8,8 +8,8 @@ use crate::dof::{DofMap, IMPOSED};
 use crate::element::Triangle;
 use crate::geometry::{Vector, shown};
 use crate::interface::InterfaceSide;
+use crate::memory::fits_in_memory;
 use crate::mesh::id::NodeId;
-use crate::room::has_room_for;
 use crate::sparse::SymmetricCsc;
 use nalgebra::Matrix2;
 use rayon::prelude::*;
@@ -109,7 +109,7 @@ impl System {
         let starts = columns.starts()?;
         debug_assert!(starts.is_sorted(), "the columns of the stiffness overlap");
         let entries = starts[dofs.len()] as usize;
-        if !has_room_for(entries.saturating_mul(size_of::<u32>() + size_of::<f64>())) {
+        if !fits_in_memory(entries.saturating_mul(size_of::<u32>() + size_of::<f64>())) {
             return Err(AssemblyError::OutOfMemory { entries });
         }
         let mut rows = vec![0u32; entries];

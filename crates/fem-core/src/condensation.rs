@@ -17,8 +17,8 @@ use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dense::triangular;
 use crate::dof::{DofMap, IMPOSED};
 use crate::geometry::{Vector, shown};
+use crate::memory::fits_in_memory;
 use crate::mesh::id::NodeId;
-use crate::room::has_room_for;
 use thiserror::Error;
 
 /// A pivot below this fraction of its diagonal entry has lost all its digits.
@@ -26,7 +26,7 @@ const PIVOT_FLOOR: f64 = 64.0 * f64::EPSILON;
 
 /// Why a body could not be factorised.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum FactorError {
+pub enum CondensationError {
     /// The factorisation failed.
     #[error("{source}, at the node ({}, {})", shown(point[0]), shown(point[1]))]
     Cholesky {
@@ -79,7 +79,7 @@ impl CondensedBody {
     ///
     /// # Errors
     /// A stiffness that is not positive definite, or only to round-off.
-    pub fn factorise(system: System, points: &[Vector]) -> Result<Self, FactorError> {
+    pub fn factorise(system: System, points: &[Vector]) -> Result<Self, CondensationError> {
         let System { dofs, stiffness, load } = system;
         let place = |unknown: usize| points.get(dofs.unknown(unknown).0).copied().unwrap_or_default();
         let factor = Cholesky::new(&stiffness, dofs.fronts()).map_err(|source| {
@@ -87,15 +87,15 @@ impl CondensedBody {
                 CholeskyError::NotPositiveDefinite { pivot, .. } => pivot,
                 _ => 0,
             };
-            FactorError::Cholesky { point: place(pivot), source }
+            CondensationError::Cholesky { point: place(pivot), source }
         })?;
         let (pivot, ratio) = factor.smallest_pivot();
         if !(ratio > PIVOT_FLOOR) {
-            return Err(FactorError::NearlySingular { point: place(pivot), ratio });
+            return Err(CondensationError::NearlySingular { point: place(pivot), ratio });
         }
         let n_c = dofs.interface_len();
-        if !has_room_for((2 * size_of::<f64>()).saturating_mul(n_c).saturating_mul(n_c)) {
-            return Err(FactorError::OutOfMemory { pairs: n_c });
+        if !fits_in_memory((2 * size_of::<f64>()).saturating_mul(n_c).saturating_mul(n_c)) {
+            return Err(CondensationError::OutOfMemory { pairs: n_c });
         }
         let interface_factor = factor.trailing_block(n_c);
         let schur = triangular::square(&interface_factor, n_c);

@@ -1,11 +1,12 @@
 //! The geometry of contact: pairs of nodes, normals, gaps, lengths. It does not contain a contact law.
 
+mod clamped_ends;
 pub mod common_refinement;
-mod drawn;
+mod contacts;
 mod error;
 mod facing;
 mod friction;
-mod held;
+mod geometric_gap;
 mod interpolation;
 mod matching;
 mod normals;
@@ -24,17 +25,18 @@ use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::smooth::STRAIGHT;
+use clamped_ends::UntrimmedLine;
 use common_refinement::{CommonRefinement, Measured};
-use held::Whole;
 use outline::Radial;
 use profile::Profile;
 
+pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
 pub use error::InterfaceError;
 pub use facing::{FacingSide, facing_edges};
 pub use friction::{Friction, PairRow, SlipBefore};
 pub use obstacle::{Obstacle, RigidLine};
 pub use partner::Partner;
-pub use problem::{ContactPair, ContactProblem, ContactState, FactorError, LeftOut, PairState};
+pub use problem::{ContactPair, ContactProblem, ContactState, LeftOut, LoadFactorError, PairState};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem};
 pub use roles::Roles;
 pub use side::{InterfaceSide, Retained};
@@ -198,7 +200,7 @@ pub struct ContactInterface {
     /// The source of the normals, if it is an arc.
     radial: Option<Radial>,
     /// The line with the pairs and edges that were removed at its ends, if any.
-    whole: Option<Box<Whole>>,
+    whole: Option<Box<UntrimmedLine>>,
 }
 
 impl ContactInterface {

@@ -1,7 +1,7 @@
 //! A contact problem that is ready to be solved.
 
 use crate::assembly::{AssemblyError, System, external_forces};
-use crate::condensation::{CondensedBody, FactorError};
+use crate::condensation::{CondensationError, CondensedBody};
 use crate::dof::DofMap;
 use crate::geometry::Vector;
 use crate::interface::{ContactProblem, Roles};
@@ -52,7 +52,7 @@ pub enum PrepareError {
         /// The body, from 0.
         body: usize,
         /// The error of the factorisation.
-        source: FactorError,
+        source: CondensationError,
     },
     /// The caller ended it.
     #[error("ended before all bodies were factorised")]

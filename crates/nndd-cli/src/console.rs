@@ -13,7 +13,7 @@ use fem_core::geometry::bounding_box;
 use fem_core::interface::{ContactPair, ContactProblem, Partner};
 use nndd_report::memory::{self, mebibytes};
 use nndd_report::words::{self, blanked, counted, one_line, plain, seven, short};
-use nndd_report::{Answer, Failure, Solved};
+use nndd_report::{Failure, RunResult, Solved};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
@@ -292,8 +292,8 @@ fn scientific(x: f64, width: usize, digits: usize) -> String {
 pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
     let mut text = String::new();
     let solution = match &solved.answer {
-        Answer::Certified(solution) => solution,
-        Answer::Coulomb(result) => {
+        RunResult::Certified(solution) => solution,
+        RunResult::Coulomb(result) => {
             let found = &result.solution;
             let changes: Vec<String> = found.changes.iter().map(|change| format!("{change:.1e}")).collect();
             let _ = writeln!(

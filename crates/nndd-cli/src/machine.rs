@@ -1,8 +1,8 @@
 //! The host of a run in this process: its clock, its signals, and the memory it may take.
 
 use crate::signals::Signals;
-use nndd_report::room;
-use nndd_report::{Event, Failure, Host, Room};
+use nndd_report::memory_limit;
+use nndd_report::{Event, Failure, Host, MemoryLimit};
 use std::io;
 use std::time::Instant;
 
@@ -35,8 +35,8 @@ impl Host for Machine {
         self.signals.as_ref().and_then(Signals::status)
     }
 
-    fn room(&self) -> Option<Room> {
-        room::smallest(rayon::current_num_threads())
+    fn memory_limit(&self) -> Option<MemoryLimit> {
+        memory_limit::smallest(rayon::current_num_threads())
     }
 }
 
@@ -55,8 +55,8 @@ impl<F: FnMut(Event<'_>) -> Result<(), Failure>> Host for Showing<F> {
         self.machine.interrupted()
     }
 
-    fn room(&self) -> Option<Room> {
-        self.machine.room()
+    fn memory_limit(&self) -> Option<MemoryLimit> {
+        self.machine.memory_limit()
     }
 
     fn event(&mut self, event: Event<'_>) -> Result<(), Failure> {

@@ -4,10 +4,10 @@ use crate::args::{Format, Solve};
 use crate::console;
 use case_io::Case;
 use case_io::report::Report;
-use certified_contact::{CertifiedSolution, CoulombResult, Row, Step};
+use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Step};
 use fem_core::interface::ContactProblem;
 use nndd_report::words::{self, counted};
-use nndd_report::{Answer, Failure, Solved, adaptive_row, notes, report, verdict, without_bound};
+use nndd_report::{Failure, RunResult, Solved, adaptive_row, notes, report, verdict, without_bound};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -47,23 +47,24 @@ impl Printer {
 
     /// Prints what is known before the run begins.
     ///
-    /// * `notes`: on the state it resumes from.
+    /// * `notes`: on the case, see [`nndd_report::run::build`], and on the state it resumes from.
     pub(crate) fn begin(
         &mut self,
         case: &Case,
         problem: &ContactProblem,
         output: &str,
-        notes: &[String],
+        notes: [&[String]; 2],
     ) -> Result<(), Failure> {
-        self.said = notes::of_case(case);
+        self.said = notes::of_case(case, notes[0]);
+        let about_case = self.said.len();
         // On the meshes of an adaptive run data are interpolated ever better: only the last mesh counts.
         let later = if case.adapt.is_some() { case.data_notes(problem) } else { vec![] };
         self.said.extend(notes::of_problem(case, problem).into_iter().filter(|note| !later.contains(note)));
         if !self.quiet {
             console::warnings(&case.warnings());
-            console::notes(case.notes());
-            console::notes(&self.said[notes::of_case(case).len()..]);
-            console::notes(notes);
+            console::notes(notes[0]);
+            console::notes(&self.said[about_case..]);
+            console::notes(notes[1]);
         }
         match self.format {
             _ if self.quiet => Ok(()),
@@ -80,7 +81,7 @@ impl Printer {
         }
     }
 
-    pub(crate) fn row(&mut self, row: &Row) {
+    pub(crate) fn row(&mut self, row: &IterationRecord) {
         let result = match self.format {
             _ if self.quiet || !self.every_iteration => Ok(()),
             Format::Human => {
@@ -128,7 +129,7 @@ impl Printer {
     }
 
     /// Prints a load step.
-    pub(crate) fn load_step(&mut self, step: usize, of: usize, answer: &Answer) {
+    pub(crate) fn load_step(&mut self, step: usize, of: usize, answer: &RunResult) {
         let force = answer.contact_force();
         let relative = answer.certified().and_then(CertifiedSolution::relative);
         let residual = answer.coulomb().and_then(CoulombResult::relative_residual);

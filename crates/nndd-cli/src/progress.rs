@@ -1,6 +1,6 @@
 //! One line on a terminal that says what a long run is at, and about how long it will still take.
 
-use certified_contact::{Phase, Row, Step};
+use certified_contact::{IterationRecord, Phase, Step};
 use std::io::{self, IsTerminal, Write};
 use std::time::Instant;
 
@@ -70,7 +70,7 @@ impl Progress {
     }
 
     /// An iteration has ended.
-    pub(crate) fn iteration(&mut self, row: &Row) {
+    pub(crate) fn iteration(&mut self, row: &IterationRecord) {
         let eta = row.iteration.eta_nndd;
         if let Some((before, dis)) = self.last {
             self.rate = Some(eta / before).filter(|rate| *rate > 0.0 && *rate < 1.0);

@@ -7,8 +7,8 @@ use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
 use case_io::case::Criterion;
 use certified_contact::Phase;
-use nndd_report::room;
-use nndd_report::{Event, Failure, Host, Place, Stopwatch, check, files, memory, run};
+use nndd_report::memory_limit;
+use nndd_report::{Event, Failure, Host, RunDirectory, Stopwatch, check, files, memory, run};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
 
@@ -16,21 +16,21 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let machine = Machine::listen()?;
     let mut watch = Stopwatch::start(machine.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
-    let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
+    let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
     let limit = case.limits.time.as_ref().map(|limit| limit.value);
     let mut deadline = Deadline::watch(limit, machine.started, MESHES, options.format == Format::Json);
-    let mut problem = run::build(&mut case, &machine)?;
+    let (mut problem, notes) = run::build(&case, &machine)?;
     deadline.next("the question whether the bodies are held");
     check::held(&case, &mut problem)?;
     deadline.next("opening the directory of the results");
     let memory_estimate = memory::estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut place = match options.resume {
-        true => Place::resume(&case, &path)?,
-        false => Place::open(&case, &path, options.run.force)?,
+        true => RunDirectory::resume(&case, &path)?,
+        false => RunDirectory::open(&case, &path, options.run.force)?,
     };
     let mut printer = Printer::new(options, &case, machine.started);
-    printer.begin(&case, &problem, &path.display().to_string(), place.notes())?;
+    printer.begin(&case, &problem, &path.display().to_string(), [&notes, place.notes()])?;
     let stop = &case.solver.stop;
     let goal = Goal {
         ratio: (stop.criterion == Criterion::Estimator).then_some(stop.ratio),
@@ -43,7 +43,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
         Ok(())
     };
     let mut host = Showing { machine, show };
-    let solved = run::solve(&case, problem, &mut place, &mut watch, &mut host)?;
+    let solved = run::solve(&case, (problem, notes), &mut place, &mut watch, &mut host)?;
     let Showing { machine, .. } = host;
     drop(progress);
     let mut about = describe(options);
@@ -96,9 +96,9 @@ fn show(printer: &mut Printer, progress: &mut Progress, event: &Event<'_>) {
 /// Lists with what a case was solved, as far as this program alone knows it.
 fn describe(options: &Solve) -> Map<String, Value> {
     let mut about = Map::new();
-    about.insert("host".into(), room::host().into());
+    about.insert("host".into(), memory_limit::host().into());
     about.insert("threads".into(), rayon::current_num_threads().into());
-    about.insert("memory_peak".into(), room::peak().into());
+    about.insert("memory_peak".into(), memory_limit::peak().into());
     about.insert("overrides".into(), options.case.set.clone().into());
     about
 }

@@ -3,13 +3,13 @@
 use crate::convert;
 use crate::curves;
 use crate::failure::{Failure, LIMIT, NOT_CERTIFIED};
-use crate::follower::Follower;
 use crate::host::Event;
 use crate::memory;
 use crate::outcome::{self, Ended, NOT_CONVERGED, stalled, word};
 use crate::paraview;
-use crate::resume::{self, Place};
-use crate::solved::{Answer, Fields, Solved};
+use crate::resume::{self, RunDirectory};
+use crate::run_observer::RunObserver;
+use crate::solved::{Fields, RunResult, Solved};
 use crate::stopwatch::Activity;
 use crate::words::{self, short};
 use case_io::Case;
@@ -17,9 +17,9 @@ use case_io::case::{Adapt, Criterion, Target};
 use case_io::output::OutputDirectory;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{
-    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, CoulombResult, Observer,
-    Phase, Row, SolveError, Step, resume_adaptively, resume_coulomb_adaptively, solve_adaptively,
-    solve_coulomb_adaptively,
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, CoulombResult,
+    IterationRecord, Observer, Phase, SolveError, Step, resume_adaptively, resume_coulomb_adaptively,
+    solve_adaptively, solve_coulomb_adaptively,
 };
 use fem_core::interface::ContactProblem;
 use nndd::NnddStatus;
@@ -61,15 +61,15 @@ pub(crate) fn solve(
     case: &Case,
     adapt: &Adapt,
     problem: ContactProblem,
-    mut follower: Follower<'_>,
-    place: &mut Place,
+    mut follower: RunObserver<'_>,
+    place: &mut RunDirectory,
 ) -> Result<Solved, Failure> {
     let mut settings = AdaptSettings::new(adapt.target.value());
     settings.max_steps = adapt.max_steps;
     settings.max_nodes = adapt.max_nodes;
     settings.fraction = adapt.fraction;
     resume::prepare(case, place)?;
-    let Place { directory, progress, .. } = place;
+    let RunDirectory { directory, progress, .. } = place;
     let checkpoint = progress.as_ref().map(resume::read);
     let seconds: Vec<f64> = progress.iter().flat_map(|p| &p.steps).map(|s| s.seconds).collect();
     for (step, seconds) in checkpoint.iter().flat_map(|c| &c.history).zip(&seconds) {
@@ -93,7 +93,7 @@ pub(crate) fn solve(
                 Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, &settings, &mut steps),
                 None => solve_adaptively(problem, &solver, &settings, &mut steps),
             };
-            found.map(|found| Course::new(found, Answer::Certified))
+            found.map(|found| Course::new(found, RunResult::Certified))
         }
         Target::CoulombResidual(_) => {
             let (solver, relaxation) = (convert::coulomb(case), convert::relaxation(case));
@@ -103,7 +103,7 @@ pub(crate) fn solve(
                 }
                 None => solve_coulomb_adaptively(problem, &solver, relaxation, &settings, &mut steps),
             };
-            found.map(|found| Course::new(found, Answer::Coulomb))
+            found.map(|found| Course::new(found, RunResult::Coulomb))
         }
     };
     let Steps { follower, failure, seconds, memory, directory, .. } = steps;
@@ -123,7 +123,7 @@ pub(crate) fn solve(
 
 /// An adaptive run that has ended, with or without a certificate.
 struct Course {
-    answer: Answer,
+    answer: RunResult,
     /// The mesh of the answer, from 1.
     step: usize,
     history: Vec<Step>,
@@ -132,7 +132,7 @@ struct Course {
 }
 
 impl Course {
-    fn new<S>(found: AdaptiveSolution<S>, answer: fn(Box<S>) -> Answer) -> Self {
+    fn new<S>(found: AdaptiveSolution<S>, answer: fn(Box<S>) -> RunResult) -> Self {
         let peak_change = found.peak_change();
         let AdaptiveSolution { solution, step, history, end, .. } = found;
         Self { answer: answer(Box::new(solution)), step, history, end, peak_change }
@@ -141,23 +141,23 @@ impl Course {
     /// Returns the relative number that the target is about.
     fn relative(&self) -> Option<f64> {
         match &self.answer {
-            Answer::Certified(solution) => solution.relative(),
-            Answer::Coulomb(result) => result.relative_residual(),
+            RunResult::Certified(solution) => solution.relative(),
+            RunResult::Coulomb(result) => result.relative_residual(),
         }
     }
 
     fn holds_no_energy(&self) -> bool {
         match &self.answer {
-            Answer::Certified(solution) => solution.holds_no_energy(),
-            Answer::Coulomb(result) => result.residual().is_some() && result.relative_residual().is_none(),
+            RunResult::Certified(solution) => solution.holds_no_energy(),
+            RunResult::Coulomb(result) => result.residual().is_some() && result.relative_residual().is_none(),
         }
     }
 
     /// Computes the allowance for round-off over the energy norm.
     fn round_off(&self) -> f64 {
         match &self.answer {
-            Answer::Certified(solution) => solution.round_off(),
-            Answer::Coulomb(result) => {
+            RunResult::Certified(solution) => solution.round_off(),
+            RunResult::Coulomb(result) => {
                 let found = Some(result.estimate().round_off / result.energy_norm());
                 found.filter(|floor| floor.is_finite()).unwrap_or(0.0)
             }
@@ -167,7 +167,7 @@ impl Course {
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.
 struct Steps<'a, 'h> {
-    follower: Follower<'h>,
+    follower: RunObserver<'h>,
     case: &'a Case,
     directory: &'a mut OutputDirectory,
     /// The error in writing that ends the run.
@@ -201,7 +201,7 @@ impl Observer for Steps<'_, '_> {
         self.follower.phase(phase);
     }
 
-    fn iteration(&mut self, row: &Row) {
+    fn iteration(&mut self, row: &IterationRecord) {
         self.follower.iteration(row);
     }
 
@@ -214,7 +214,7 @@ impl Observer for Steps<'_, '_> {
         self.solved(step, &Fields::coulomb(result));
     }
 
-    fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
+    fn fits_in_memory(&mut self, problem: &ContactProblem) -> bool {
         self.memory =
             memory::no_room(self.case, memory::estimate_finer(problem, self.nodes), &*self.follower.host);
         self.memory.is_none()
@@ -246,7 +246,7 @@ fn judge(case: &Case, adapt: &Adapt, answer: &Course, ended: Option<Ended>, memo
             outcome::judge_answer(case, &answer.answer, ended)
         }
         AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
-        AdaptiveEnd::NoRoom { nodes } => {
+        AdaptiveEnd::OutOfMemory { nodes } => {
             let needed = memory.unwrap_or("too much memory");
             word("limit", LIMIT, format!("the next mesh of {nodes} nodes needs {needed}"))
         }
@@ -268,8 +268,8 @@ fn judge(case: &Case, adapt: &Adapt, answer: &Course, ended: Option<Ended>, memo
 /// Says how small the certified error, or the residual, is.
 fn reached(answer: &Course) -> String {
     let [alone, named] = match answer.answer {
-        Answer::Certified(_) => ["the bound", "certified relative error"],
-        Answer::Coulomb(_) => ["the residual", "relative residual"],
+        RunResult::Certified(_) => ["the bound", "certified relative error"],
+        RunResult::Coulomb(_) => ["the residual", "relative residual"],
     };
     answer
         .relative()
@@ -390,8 +390,8 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &Course) -> Status {
                 failed.iter().map(|(name, found)| format!("{name} {found:.1e}")).collect();
             let which = if names.is_empty() { "does not exist".into() } else { names.join(", ") };
             let [name, what] = match answer.answer {
-                Answer::Certified(_) => ["not_certified", "bound"],
-                Answer::Coulomb(_) => ["no_residual", "residual"],
+                RunResult::Certified(_) => ["not_certified", "bound"],
+                RunResult::Coulomb(_) => ["no_residual", "residual"],
             };
             word(
                 name,

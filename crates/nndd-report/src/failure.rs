@@ -12,9 +12,9 @@ use contact_qp::QpError;
 use cre_estimator::EstimatorError;
 use fem_core::assembly::AssemblyError;
 use fem_core::cholesky::CholeskyError;
-use fem_core::condensation::FactorError;
+use fem_core::condensation::CondensationError;
 use fem_core::geometry::shown;
-use fem_core::interface::FactorError as LoadError;
+use fem_core::interface::LoadFactorError;
 use fem_core::prepared::{AssemblyMotion, PrepareError};
 use mesh_io::{MeshFault, MeshFileError};
 use nndd::NnddError;
@@ -191,12 +191,12 @@ impl Failure {
                     )),
                 }
             }
-            PrepareError::Factor { body, source: FactorError::Cholesky { source, .. } }
+            PrepareError::Factor { body, source: CondensationError::Cholesky { source, .. } }
                 if matches!(source, CholeskyError::OutOfMemory { .. }) =>
             {
                 Self::limit(format!("body \"{}\": {source}", name(*body)))
             }
-            PrepareError::Factor { body, source: source @ FactorError::OutOfMemory { .. } } => {
+            PrepareError::Factor { body, source: source @ CondensationError::OutOfMemory { .. } } => {
                 Self::limit(format!("body \"{}\": {source}", name(*body)))
             }
             PrepareError::Factor { body, source } => Self::no_unique_solution(format!(
@@ -237,7 +237,7 @@ impl Failure {
             }
             SolveError::Factors(e) => {
                 let fault = match e {
-                    LoadError::Body { body, source } => {
+                    LoadFactorError::Body { body, source } => {
                         format!("body \"{}\": {source}", case.bodies[*body].name)
                     }
                     other => other.to_string(),

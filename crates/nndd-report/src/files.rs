@@ -7,7 +7,7 @@ use crate::html;
 use crate::outcome;
 use crate::paraview;
 use crate::report::{self, contact_rows};
-use crate::resume::Place;
+use crate::resume::RunDirectory;
 use crate::solved::Solved;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
@@ -35,7 +35,7 @@ pub struct Written {
 pub fn write(
     case: &Case,
     solved: &Solved,
-    place: Place,
+    place: RunDirectory,
     run: Map<String, Value>,
     watch: &mut Stopwatch,
     host: &dyn Host,

@@ -1,10 +1,10 @@
 //! The interface between a run and the program around it.
 
 use crate::failure::Failure;
-use crate::solved::{Answer, Solved};
+use crate::solved::{RunResult, Solved};
 use case_io::Case;
 use case_io::case_file::Sweep;
-use certified_contact::{Phase, Row, Step};
+use certified_contact::{IterationRecord, Phase, Step};
 
 /// The program around a run: its clock, its wish to end the run, its memory, and what it does when something happens.
 pub trait Host {
@@ -17,7 +17,7 @@ pub trait Host {
     }
 
     /// Returns the memory that the run may take, if it is known.
-    fn room(&self) -> Option<Room> {
+    fn memory_limit(&self) -> Option<MemoryLimit> {
         None
     }
 
@@ -34,7 +34,7 @@ pub trait Host {
 /// Memory that a run may take, with what the process has already, and the words for it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Room {
+pub struct MemoryLimit {
     /// Bytes; 0 if nothing is left.
     pub bytes: f64,
     /// The limit in words: `this machine has 3.2 GiB free`.
@@ -43,7 +43,7 @@ pub struct Room {
     pub fix: Option<&'static str>,
 }
 
-impl Room {
+impl MemoryLimit {
     /// Makes one from bytes, words and the fix.
     pub fn new(bytes: f64, words: String, fix: Option<&'static str>) -> Self {
         Self { bytes, words, fix }
@@ -56,7 +56,7 @@ pub enum Event<'a> {
     /// A phase begins.
     Phase(Phase),
     /// An iteration on the present mesh has ended.
-    Iteration(&'a Row),
+    Iteration(&'a IterationRecord),
     /// A mesh of an adaptive run had been solved before the run was resumed, at this many seconds after the start.
     EarlierStep(&'a Step, f64),
     /// A mesh of an adaptive run has been solved.
@@ -68,7 +68,7 @@ pub enum Event<'a> {
         /// The number of load steps.
         of: usize,
         /// The solution of this step.
-        answer: &'a Answer,
+        answer: &'a RunResult,
     },
     /// A panel of a sweep begins.
     Panel {

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | read a case file with its meshes | [`run::read_case`] |
 //! | look at it without solving | [`run::build`], [`check::check`], [`notes`], [`memory::estimate`] |
-//! | choose the directory, or resume an adaptive run | [`Place::open`], [`Place::resume`] |
+//! | choose the directory, or resume an adaptive run | [`RunDirectory::open`], [`RunDirectory::resume`] |
 //! | solve, adaptively if the case has a target | [`run::solve`] |
 //! | write everything, the report last | [`files::write`] |
 //! | look at the result in memory | [`files::report`], [`view`] |
@@ -25,7 +25,7 @@
 //!
 //! # Example
 //! ```
-//! use nndd_report::{Failure, Host, Place, Stopwatch, files, run};
+//! use nndd_report::{Failure, Host, RunDirectory, Stopwatch, files, run};
 //!
 //! struct Quiet(std::time::Instant);
 //!
@@ -38,10 +38,10 @@
 //! # fn example(file: &std::path::Path, out: &std::path::Path) -> Result<(), Failure> {
 //! let mut host = Quiet(std::time::Instant::now());
 //! let mut watch = Stopwatch::start(host.elapsed());
-//! let mut case = run::read_case(file, &run::overrides(&["output.vtu=false".to_owned()])?)?;
-//! let problem = run::build(&mut case, &host)?;
-//! let mut place = Place::open(&case, out, false)?;
-//! let solved = run::solve(&case, problem, &mut place, &mut watch, &mut host)?;
+//! let case = run::read_case(file, &run::overrides(&["output.vtu=false".to_owned()])?)?;
+//! let built = run::build(&case, &host)?;
+//! let mut place = RunDirectory::open(&case, out, false)?;
+//! let solved = run::solve(&case, built, &mut place, &mut watch, &mut host)?;
 //! let written = files::write(&case, &solved, place, serde_json::Map::new(), &mut watch, &host)?;
 //! assert_eq!((written.report.status.word.as_str(), written.report.valid_certificate().is_some()), ("converged", true));
 //! assert!(written.files.contains(&"report.html".to_owned()));
@@ -62,10 +62,10 @@ mod curves;
 pub mod failure;
 mod figures;
 pub mod files;
-mod follower;
 mod host;
 mod html;
 pub mod memory;
+pub mod memory_limit;
 mod motion;
 mod nodal;
 pub mod notes;
@@ -74,8 +74,8 @@ mod paraview;
 mod plot;
 pub mod report;
 mod resume;
-pub mod room;
 pub mod run;
+mod run_observer;
 mod settings;
 mod solved;
 mod steps;
@@ -87,8 +87,8 @@ pub mod words;
 
 pub use adapt::{adaptive_row, without_bound};
 pub use failure::Failure;
-pub use host::{Event, Host, Room};
+pub use host::{Event, Host, MemoryLimit};
 pub use outcome::NOT_CONVERGED;
-pub use resume::Place;
-pub use solved::{Answer, Solved, SolvedStep};
+pub use resume::RunDirectory;
+pub use solved::{RunResult, Solved, SolvedStep};
 pub use stopwatch::Stopwatch;

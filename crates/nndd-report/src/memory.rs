@@ -1,7 +1,7 @@
 //! How much memory a solve needs, before it starts, and whether there is enough.
 
 use crate::failure::Failure;
-use crate::host::{Host, Room};
+use crate::host::{Host, MemoryLimit};
 use case_io::Case;
 use certified_contact::suits_iteration;
 use fem_core::body::Body;
@@ -90,7 +90,7 @@ fn check(case: &Case, host: &dyn Host, sizes: &[Size], pairs: Option<usize>) -> 
     let needed = of_sizes(sizes);
     let without: Vec<Size> = sizes.iter().map(|size| Size { pairs: 0, ..*size }).collect();
     let line = pairs.filter(|_| needed > LONG_LINE * of_sizes(&without));
-    let Some((needed, Room { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
+    let Some((needed, MemoryLimit { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
         return Ok(());
     };
     let nodes = sizes.iter().fold(0u64, |sum, size| sum.saturating_add(size.nodes));
@@ -129,14 +129,14 @@ pub(crate) fn no_room(case: &Case, needed: f64, host: &dyn Host) -> Option<Strin
 }
 
 /// Returns the room that is too small, the case's limit first, and what there must be room for.
-fn shortage(case: &Case, needed: f64, host: &dyn Host) -> Option<(f64, Room)> {
-    let allowed = case.limits.memory.as_ref().map(|limit| Room {
+fn shortage(case: &Case, needed: f64, host: &dyn Host) -> Option<(f64, MemoryLimit)> {
+    let allowed = case.limits.memory.as_ref().map(|limit| MemoryLimit {
         bytes: limit.value as f64,
         words: format!("limits.memory is {}", limit.written),
         fix: None,
     });
-    let system = || host.room().map(|room| (MARGIN * needed, room));
-    let is_short = |(needed, room): &(f64, Room)| *needed > room.bytes;
+    let system = || host.memory_limit().map(|room| (MARGIN * needed, room));
+    let is_short = |(needed, room): &(f64, MemoryLimit)| *needed > room.bytes;
     allowed.map(|room| (needed, room)).filter(is_short).or_else(|| system().filter(is_short))
 }
 

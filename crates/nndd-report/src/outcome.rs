@@ -1,13 +1,13 @@
 //! The status word, exit status and reason of a run.
 
 use crate::failure::{FILES, INTERRUPTED, LIMIT, NOT_CERTIFIED};
-use crate::solved::Answer;
+use crate::solved::RunResult;
 use crate::words::{counted, one_line, raised, short, with_digits};
 use case_io::Case;
 use case_io::case::{Acceleration, Criterion, Imposed, QpChoice, Theta, Weights};
 use case_io::diagnostic::significant;
 use case_io::report::Status;
-use certified_contact::{CertifiedSolution, CoulombResult, Reaction, Results, Row};
+use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Reaction, Results};
 use contact_qp::QpStatus;
 use cre_estimator::{Estimate, EstimatorError};
 use fem_core::geometry::norm;
@@ -41,10 +41,10 @@ fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Sta
 }
 
 /// Judges a finished run with any law.
-pub(crate) fn judge_answer(case: &Case, answer: &Answer, ended: Option<Ended>) -> Status {
+pub(crate) fn judge_answer(case: &Case, answer: &RunResult, ended: Option<Ended>) -> Status {
     match answer {
-        Answer::Certified(solution) => judge(case, solution, ended),
-        Answer::Coulomb(result) => judge_coulomb(case, result, ended),
+        RunResult::Certified(solution) => judge(case, solution, ended),
+        RunResult::Coulomb(result) => judge_coulomb(case, result, ended),
     }
 }
 
@@ -263,7 +263,8 @@ const OF_ANOTHER_RUN: f64 = 2.0;
 /// Says which value the criterion can be set to, when the iteration has reached its round-off.
 fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
     let stop = &case.solver.stop;
-    let smallest = |of: fn(&Row) -> f64| solution.rows.iter().map(of).fold(f64::INFINITY, f64::min);
+    let smallest =
+        |of: fn(&IterationRecord) -> f64| solution.rows.iter().map(of).fold(f64::INFINITY, f64::min);
     let first = solution.rows.first().map_or(f64::NAN, |row| row.iteration.eta_nndd);
     let mesh = solution.estimate.as_ref().map_or(f64::NAN, |e| e.unchecked().eta_dis);
     let (key, least) = match stop.criterion {

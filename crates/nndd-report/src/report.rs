@@ -13,13 +13,13 @@ use case_io::report::{
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
 use certified_contact::{
-    CertifiedSolution, CoulombResult, PairResults, RigidSideResults, Row, recovered_pressure,
+    CertifiedSolution, CoulombResult, IterationRecord, PairResults, RigidSideResults, recovered_pressure,
 };
 use fem_core::interface::{ContactProblem, LeftOut, Partner};
 use serde_json::{Map, Value};
 
 /// Makes a row of `iterations` in report.json.
-pub fn iteration_row(row: &Row) -> IterationRow {
+pub fn iteration_row(row: &IterationRecord) -> IterationRow {
     let it = &row.iteration;
     let finite = |x: f64| x.is_finite().then_some(x);
     IterationRow {
@@ -90,7 +90,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
         steps: solved.steps.iter().map(|step| step.summary.clone()).collect(),
-        notes: notes::of_report(case, &solved.answer, &solved.notes),
+        notes: notes::of_report(case, solved),
         timings: Timings::default(),
         run,
     }

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// The directory of a run, and the state from which it resumes.
-pub struct Place {
+pub struct RunDirectory {
     pub(crate) directory: OutputDirectory,
     /// How far it had come; `None` if no mesh had been solved.
     pub(crate) progress: Option<Progress>,
@@ -21,7 +21,7 @@ pub struct Place {
     notes: Vec<String>,
 }
 
-impl Place {
+impl RunDirectory {
     /// Opens the directory of a new run.
     ///
     /// * `force`: writes even if the directory contains something else.
@@ -37,7 +37,7 @@ impl Place {
     ///
     /// # Errors
     /// Files that cannot be read or written.
-    pub fn copy_from(&mut self, run: &Place) -> Result<(), Failure> {
+    pub fn copy_from(&mut self, run: &RunDirectory) -> Result<(), Failure> {
         Ok(self.directory.copy_from(&run.directory)?)
     }
 
@@ -74,7 +74,7 @@ fn identity(case: &Case) -> Value {
 }
 
 /// Finds the interrupted run of a case in a directory.
-fn find(case: &Case, path: &Path) -> Result<Place, Failure> {
+fn find(case: &Case, path: &Path) -> Result<RunDirectory, Failure> {
     if case.adapt.is_none() {
         return Err(Failure::command_line(format!(
             "--resume continues adaptive runs only, and {} has no [adapt]: run it again without --resume",
@@ -104,11 +104,11 @@ fn find(case: &Case, path: &Path) -> Result<Place, Failure> {
         directory.remove(checkpoint::NEWEST)?;
         notes.insert(0, damage);
     }
-    Ok(Place { directory, progress, resumed: true, notes })
+    Ok(RunDirectory { directory, progress, resumed: true, notes })
 }
 
 /// Prepares the directory: a new run writes its first checkpoint, a resumed one keeps what it has.
-pub(crate) fn prepare(case: &Case, place: &mut Place) -> Result<(), Failure> {
+pub(crate) fn prepare(case: &Case, place: &mut RunDirectory) -> Result<(), Failure> {
     let Some(progress) = &place.progress else {
         checkpoint::remove(&mut place.directory)?;
         let first = Checkpoint { case: identity(case), progress: None };

@@ -1,8 +1,9 @@
 //! A solved case.
 
+use case_io::case::Notes;
 use case_io::report::{AdaptiveRow, Status, StepSummary};
 use case_io::table::ContactRow;
-use certified_contact::{CertifiedSolution, CoulombResult, Results, Row};
+use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Results};
 use cre_estimator::Estimate;
 use fem_core::interface::ContactProblem;
 use nndd::Iterate;
@@ -12,7 +13,7 @@ use nndd::Iterate;
 #[non_exhaustive]
 pub struct Solved {
     /// The answer.
-    pub answer: Answer,
+    pub answer: RunResult,
     /// How the run ended.
     pub status: Status,
     /// One row per mesh of an adaptive run.
@@ -23,6 +24,8 @@ pub struct Solved {
     pub peak_change: Option<f64>,
     /// Notes about the refinement.
     pub notes: Vec<String>,
+    /// On the case and its first meshes, see [`crate::run::build`].
+    pub case_notes: Notes,
     /// Seconds from the start to the end of each of these meshes.
     pub step_seconds: Vec<f64>,
     /// The load steps that were solved; empty if the case has none. `answer` belongs to the last one.
@@ -45,7 +48,7 @@ pub struct SolvedStep {
 
 impl Solved {
     /// Takes the answer of one solve.
-    pub(crate) fn of(answer: Answer, status: Status) -> Self {
+    pub(crate) fn of(answer: RunResult, status: Status) -> Self {
         Self {
             answer,
             status,
@@ -53,6 +56,7 @@ impl Solved {
             smallest_mesh: None,
             peak_change: None,
             notes: Vec::new(),
+            case_notes: Notes::new(),
             step_seconds: Vec::new(),
             steps: Vec::new(),
             longest_step: None,
@@ -62,14 +66,14 @@ impl Solved {
 
 /// The solution of a run, with its certificate or, with Coulomb friction, without one.
 #[derive(Clone, Debug)]
-pub enum Answer {
+pub enum RunResult {
     /// A solution with its certificate.
     Certified(Box<CertifiedSolution>),
     /// One solution with Coulomb friction, with a residual that bounds no error.
     Coulomb(Box<CoulombResult>),
 }
 
-impl Answer {
+impl RunResult {
     /// Returns the solution with its certificate; `None` with Coulomb friction.
     pub fn certified(&self) -> Option<&CertifiedSolution> {
         match self {
@@ -105,7 +109,7 @@ impl Answer {
 pub(crate) struct Fields<'a> {
     pub(crate) problem: &'a ContactProblem,
     pub(crate) last: &'a Iterate,
-    pub(crate) rows: Vec<Row>,
+    pub(crate) rows: Vec<IterationRecord>,
     /// Its stresses and its density of the squared error, or of the squared residual.
     pub(crate) estimate: Option<&'a Estimate>,
     pub(crate) results: Option<&'a Results>,

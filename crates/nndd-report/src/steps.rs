@@ -2,13 +2,13 @@
 
 use crate::convert;
 use crate::failure::Failure;
-use crate::follower::Follower;
 use crate::host::{Event, Host};
 use crate::outcome;
 use crate::paraview;
 use crate::report::{contact_rows, step_summary};
-use crate::resume::Place;
-use crate::solved::{Answer, Solved, SolvedStep};
+use crate::resume::RunDirectory;
+use crate::run_observer::RunObserver;
+use crate::solved::{RunResult, Solved, SolvedStep};
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::report::Status;
@@ -20,12 +20,12 @@ use fem_core::interface::ContactProblem;
 pub(crate) fn solve(
     case: &Case,
     problem: ContactProblem,
-    place: &mut Place,
+    place: &mut RunDirectory,
     watch: &mut Stopwatch,
     host: &mut dyn Host,
 ) -> Result<Solved, Failure> {
     let presence = place.presence();
-    let mut follower = Follower::new(case, watch, host, presence);
+    let mut follower = RunObserver::new(case, watch, host, presence);
     let mut load_steps = LoadSteps::new(problem);
     let increments = case.increments();
     let of = |k: usize| format!("load step {k} of {}", increments.len());
@@ -37,11 +37,11 @@ pub(crate) fn solve(
             Some(_) => {
                 let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
                 let found = load_steps.solve_coulomb(factor, &settings, relaxation, &mut follower);
-                found.map(|result| Answer::Coulomb(Box::new(result)))
+                found.map(|result| RunResult::Coulomb(Box::new(result)))
             }
             None => {
                 let found = load_steps.solve(factor, &convert::settings(case), &mut follower);
-                found.map(|solution| Answer::Certified(Box::new(solution)))
+                found.map(|solution| RunResult::Certified(Box::new(solution)))
             }
         };
         let judged = next.map_err(|error| follower.failure(case, &error)).and_then(|answer| {

@@ -14,7 +14,7 @@ use case_io::case_file::{Sweep, split_override};
 use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 use case_io::table;
-use certified_contact::Row;
+use certified_contact::IterationRecord;
 use serde_json::Map;
 use std::path::{Path, PathBuf};
 
@@ -226,8 +226,8 @@ fn fill_panel(
 ) -> Result<(), Failure> {
     for (k, value) in sweep.values.iter().enumerate() {
         let all = settings_of_run(options, sweep, &settings.concat(), value);
-        let read = source.read(&all).and_then(|mut case| {
-            let problem = if case.adapt.is_none() { Some(run::build_last(&mut case, host)?) } else { None };
+        let read = source.read(&all).and_then(|case| {
+            let problem = if case.adapt.is_none() { Some(run::build_last(&case, host)?.0) } else { None };
             Ok((case, problem))
         });
         let (case, problem) = read.map_err(|failure| failure.given_by("--over", &sweep.key, value))?;
@@ -280,7 +280,7 @@ fn fill_panel(
 }
 
 /// Returns the last iteration of a run, without the bounds unless its certificate is valid.
-pub fn last_row(solved: &Solved) -> Option<Row> {
+pub fn last_row(solved: &Solved) -> Option<IterationRecord> {
     let solution = solved.answer.certified()?;
     let mut row = *solution.rows.last()?;
     if !solution.is_certified() {

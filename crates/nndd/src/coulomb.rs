@@ -7,8 +7,8 @@
 //! body is doubled, a few times at most. The existence and the uniqueness of solutions for large μ are open: what is found is *one* solution.
 
 use crate::error::NnddError;
-use crate::exact::{ExactSolution, Programme};
-use contact_qp::{IndependentRows, Place, QpSettings};
+use crate::exact::{ExactSolution, ForceQp};
+use contact_qp::{BoundState, IndependentRows, QpSettings};
 use fem_core::contact_system::{ContactSystem, RowLaw};
 use nalgebra::DMatrix;
 
@@ -59,7 +59,7 @@ pub enum CoulombStatus {
 #[derive(Clone, Debug)]
 pub struct CoulombStart {
     limits: Vec<f64>,
-    places: Vec<Place>,
+    states: Vec<BoundState>,
 }
 
 /// The result of [`solve_coulomb`]: one solution of the discrete problem with Coulomb friction, if it converged.
@@ -93,13 +93,13 @@ pub fn solve_coulomb(
     start: Option<CoulombStart>,
     mut proceed: impl FnMut() -> bool,
 ) -> Result<CoulombSolution, NnddError> {
-    let programme = Programme::new(system)?;
+    let programme = ForceQp::new(system)?;
     let known = start.filter(|start| start.limits.len() == system.rows.len());
-    let (mut limits, places) = match known {
-        Some(start) if programme.is_held(&start.limits)? => (start.limits, Some(start.places)),
+    let (mut limits, states) = match known {
+        Some(start) if programme.is_held(&start.limits)? => (start.limits, Some(start.states)),
         _ => (system.rows.limits(), None),
     };
-    let (mut exact, mut places) = programme.solve(&limits, places.as_deref(), &settings.qp)?;
+    let (mut exact, mut states) = programme.solve(&limits, states.as_deref(), &settings.qp)?;
     let (mut steps, mut restarts, mut changes) = (1, 0, Vec::new());
     let status = loop {
         if !exact.status.is_solved() || !(exact.kkt.rows <= BALANCED) {
@@ -128,27 +128,33 @@ pub fn solve_coulomb(
         if !held {
             break CoulombStatus::TooSmall;
         }
-        let start = programme.within(&places, &exact, &limits, &next);
+        let start = programme.within(&states, &exact, &limits, &next);
         limits = next;
-        (exact, places) = programme.solve(&limits, Some(&start), &settings.qp)?;
+        (exact, states) = programme.solve(&limits, Some(&start), &settings.qp)?;
         steps += 1;
     };
-    Ok(CoulombSolution { exact, status, steps, changes, restarts, start: CoulombStart { limits, places } })
+    Ok(CoulombSolution { exact, status, steps, changes, restarts, start: CoulombStart { limits, states } })
 }
 
-impl Programme<'_> {
-    /// Returns the places to start from with other limits: rows whose limit is zero are fixed, those whose limit was zero continue as they
+impl ForceQp<'_> {
+    /// Returns the states to start from with other limits: rows whose limit is zero are fixed, those whose limit was zero continue as they
     /// slip.
-    fn within(&self, places: &[Place], exact: &ExactSolution, before: &[f64], limits: &[f64]) -> Vec<Place> {
-        let mut start = places.to_vec();
+    fn within(
+        &self,
+        states: &[BoundState],
+        exact: &ExactSolution,
+        before: &[f64],
+        limits: &[f64],
+    ) -> Vec<BoundState> {
+        let mut start = states.to_vec();
         for (pair, friction) in self.system.rows.pairs.iter().zip(&exact.friction) {
             for (row, slip) in pair.tangential.clone().zip(&friction.slip) {
                 start[row] = match limits[row] {
-                    0.0 => Place::Lower,
-                    _ if before[row] != 0.0 => places[row],
-                    _ if *slip > 0.0 => Place::Upper,
-                    _ if *slip < 0.0 => Place::Lower,
-                    _ => Place::Free,
+                    0.0 => BoundState::Lower,
+                    _ if before[row] != 0.0 => states[row],
+                    _ if *slip > 0.0 => BoundState::Upper,
+                    _ if *slip < 0.0 => BoundState::Lower,
+                    _ => BoundState::Free,
                 };
             }
         }
@@ -224,7 +230,7 @@ pub fn coulomb_coupling(system: &ContactSystem<'_>, signs: &[f64]) -> Result<Opt
     let rows = &system.rows;
     let pairs = &rows.pairs;
     assert!(signs.len() == pairs.len(), "{} signs, and {} pairs", signs.len(), pairs.len());
-    let programme = Programme::new(system)?;
+    let programme = ForceQp::new(system)?;
     let limits = rows.limits();
     let normal: Vec<usize> = (0..rows.len()).filter(|i| !rows.is_tangential(*i)).collect();
     let tangential: Vec<usize> =
@@ -261,7 +267,7 @@ pub fn coulomb_coupling(system: &ContactSystem<'_>, signs: &[f64]) -> Result<Opt
     Ok(Some(largest.sqrt()).filter(|c| c.is_finite()))
 }
 
-impl Programme<'_> {
+impl ForceQp<'_> {
     /// Computes an orthonormal basis of the forces in some rows that are in balance on their own.
     fn kernel(&self, rows: &[usize]) -> DMatrix<f64> {
         let count = self.system.rows.len();

@@ -18,7 +18,7 @@ use crate::balance::Balance;
 use crate::error::NnddError;
 use crate::friction::{NodeState, PairFriction};
 use contact_qp::{
-    BoxQp, IndependentRows, KktResiduals, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows,
+    BoundState, BoxQp, IndependentRows, KktResiduals, MatrixView, QpPath, QpSettings, QpStatus, SparseRows,
     solve_box,
 };
 use fem_core::contact_system::{
@@ -68,7 +68,7 @@ pub struct ExactSolution {
 /// rejected.
 pub fn solve_exactly(system: &ContactSystem<'_>, settings: &QpSettings) -> Result<ExactSolution, NnddError> {
     refuse_coulomb(system)?;
-    let programme = Programme::new(system)?;
+    let programme = ForceQp::new(system)?;
     Ok(programme.solve(&system.rows.limits(), None, settings)?.0)
 }
 
@@ -81,7 +81,7 @@ pub(crate) fn refuse_coulomb(system: &ContactSystem<'_>) -> Result<(), NnddError
 }
 
 /// The programme of the forces of all rows.
-pub(crate) struct Programme<'a> {
+pub(crate) struct ForceQp<'a> {
     pub(crate) system: &'a ContactSystem<'a>,
     balance: Balance<'a>,
     flexibility: Flexibility,
@@ -213,7 +213,7 @@ pub fn flexibility_entries(rows: &ContactRows) -> usize {
     if is_full(count, entries) { count * count } else { entries }
 }
 
-impl<'a> Programme<'a> {
+impl<'a> ForceQp<'a> {
     /// Sets up the programme of an assembly.
     ///
     /// # Errors
@@ -266,9 +266,9 @@ impl<'a> Programme<'a> {
     pub(crate) fn solve(
         &self,
         limits: &[f64],
-        start: Option<&[Place]>,
+        start: Option<&[BoundState]>,
         settings: &QpSettings,
-    ) -> Result<(ExactSolution, Vec<Place>), NnddError> {
+    ) -> Result<(ExactSolution, Vec<BoundState>), NnddError> {
         let Self { system, balance, .. } = self;
         let rows = &system.rows;
         let own: Vec<f64> =
@@ -296,7 +296,7 @@ impl<'a> Programme<'a> {
         // Where they slip, friction moves nothing; it is at its limit, or the bound would count its work.
         let slips = |i: usize| self.imposed[i] && opening[i] != 0.0 && limits[i].is_finite();
         (0..rows.len()).filter(|i| slips(*i)).for_each(|i| found.x[i] = -limits[i].copysign(opening[i]));
-        let of_pair = |pair: &PairRows| self.friction(pair, limits, &found.x, &opening, &found.places);
+        let of_pair = |pair: &PairRows| self.friction(pair, limits, &found.x, &opening, &found.states);
         let solution = ExactSolution {
             fields: BodyFields { bodies: forces.into_iter().map(BodyField::Forces).collect(), amounts },
             traces,
@@ -309,7 +309,7 @@ impl<'a> Programme<'a> {
             clarabel_calls: found.counts.clarabel_calls(),
             kkt: found.kkt,
         };
-        Ok((solution, found.places))
+        Ok((solution, found.states))
     }
 
     /// Takes what belongs to the friction of a pair.
@@ -319,12 +319,12 @@ impl<'a> Programme<'a> {
         limits: &[f64],
         x: &[f64],
         y: &[f64],
-        places: &[Place],
+        states: &[BoundState],
     ) -> PairFriction {
         let (normal, tangential) = (pair.normal.clone(), pair.tangential.clone());
-        let state = |(n, t): (usize, usize)| match (places[n], places[t]) {
-            (Place::Lower, _) => NodeState::Open,
-            (_, Place::Free) => NodeState::Stick,
+        let state = |(n, t): (usize, usize)| match (states[n], states[t]) {
+            (BoundState::Lower, _) => NodeState::Open,
+            (_, BoundState::Free) => NodeState::Stick,
             _ if self.imposed[t] && y[t] == 0.0 => NodeState::Stick,
             _ => NodeState::Slip,
         };

@@ -4,7 +4,7 @@ use crate::active_set::ActiveSet;
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, solve_exactly};
 use crate::friction::PairFriction;
-use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential};
+use crate::iterate::{Iterate, QpStats, Recovery, Tangential, UnilateralSolution};
 use crate::iteration::Exact;
 use crate::response::residuals;
 use crate::settings::NewtonSettings;
@@ -20,7 +20,7 @@ pub(crate) fn solve(
     let NewtonSettings { max_iterations, qp } = settings;
     let qp = qp.clone().with_max_iterations((*max_iterations).max(1).min(qp.max_iterations));
     let iterate = Iterate { iteration: number, ..solve_exactly(system, &qp)?.iterate(system) };
-    let ContactAnswer { status, clarabel_calls, .. } = iterate.contact;
+    let UnilateralSolution { status, clarabel_calls, .. } = iterate.contact;
     Ok(Exact { iterate, status, clarabel_calls })
 }
 
@@ -62,14 +62,14 @@ impl ExactSolution {
             iteration: 1,
             lambda,
             reaction: force.iter().map(|p| 0.0 - p).collect(),
-            programme: Programme { path: self.path, iterations: self.iterations },
+            programme: QpStats { path: self.path, iterations: self.iterations },
             theta: 0.0,
             precision: 0.0,
             eta_nndd: from_squared(squared),
             recovery: Recovery::Forces,
             amounts: self.fields.amounts.clone(),
             tangential,
-            contact: ContactAnswer {
+            contact: UnilateralSolution {
                 normal_trace,
                 normal_reaction: force,
                 active: ActiveSet::new(opening.iter().map(|o| *o == 0.0).collect()),

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// The contact problem of step 1: how it was solved.
 #[derive(Clone, Debug)]
-pub struct ContactAnswer {
+pub struct UnilateralSolution {
     /// Normal trace `v²` of Ω₂, m.
     pub normal_trace: Vec<f64>,
     /// Contact force `r² ≥ 0`, N/m.
@@ -29,7 +29,7 @@ pub struct ContactAnswer {
 /// How the quadratic programme that determined an iterate was solved: the slowest one of the bodies in the iteration, that of all
 /// forces in the exact solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Programme {
+pub struct QpStats {
     /// Method that produced the answer.
     pub path: QpPath,
     /// Iterations of that method.
@@ -59,9 +59,9 @@ pub struct Iterate {
     /// Reaction `r¹` of Ω₁ to λ, N/m.
     pub reaction: Vec<f64>,
     /// Response of Ω₂ to λ.
-    pub contact: ContactAnswer,
+    pub contact: UnilateralSolution,
     /// How the programme that determined this iterate was solved.
-    pub programme: Programme,
+    pub programme: QpStats,
     /// Opening `o = v² − (λ − g) ≥ 0`, m.
     pub opening: Vec<f64>,
     /// θ of the update that follows.

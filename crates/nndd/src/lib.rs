@@ -111,7 +111,7 @@ pub use error::NnddError;
 pub use exact::{ExactSolution, flexibility_entries, solve_exactly};
 pub use fem_core;
 pub use friction::{NodeState, PairFriction};
-pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery, Tangential};
+pub use iterate::{Iterate, IterationRow, QpStats, Recovery, Tangential, UnilateralSolution};
 pub use iteration::Start;
 pub use roles::stiffer_roles;
 pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Weights};

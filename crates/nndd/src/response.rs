@@ -15,9 +15,9 @@
 //! With friction `−S ≤ P_i ≤ S` in the tangential rows, whose gap is the slip before the load step, and the gradient is the slip with the opposite sign.
 
 use crate::error::NnddError;
-use crate::subdomain::{Carrier, Subdomain};
+use crate::subdomain::{LambdaOwner, Subdomain};
 use contact_qp::{
-    BoxQp, KktResiduals, MatrixView, Place, QpPath, QpSettings, QpStatus, SparseRows, solve_box,
+    BoundState, BoxQp, KktResiduals, MatrixView, QpPath, QpSettings, QpStatus, SparseRows, solve_box,
 };
 use nalgebra::DVector;
 
@@ -32,7 +32,7 @@ pub(crate) struct Response {
     /// Coefficients of the rigid motions that its forces balance.
     pub(crate) motion: Vec<f64>,
     /// Where the forces are.
-    pub(crate) places: Vec<Place>,
+    pub(crate) states: Vec<BoundState>,
     pub(crate) status: QpStatus,
     pub(crate) path: QpPath,
     pub(crate) iterations: usize,
@@ -69,9 +69,9 @@ impl<'a> Unilateral<'a> {
             return Some(Self::Traces(values));
         }
         let of_rows = |bounds: &[f64], none: f64| {
-            let bound = |(carrier, row): (&Carrier, &usize)| match carrier {
-                Carrier::Itself => none,
-                Carrier::Other | Carrier::Obstacle => bounds[*row],
+            let bound = |(carrier, row): (&LambdaOwner, &usize)| match carrier {
+                LambdaOwner::Itself => none,
+                LambdaOwner::Other | LambdaOwner::Obstacle => bounds[*row],
             };
             body.carriers.iter().zip(&body.rows).map(bound).collect()
         };
@@ -85,16 +85,16 @@ impl<'a> Unilateral<'a> {
 
     /// Solves it.
     ///
-    /// * `bounds`: `c`; `places`: where the forces are at the start.
+    /// * `bounds`: `c`; `states`: of the forces at the start.
     pub(crate) fn solve(
         &self,
         body: &Subdomain<'_>,
         bounds: &DVector<f64>,
-        places: Option<&[Place]>,
+        states: Option<&[BoundState]>,
         settings: &QpSettings,
     ) -> Result<Response, NnddError> {
         match self {
-            Self::Traces(stiffness) => in_traces(stiffness, body, bounds, places, settings),
+            Self::Traces(stiffness) => in_traces(stiffness, body, bounds, states, settings),
             Self::Forces { flexibility, balance, lower, upper } => {
                 let linear: Vec<f64> = bounds.iter().zip(body.free.iter()).map(|(c, v)| c - v).collect();
                 let qp = BoxQp {
@@ -106,13 +106,13 @@ impl<'a> Unilateral<'a> {
                     right_side: body.balanced.loads(),
                 };
                 // Clarabel takes a programme with rows whole, which on a large body costs more than all iterations.
-                let found = solve_box(&qp, places, &settings.clone().active_sets_first())?;
+                let found = solve_box(&qp, states, &settings.clone().active_sets_first())?;
                 Ok(Response {
                     force: found.x,
                     opening: found.multipliers,
                     trace: None,
                     motion: found.row_multipliers,
-                    places: found.places,
+                    states: found.states,
                     status: found.status,
                     path: found.path,
                     iterations: found.iterations,
@@ -129,7 +129,7 @@ fn in_traces(
     stiffness: &[f64],
     body: &Subdomain<'_>,
     bounds: &DVector<f64>,
-    places: Option<&[Place]>,
+    states: Option<&[BoundState]>,
     settings: &QpSettings,
 ) -> Result<Response, NnddError> {
     let unilateral = &body.unilateral;
@@ -148,16 +148,18 @@ fn in_traces(
         right_side: &[],
     };
     // A trace is at its bound if there may be a force.
-    let place = |of_force: Place| if of_force == Place::Free { Place::Lower } else { Place::Free };
-    let start = places.map(|of| unilateral.iter().map(|i| place(of[*i])).collect::<Vec<Place>>());
+    let place = |of_force: BoundState| {
+        if of_force == BoundState::Free { BoundState::Lower } else { BoundState::Free }
+    };
+    let start = states.map(|of| unilateral.iter().map(|i| place(of[*i])).collect::<Vec<BoundState>>());
     let found = solve_box(&qp, start.as_deref(), settings)?;
     unilateral.iter().zip(&found.x).for_each(|(i, x)| trace[*i] = -x);
-    let (mut opening, mut places) = (vec![0.0; body.len()], vec![Place::Free; body.len()]);
+    let (mut opening, mut states) = (vec![0.0; body.len()], vec![BoundState::Free; body.len()]);
     let mut force = if unilateral.len() == body.len() { rest } else { body.forces_of_traces(&trace).0 };
     for (k, &i) in unilateral.iter().enumerate() {
         (force[i], opening[i]) = (found.multipliers[k], bounds[i] - trace[i]);
-        if found.places[k] == Place::Free {
-            places[i] = Place::Lower;
+        if found.states[k] == BoundState::Free {
+            states[i] = BoundState::Lower;
         }
     }
     Ok(Response {
@@ -165,7 +167,7 @@ fn in_traces(
         opening,
         trace: Some(trace.as_slice().to_vec()),
         motion: Vec::new(),
-        places,
+        states,
         status: found.status,
         path: found.path,
         iterations: found.iterations,
@@ -182,7 +184,7 @@ pub(crate) fn imposed(body: &Subdomain<'_>, traces: &DVector<f64>) -> Response {
         opening: vec![0.0; body.len()],
         trace: None,
         motion: motion.as_slice().to_vec(),
-        places: vec![Place::Free; body.len()],
+        states: vec![BoundState::Free; body.len()],
         status: QpStatus::Solved,
         path: QpPath::WarmStart,
         iterations: 0,

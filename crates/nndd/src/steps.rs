@@ -9,11 +9,11 @@ use crate::active_set::ActiveSet;
 use crate::balance::Balance;
 use crate::correction::Correction;
 use crate::error::NnddError;
-use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential, precision};
+use crate::iterate::{Iterate, QpStats, Recovery, Tangential, UnilateralSolution, precision};
 use crate::response::{Response, Unilateral, imposed};
-use crate::subdomain::{Carrier, Subdomain};
+use crate::subdomain::{LambdaOwner, Subdomain};
 use crate::vector::dot;
-use contact_qp::{KktResiduals, Place, QpPath, QpSettings, QpStatus, SparseRows, nearest_balanced};
+use contact_qp::{BoundState, KktResiduals, QpPath, QpSettings, QpStatus, SparseRows, nearest_balanced};
 use fem_core::contact_system::ContactSystem;
 use fem_core::norm::from_squared;
 use fem_core::{each_body, try_each_body};
@@ -36,11 +36,11 @@ pub(crate) struct Steps<'a> {
     bounds: [Vec<f64>; 2],
     programmes: Vec<Option<Unilateral<'a>>>,
     /// Where the forces of each body were in the last iteration.
-    places: Vec<Option<Vec<Place>>>,
+    states: Vec<Option<Vec<BoundState>>>,
 }
 
 /// Step 1, by row of the assembly.
-pub(crate) struct Answers {
+pub(crate) struct StepOne {
     /// λ, with the free motions of the obstacles, m.
     pub(crate) lambda: Vec<f64>,
     /// Forces that press on the bodies that carry λ, `−r¹`, and on the others, `r²`, N/m.
@@ -75,7 +75,7 @@ impl<'a> Steps<'a> {
             weights: rows.rows.iter().map(|row| 1.0 / row.length).collect(),
             programmes: each_body(bodies.len(), |b| Unilateral::new(&bodies[b], &bounds)),
             bounds,
-            places: vec![None; bodies.len()],
+            states: vec![None; bodies.len()],
         }
     }
 
@@ -85,33 +85,33 @@ impl<'a> Steps<'a> {
         let stick: Vec<bool> =
             self.system.rows.tangentials(&self.system.rows.limits()).iter().map(|s| *s > 0.0).collect();
         let free = self.system.rows.joined(&normal, &stick);
-        let place = |(carrier, row): (&Carrier, &usize)| {
-            let free = *carrier == Carrier::Itself || free[*row];
-            if free { Place::Free } else { Place::Lower }
+        let place = |(carrier, row): (&LambdaOwner, &usize)| {
+            let free = *carrier == LambdaOwner::Itself || free[*row];
+            if free { BoundState::Free } else { BoundState::Lower }
         };
         let of_body = |body: &Subdomain<'_>| Some(body.carriers.iter().zip(&body.rows).map(place).collect());
-        self.places = self.bodies.iter().map(of_body).collect();
+        self.states = self.bodies.iter().map(of_body).collect();
     }
 
     /// Step 1: each body answers to λ, imposed in the rows where it carries λ (8) and unilateral in the others (9).
-    pub(crate) fn step_1(&mut self, mut lambda: Vec<f64>) -> Result<Answers, NnddError> {
+    pub(crate) fn step_1(&mut self, mut lambda: Vec<f64>) -> Result<StepOne, NnddError> {
         let rows = &self.system.rows.rows;
         let imposes = lambda.iter_mut().zip(rows);
         imposes.for_each(|(lambda, row)| *lambda = row.obstacle.unwrap_or(*lambda));
         let respond = |b: usize| {
             let body = &self.bodies[b];
-            let bound = |(carrier, row): (&Carrier, &usize)| match carrier {
-                Carrier::Itself => lambda[*row],
-                Carrier::Other | Carrier::Obstacle => rows[*row].gap - lambda[*row],
+            let bound = |(carrier, row): (&LambdaOwner, &usize)| match carrier {
+                LambdaOwner::Itself => lambda[*row],
+                LambdaOwner::Other | LambdaOwner::Obstacle => rows[*row].gap - lambda[*row],
             };
             let bounds = DVector::from_iterator(body.len(), body.carriers.iter().zip(&body.rows).map(bound));
             match &self.programmes[b] {
                 None => Ok(imposed(body, &bounds)),
-                Some(programme) => programme.solve(body, &bounds, self.places[b].as_deref(), self.qp),
+                Some(programme) => programme.solve(body, &bounds, self.states[b].as_deref(), self.qp),
             }
         };
         let responses: Vec<Response> = try_each_body(self.bodies.len(), respond)?;
-        self.places = responses.iter().map(|response| Some(response.places.clone())).collect();
+        self.states = responses.iter().map(|response| Some(response.states.clone())).collect();
         let amounts = self.amounts(&responses);
         self.move_obstacles(&amounts, &mut lambda);
         Ok(self.answers(lambda, responses, amounts))
@@ -119,14 +119,14 @@ impl<'a> Steps<'a> {
 
     /// Step 2: the Neumann problems (10) and (11) of all bodies under their shares of the imbalance `r¹ + r²`, and the direction
     /// `w¹ − w²` in which their traces change λ.
-    pub(crate) fn step_2(&self, answers: &Answers) -> Vec<f64> {
+    pub(crate) fn step_2(&self, answers: &StepOne) -> Vec<f64> {
         let pressing = answers.carried.iter().zip(&answers.unilateral);
         let imbalance: Vec<f64> = pressing.map(|(first, second)| first - second).collect();
         self.correction.apply(&imbalance)
     }
 
     /// Sorts the responses of the bodies by row.
-    fn answers(&self, lambda: Vec<f64>, responses: Vec<Response>, amounts: Vec<f64>) -> Answers {
+    fn answers(&self, lambda: Vec<f64>, responses: Vec<Response>, amounts: Vec<f64>) -> StepOne {
         let rows = &self.system.rows.rows;
         let zero = vec![0.0; rows.len()];
         let [mut carried, mut unilateral, mut trace, mut opening] =
@@ -134,26 +134,26 @@ impl<'a> Steps<'a> {
         let mut active = vec![false; rows.len()];
         for (body, response) in self.bodies.iter().zip(&responses) {
             for (i, &row) in body.rows.iter().enumerate() {
-                if body.carriers[i] != Carrier::Other {
+                if body.carriers[i] != LambdaOwner::Other {
                     carried[row] = response.force[i];
                 }
-                if body.carriers[i] != Carrier::Itself {
+                if body.carriers[i] != LambdaOwner::Itself {
                     unilateral[row] = response.force[i];
                     opening[row] = response.opening[i];
-                    active[row] = response.places[i] == Place::Free;
+                    active[row] = response.states[i] == BoundState::Free;
                     let from_opening = || lambda[row] - rows[row].gap + opening[row];
                     trace[row] = response.trace.as_ref().map_or_else(from_opening, |v| 0.0 - v[i]);
                 }
             }
         }
-        Answers { lambda, carried, unilateral, trace, opening, active, responses, amounts }
+        StepOne { lambda, carried, unilateral, trace, opening, active, responses, amounts }
     }
 
     /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are
     /// nearest, as pressures, to those of the unilateral bodies; infinite if no forces are in balance. Friction adds
     /// `2 Σ (S|w| − Q̃ w)`, with `|Q̃| ≤ S`. For two held bodies `P̃ = r²`, and this is (22), `η = ‖w̄‖` with `S₁ w̄ = r¹ + r²`.
-    pub(crate) fn eta_nndd(&self, answers: &Answers) -> Result<f64, NnddError> {
-        let Answers { unilateral, opening, responses, .. } = answers;
+    pub(crate) fn eta_nndd(&self, answers: &StepOne) -> Result<f64, NnddError> {
+        let StepOne { unilateral, opening, responses, .. } = answers;
         let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();
         let [lower, upper] = &self.bounds;
         let nearest = |allowed: Option<&[bool]>| {
@@ -192,9 +192,9 @@ impl<'a> Steps<'a> {
     }
 
     /// Puts the iterate together; its number and θ are not known yet. `ε_t` is (24).
-    pub(crate) fn iterate_of(&self, eta_nndd: f64, answers: Answers) -> Iterate {
+    pub(crate) fn iterate_of(&self, eta_nndd: f64, answers: StepOne) -> Iterate {
         let rows = &self.system.rows;
-        let Answers { lambda, carried, unilateral, trace, opening, active, responses, amounts } = answers;
+        let StepOne { lambda, carried, unilateral, trace, opening, active, responses, amounts } = answers;
         let reaction: Vec<f64> = carried.iter().map(|p| 0.0 - p).collect();
         let tangential = Tangential {
             lambda: rows.tangentials(&lambda),
@@ -204,7 +204,7 @@ impl<'a> Steps<'a> {
             limit: rows.tangentials(&rows.limits()),
         };
         let unsolved = responses.iter().map(|r| r.status).find(|status| !status.is_solved());
-        let contact = ContactAnswer {
+        let contact = UnilateralSolution {
             normal_trace: rows.normals(&trace),
             normal_reaction: rows.normals(&unilateral),
             active: ActiveSet::new(rows.normals(&active)),
@@ -223,7 +223,7 @@ impl<'a> Steps<'a> {
             lambda: rows.normals(&lambda),
             reaction,
             opening: rows.normals(&opening),
-            programme: Programme { path: contact.path, iterations: contact.iterations },
+            programme: QpStats { path: contact.path, iterations: contact.iterations },
             contact,
             recovery: Recovery::Traces,
             amounts,

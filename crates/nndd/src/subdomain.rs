@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 /// Who carries λ in a row of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Carrier {
+pub(crate) enum LambdaOwner {
     /// The body.
     Itself,
     /// Another body.
@@ -24,7 +24,7 @@ pub(crate) struct Subdomain<'a> {
     /// Numbers of its rows among those of the assembly.
     pub(crate) rows: Vec<usize>,
     /// Who carries λ, by row.
-    pub(crate) carriers: Vec<Carrier>,
+    pub(crate) carriers: Vec<LambdaOwner>,
     /// Its rows in which another body or an obstacle carries λ, in their order.
     pub(crate) unilateral: Vec<usize>,
     /// Traces under the loads without contact forces, `B K⁺ f` and what supports impose, m.
@@ -68,13 +68,13 @@ impl<'a> Subdomain<'a> {
         let carrier = |row: &BodyRow| {
             let pair = &system.rows.pairs[system.rows.rows[row.row].pair];
             match pair.roles.imposed() == row.side {
-                _ if pair.partner.is_obstacle() => Carrier::Obstacle,
-                true => Carrier::Itself,
-                false => Carrier::Other,
+                _ if pair.partner.is_obstacle() => LambdaOwner::Obstacle,
+                true => LambdaOwner::Itself,
+                false => LambdaOwner::Other,
             }
         };
-        let carriers: Vec<Carrier> = of_body.iter().map(carrier).collect();
-        let unilateral: Vec<usize> = (0..n).filter(|i| carriers[*i] != Carrier::Itself).collect();
+        let carriers: Vec<LambdaOwner> = of_body.iter().map(carrier).collect();
+        let unilateral: Vec<usize> = (0..n).filter(|i| carriers[*i] != LambdaOwner::Itself).collect();
         let balanced = Motions::new(system, body, true);
         let held_stiffness = balanced.is_empty().then(|| operators.stiffness_matrix(&unilateral));
         Ok(Self {
@@ -106,10 +106,10 @@ impl<'a> Subdomain<'a> {
     /// Returns `σ`, by row: the trace is `λ` in the rows where the body carries it, and at most `g − λ` if another body does. 0
     /// against an obstacle, whose λ is not updated.
     pub(crate) fn signs(&self) -> DVector<f64> {
-        let sign = |carrier: &Carrier| match carrier {
-            Carrier::Itself => 1.0,
-            Carrier::Other => -1.0,
-            Carrier::Obstacle => 0.0,
+        let sign = |carrier: &LambdaOwner| match carrier {
+            LambdaOwner::Itself => 1.0,
+            LambdaOwner::Other => -1.0,
+            LambdaOwner::Obstacle => 0.0,
         };
         DVector::from_iterator(self.len(), self.carriers.iter().map(sign))
     }

@@ -16,7 +16,7 @@ use fem_core::prepared::PreparedProblem;
 use fem_core::{each_body, field};
 use nndd::stopping::{Decision, StoppingCriterion};
 use nndd::{Iterate, NnddSolution};
-use nndd_report::{Answer, Host, Place, Stopwatch, convert, files, run};
+use nndd_report::{Host, RunDirectory, RunResult, Stopwatch, convert, files, run};
 use rayon::prelude::*;
 use serde_json::{Map, json};
 use std::hint::black_box;
@@ -44,8 +44,8 @@ impl StoppingCriterion for After {
 
 /// Measures the phases of the paper's case with other settings.
 pub(crate) fn measure(rounds: usize, settings: &[String]) {
-    let mut case = Case::parse(PAPER, "paper.toml", &run::overrides(settings).unwrap()).unwrap();
-    let Whole { problem, nndd, record } = whole(&mut case, rounds);
+    let case = Case::parse(PAPER, "paper.toml", &run::overrides(settings).unwrap()).unwrap();
+    let Whole { problem, nndd, record } = whole(&case, rounds);
     let relaxation = convert::relaxation(&case);
     of_factors(&record, &problem);
     let problem = PreparedProblem::new(problem).unwrap();
@@ -61,20 +61,20 @@ struct Whole {
 }
 
 /// Runs the case as the program does, with its files, and prints the times that its report has.
-fn whole(case: &mut Case, rounds: usize) -> Whole {
+fn whole(case: &Case, rounds: usize) -> Whole {
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
     let mut host = Clock(Instant::now());
     let mut watch = Stopwatch::start(host.elapsed());
-    let problem = run::build(case, &host).unwrap_or_else(|e| panic!("{e:?}"));
-    let mut place = Place::open(case, folder.path(), true).unwrap_or_else(|e| panic!("{e:?}"));
+    let built = run::build(case, &host).unwrap_or_else(|e| panic!("{e:?}"));
+    let mut place = RunDirectory::open(case, folder.path(), true).unwrap_or_else(|e| panic!("{e:?}"));
     let solved =
-        run::solve(case, problem, &mut place, &mut watch, &mut host).unwrap_or_else(|e| panic!("{e:?}"));
+        run::solve(case, built, &mut place, &mut watch, &mut host).unwrap_or_else(|e| panic!("{e:?}"));
     let solution = solved.answer.certified().unwrap();
     assert!(solution.estimate.as_ref().is_some_and(|e| e.certificate().is_some()), "there is no certificate");
     let record = Recorder { rounds, unknowns: solution.unknowns.iter().sum() };
     let mut timings = None;
     drop(place);
-    let open = || Place::open(case, folder.path(), true).unwrap_or_else(|e| panic!("{e:?}"));
+    let open = || RunDirectory::open(case, folder.path(), true).unwrap_or_else(|e| panic!("{e:?}"));
     let (_, seconds) = record.time(open, |place| {
         let written = files::write(case, &solved, place, Map::new(), &mut watch, &host)
             .unwrap_or_else(|e| panic!("{e:?}"));
@@ -85,7 +85,7 @@ fn whole(case: &mut Case, rounds: usize) -> Whole {
         "estimates": solution.rows.iter().filter(|row| row.e_cre.is_some()).count(), "seconds": timings });
     println!("{run}");
     record.print("files", &seconds, Count { flops: 0.0, bytes: bytes_in(folder.path()) });
-    let Answer::Certified(solution) = solved.answer else { panic!("the solution is not certified") };
+    let RunResult::Certified(solution) = solved.answer else { panic!("the solution is not certified") };
     Whole { problem: solution.problem, nndd: solution.nndd, record }
 }
 

@@ -14,7 +14,7 @@ struct Rising(Settings);
 
 const BOUNDS: [f64; 5] = [0.6, 0.5, 0.55, 0.7, 0.1];
 
-impl Meshwise for Rising {
+impl SolveOnMesh for Rising {
     type Solution = CertifiedSolution;
 
     fn solve(

@@ -2,10 +2,10 @@
 
 use super::augmented::Augmented;
 use super::full::{CONTRADICTION, Full};
+use crate::bound_state::BoundState;
 use crate::dense::{largest, norm};
 use crate::error::QpError;
 use crate::least_squares::nonnegative_least_squares;
-use crate::place::Place;
 use crate::problem::MatrixView;
 use crate::programme::BoxQp;
 use std::collections::HashSet;
@@ -32,10 +32,10 @@ enum Algebra<'a> {
 }
 
 /// The minimiser on one set, whatever the signs.
-pub(super) struct Candidate {
+pub(super) struct ActiveSetPoint {
     pub(super) x: Vec<f64>,
     pub(super) a: Vec<f64>,
-    pub(super) places: Vec<Place>,
+    pub(super) states: Vec<BoundState>,
 }
 
 impl<'a> System<'a> {
@@ -79,18 +79,18 @@ impl<'a> System<'a> {
     /// * `from`: a point, see [`Self::candidate`].
     pub(super) fn active_set(
         &self,
-        mut places: Vec<Place>,
+        mut states: Vec<BoundState>,
         from: &[f64],
         limit: usize,
-    ) -> (Option<Candidate>, usize) {
+    ) -> (Option<ActiveSetPoint>, usize) {
         let mut visited = HashSet::new();
         for step in 1..=limit {
-            let Some(candidate) = self.candidate(&places, from) else { return (None, step) };
+            let Some(candidate) = self.candidate(&states, from) else { return (None, step) };
             let next = self.next(&candidate);
-            if next == places {
+            if next == states {
                 return (Some(self.released(candidate, from)), step);
             }
-            if !visited.insert(std::mem::replace(&mut places, next)) {
+            if !visited.insert(std::mem::replace(&mut states, next)) {
                 return (None, step);
             }
         }
@@ -99,12 +99,12 @@ impl<'a> System<'a> {
 
     /// Puts free unknowns that are at a bound, to round-off, at that bound, if the signs stay right: rows that only they would determine
     /// then have the multipliers of least norm.
-    fn released(&self, candidate: Candidate, from: &[f64]) -> Candidate {
-        let places = self.at_bounds(&candidate);
-        if places == candidate.places {
+    fn released(&self, candidate: ActiveSetPoint, from: &[f64]) -> ActiveSetPoint {
+        let states = self.at_bounds(&candidate);
+        if states == candidate.states {
             return candidate;
         }
-        self.candidate(&places, from).filter(|other| self.next(other) == places).unwrap_or(candidate)
+        self.candidate(&states, from).filter(|other| self.next(other) == states).unwrap_or(candidate)
     }
 
     /// Descends from a point, moved within the bounds and on a set: the unknown that blocks a step stays at its bound, and the one whose multiplier is
@@ -114,26 +114,26 @@ impl<'a> System<'a> {
     pub(super) fn descend(
         &self,
         start: &[f64],
-        mut places: Vec<Place>,
+        mut states: Vec<BoundState>,
         limit: usize,
-    ) -> (Option<Candidate>, usize) {
+    ) -> (Option<ActiveSetPoint>, usize) {
         let (lower, upper) = (self.qp.lower, self.qp.upper);
-        let place = |i: usize| match places[i] {
-            Place::Free => start[i].clamp(lower[i], upper[i]),
+        let place = |i: usize| match states[i] {
+            BoundState::Free => start[i].clamp(lower[i], upper[i]),
             place => self.qp.bound(i, place),
         };
         let mut x: Vec<f64> = (0..start.len()).map(place).collect();
         for step in 1..=limit {
-            let Some(candidate) = self.candidate(&places, &x) else { return (None, step) };
+            let Some(candidate) = self.candidate(&states, &x) else { return (None, step) };
             let least = WRONG * largest(candidate.x.iter().copied()).max(self.size[0]);
             let blocks = |i: usize| {
                 let (from, to) = (x[i], candidate.x[i]);
-                match places[i] {
-                    Place::Free if to < lower[i] - least => {
-                        Some(((from - lower[i]) / (from - to), i, Place::Lower))
+                match states[i] {
+                    BoundState::Free if to < lower[i] - least => {
+                        Some(((from - lower[i]) / (from - to), i, BoundState::Lower))
                     }
-                    Place::Free if to > upper[i] + least => {
-                        Some(((upper[i] - from) / (to - from), i, Place::Upper))
+                    BoundState::Free if to > upper[i] + least => {
+                        Some(((upper[i] - from) / (to - from), i, BoundState::Upper))
                     }
                     _ => None,
                 }
@@ -142,23 +142,23 @@ impl<'a> System<'a> {
             if let Some((ratio, i, place)) = blocking {
                 let ratio = ratio.clamp(0.0, 1.0);
                 x.iter_mut().zip(&candidate.x).for_each(|(x, to)| *x += ratio * (to - *x));
-                places[i] = place;
+                states[i] = place;
                 x[i] = self.qp.bound(i, place);
                 continue;
             }
             let y = self.gradient(&candidate.x, &candidate.a);
             let slack = WRONG * self.size[1].max(largest(y.iter().copied()));
-            let wrong = |i: usize| match places[i] {
+            let wrong = |i: usize| match states[i] {
                 _ if lower[i] == upper[i] => 0.0,
-                Place::Lower => -y[i],
-                Place::Upper => y[i],
-                Place::Free => 0.0,
+                BoundState::Lower => -y[i],
+                BoundState::Upper => y[i],
+                BoundState::Free => 0.0,
             };
             let worst = (0..x.len()).max_by(|a, b| wrong(*a).total_cmp(&wrong(*b)));
             match worst.filter(|i| wrong(*i) > slack) {
                 None => return (Some(self.released(candidate, &x)), step),
                 Some(i) => {
-                    places[i] = Place::Free;
+                    states[i] = BoundState::Free;
                     x = candidate.x;
                 }
             }
@@ -196,13 +196,13 @@ impl<'a> System<'a> {
     /// one of many, and some of them keep their values.
     ///
     /// * `from`: a point whose values they keep, within the bounds.
-    fn candidate(&self, places: &[Place], from: &[f64]) -> Option<Candidate> {
-        let mut x: Vec<f64> = (0..places.len()).map(|i| self.qp.bound(i, places[i])).collect();
+    fn candidate(&self, states: &[BoundState], from: &[f64]) -> Option<ActiveSetPoint> {
+        let mut x: Vec<f64> = (0..states.len()).map(|i| self.qp.bound(i, states[i])).collect();
         if x.iter().any(|x| x.is_infinite()) {
             return None;
         }
         let mut a = vec![0.0; self.lengths.len()];
-        let free: Vec<usize> = (0..places.len()).filter(|i| places[*i] == Place::Free).collect();
+        let free: Vec<usize> = (0..states.len()).filter(|i| states[*i] == BoundState::Free).collect();
         match &self.algebra {
             Algebra::Full(full) => {
                 full.solve((&self.lengths, self.size[0]), (free, from), (&mut x, &mut a))?
@@ -213,7 +213,7 @@ impl<'a> System<'a> {
         if contradiction > CONTRADICTION * self.size[0].max(largest(x.iter().copied())) {
             return None;
         }
-        x.iter().chain(&a).all(|v| v.is_finite()).then(|| Candidate { x, a, places: places.to_vec() })
+        x.iter().chain(&a).all(|v| v.is_finite()).then(|| ActiveSetPoint { x, a, states: states.to_vec() })
     }
 
     /// Computes `e − G x` of rows of length one.
@@ -223,12 +223,16 @@ impl<'a> System<'a> {
 
     /// Solves on one set, with multipliers of the rows for which all signs are right; `None` if no multipliers fit. These are not
     /// unique if the set determines `x` alone, as in a vertex, and then the ones of [`Self::candidate`] may have wrong signs.
-    pub(super) fn with_fitting_multipliers(&self, places: &[Place], from: &[f64]) -> Option<Candidate> {
-        let mut candidate = self.candidate(places, from)?;
+    pub(super) fn with_fitting_multipliers(
+        &self,
+        states: &[BoundState],
+        from: &[f64],
+    ) -> Option<ActiveSetPoint> {
+        let mut candidate = self.candidate(states, from)?;
         // An unknown at its bound that is counted as free would ask for a multiplier of exactly zero.
-        candidate.places = self.at_bounds(&candidate);
-        if candidate.places != places {
-            candidate = self.candidate(&candidate.places, from)?;
+        candidate.states = self.at_bounds(&candidate);
+        if candidate.states != states {
+            candidate = self.candidate(&candidate.states, from)?;
         }
         candidate.a = self.fitting_multipliers(&candidate)?;
         Some(candidate)
@@ -236,17 +240,17 @@ impl<'a> System<'a> {
 
     /// Finds the multipliers of least norm, with rows of length one, for which `P x + q − Gᵀ a` has the right signs: the least
     /// distance programme of Lawson and Hanson 1974, chapter 23.
-    fn fitting_multipliers(&self, candidate: &Candidate) -> Option<Vec<f64>> {
+    fn fitting_multipliers(&self, candidate: &ActiveSetPoint) -> Option<Vec<f64>> {
         let (n, m) = (candidate.x.len(), self.lengths.len());
         let gradient = self.gradient(&candidate.x, &vec![0.0; m]);
         let known: Vec<f64> = candidate.a.iter().zip(&self.lengths).map(|(a, length)| a * length).collect();
         let scale = largest(gradient.iter().copied()).max(norm(&known)).max(f64::MIN_POSITIVE);
         // s (Gᵀ a)_i ≥ s (P x + q)_i, one column for each s.
-        let signs = |i: usize| match candidate.places[i] {
+        let signs = |i: usize| match candidate.states[i] {
             _ if self.qp.lower[i] == self.qp.upper[i] => [].as_slice(),
-            Place::Lower => &[-1.0],
-            Place::Upper => &[1.0],
-            Place::Free => &[-1.0, 1.0],
+            BoundState::Lower => &[-1.0],
+            BoundState::Upper => &[1.0],
+            BoundState::Free => &[-1.0, 1.0],
         };
         let columns: Vec<(usize, f64)> = (0..n).flat_map(|i| signs(i).iter().map(move |s| (i, *s))).collect();
         let rows = self.unit_rows();
@@ -262,29 +266,29 @@ impl<'a> System<'a> {
         a.iter().all(|a| a.is_finite()).then_some(a)
     }
 
-    /// Returns the places of a candidate whose free unknowns at a bound, to round-off, are at that bound.
-    fn at_bounds(&self, candidate: &Candidate) -> Vec<Place> {
-        let Candidate { x, places, .. } = candidate;
+    /// Returns the states of a candidate whose free unknowns at a bound, to round-off, are at that bound.
+    fn at_bounds(&self, candidate: &ActiveSetPoint) -> Vec<BoundState> {
+        let ActiveSetPoint { x, states, .. } = candidate;
         let least = WRONG * largest(x.iter().copied()).max(self.size[0]);
-        let place = |i: usize| match places[i] {
-            Place::Free if x[i] <= self.qp.lower[i] + least => Place::Lower,
-            Place::Free if x[i] >= self.qp.upper[i] - least => Place::Upper,
+        let place = |i: usize| match states[i] {
+            BoundState::Free if x[i] <= self.qp.lower[i] + least => BoundState::Lower,
+            BoundState::Free if x[i] >= self.qp.upper[i] - least => BoundState::Upper,
             same => same,
         };
         (0..x.len()).map(place).collect()
     }
 
     /// Returns the set that the signs of a candidate ask for.
-    fn next(&self, candidate: &Candidate) -> Vec<Place> {
-        let Candidate { x, a, places } = candidate;
+    fn next(&self, candidate: &ActiveSetPoint) -> Vec<BoundState> {
+        let ActiveSetPoint { x, a, states } = candidate;
         let y = self.gradient(x, a);
         let least = WRONG * largest(x.iter().copied()).max(self.size[0]);
         let slack = WRONG * self.size[1].max(largest(y.iter().copied()));
-        let place = |i: usize| match places[i] {
-            Place::Free if x[i] < self.qp.lower[i] - least => Place::Lower,
-            Place::Free if x[i] > self.qp.upper[i] + least => Place::Upper,
-            Place::Lower if y[i] < -slack && self.qp.lower[i] < self.qp.upper[i] => Place::Free,
-            Place::Upper if y[i] > slack && self.qp.lower[i] < self.qp.upper[i] => Place::Free,
+        let place = |i: usize| match states[i] {
+            BoundState::Free if x[i] < self.qp.lower[i] - least => BoundState::Lower,
+            BoundState::Free if x[i] > self.qp.upper[i] + least => BoundState::Upper,
+            BoundState::Lower if y[i] < -slack && self.qp.lower[i] < self.qp.upper[i] => BoundState::Free,
+            BoundState::Upper if y[i] > slack && self.qp.lower[i] < self.qp.upper[i] => BoundState::Free,
             same => same,
         };
         (0..x.len()).map(place).collect()

@@ -2,7 +2,7 @@
 
 use crate::support::{Problem, Random, wall};
 use contact_qp::{
-    BoxQp, MatrixView, Place, QpMethod, QpSettings, QpStatus, SparseRows, kkt_residuals, solve_box,
+    BoundState, BoxQp, MatrixView, QpMethod, QpSettings, QpStatus, SparseRows, kkt_residuals, solve_box,
 };
 
 /// A full matrix.
@@ -49,14 +49,16 @@ fn the_solution_is_the_best_of_all_sets() {
         // Every set on which the signs are right has the same x.
         let mut right = 0;
         for code in 0..3usize.pow(n as u32) {
-            let place = |i: usize| [Place::Lower, Place::Free, Place::Upper][code / 3usize.pow(i as u32) % 3];
-            let places: Vec<Place> = (0..n).map(place).collect();
+            let place = |i: usize| {
+                [BoundState::Lower, BoundState::Free, BoundState::Upper][code / 3usize.pow(i as u32) % 3]
+            };
+            let states: Vec<BoundState> = (0..n).map(place).collect();
             let settings =
                 QpSettings::default().with_max_active_set_steps(1).with_method(QpMethod::ActiveSet);
-            if (0..n).any(|i| places[i] == Place::Upper && programme.upper[i].is_infinite()) {
+            if (0..n).any(|i| states[i] == BoundState::Upper && programme.upper[i].is_infinite()) {
                 continue;
             }
-            let found = solve_box(&qp, Some(&places), &settings).unwrap();
+            let found = solve_box(&qp, Some(&states), &settings).unwrap();
             if found.counts.clarabel_calls() == 0 {
                 right += 1;
                 for (a, b) in found.x.iter().zip(&answer.x) {
@@ -101,8 +103,8 @@ fn an_unknown_between_equal_bounds_may_have_a_multiplier_of_either_sign() {
             rows: &none,
             right_side: &[],
         };
-        for start in [Place::Lower, Place::Upper, Place::Free] {
-            let answer = solve_box(&qp, Some(&[start, Place::Free]), &QpSettings::default()).unwrap();
+        for start in [BoundState::Lower, BoundState::Upper, BoundState::Free] {
+            let answer = solve_box(&qp, Some(&[start, BoundState::Free]), &QpSettings::default()).unwrap();
             assert_eq!(
                 (answer.status, answer.counts.clarabel_calls()),
                 (QpStatus::Solved, 0),
@@ -126,15 +128,15 @@ fn sparse_programmes_have_the_solution_of_full_ones() {
             (matrix[i * n + i - 1], matrix[(i - 1) * n + i]) = (-0.7, -0.7);
         }
     }
-    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
+    let (mut starts, mut states, mut values) = (vec![0], Vec::new(), Vec::new());
     for j in 0..n {
         for i in (0..=j).filter(|i| matrix[j * n + i] != 0.0) {
-            places.push(i);
+            states.push(i);
             values.push(matrix[j * n + i]);
         }
-        starts.push(places.len());
+        starts.push(states.len());
     }
-    let sparse = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: &values };
+    let sparse = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &states, values: &values };
     let linear: Vec<f64> = (0..n).map(|_| random.number()).collect();
     let load: Vec<f64> =
         (0..m).map(|k| if k % 3 == 1 { -1.0 - 0.3 * random.number() } else { 0.0 }).collect();

@@ -1,7 +1,7 @@
 //! Small random problems against the exhaustive search over active sets.
 
 use crate::support::{Problem, Sparse, assert_close, assert_exact, at_bounds, brute_force};
-use contact_qp::{Place, QpMethod, QpSettings, QpStatus, solve_box};
+use contact_qp::{BoundState, QpMethod, QpSettings, QpStatus, solve_box};
 
 const METHODS: [QpMethod; 3] = [QpMethod::Auto, QpMethod::Clarabel, QpMethod::ActiveSet];
 
@@ -38,9 +38,9 @@ fn every_warm_start_gives_the_same_answer() {
         let (x, _) = brute_force(&problem);
         let bounded = problem.bounded();
         for mask in 0..1usize << bounded.len() {
-            let mut start = vec![Place::Free; problem.n];
+            let mut start = vec![BoundState::Free; problem.n];
             let active = bounded.iter().enumerate().filter(|(k, _)| mask >> k & 1 == 1);
-            active.for_each(|(_, i)| start[*i] = Place::Lower);
+            active.for_each(|(_, i)| start[*i] = BoundState::Lower);
             let solution = solve_box(&problem.dense(), Some(&start), &QpSettings::default()).unwrap();
             assert_eq!(solution.status, QpStatus::Solved);
             assert_exact(&problem.dense(), &solution);
@@ -59,7 +59,7 @@ fn dense_and_sparse_name_the_same_active_set() {
             let full = solve_box(&problem.dense(), None, &settings).unwrap();
             let thin = solve_box(&problem.with(sparse.view()), None, &settings).unwrap();
             assert_eq!((full.status, thin.status), (QpStatus::Solved, QpStatus::Solved));
-            assert_eq!(full.places, thin.places);
+            assert_eq!(full.states, thin.states);
             assert!(at_bounds(&full) > 5);
             assert_close(&thin.multipliers, &full.multipliers, 1e-10);
             assert!(full.kkt.max() < 1e-13 && thin.kkt.max() < 1e-13);

@@ -1,6 +1,6 @@
 //! Every kind of bad input has its own error, before anything is solved.
 
-use contact_qp::{BoxQp, MatrixView, Place, QpError, QpSettings, SparseRows, solve_box};
+use contact_qp::{BoundState, BoxQp, MatrixView, QpError, QpSettings, SparseRows, solve_box};
 use std::sync::LazyLock;
 
 static NONE: LazyLock<SparseRows> = LazyLock::new(|| SparseRows::new(2));
@@ -43,7 +43,7 @@ fn lengths() {
     assert_eq!(error(BoxQp { matrix: short, ..good() }), length("values", 4, 3));
     assert_eq!(error(sparse(&[0, 1], &[0], &[1.0])), length("column_starts", 3, 2));
     assert_eq!(error(sparse(&[0, 1, 2], &[0, 1], &[1.0])), length("values", 2, 1));
-    let start = [Place::Free; 3];
+    let start = [BoundState::Free; 3];
     assert_eq!(solve_box(&good(), Some(&start), &QpSettings::default()), Err(length("start", 2, 3)));
     let row = SparseRows::from_dense(2, &[1.0, 1.0]);
     assert_eq!(error(BoxQp { rows: &row, ..good() }), length("right_side", 1, 0));

@@ -9,7 +9,7 @@
 
 use crate::support::assert_exact;
 use contact_qp::{
-    BoxQp, BoxSolution, MatrixView, Place, QpMethod, QpPath, QpSettings, QpStatus, SparseRows, solve_box,
+    BoundState, BoxQp, BoxSolution, MatrixView, QpMethod, QpPath, QpSettings, QpStatus, SparseRows, solve_box,
 };
 
 const LOAD: f64 = 2.0;
@@ -76,7 +76,7 @@ impl StringOverObstacle {
 
     fn assert_closed_form(&self, solution: &BoxSolution) {
         let active: Vec<usize> =
-            (0..self.lower.len()).filter(|&k| solution.places[k] == Place::Lower).collect();
+            (0..self.lower.len()).filter(|&k| solution.states[k] == BoundState::Lower).collect();
         let (first, last) = (active[0], active[active.len() - 1]);
         assert_eq!(active.len(), last - first + 1, "the contact zone is one interval");
         assert_eq!(first + last, self.lower.len() - 1, "and symmetric");

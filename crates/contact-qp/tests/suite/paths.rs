@@ -1,7 +1,7 @@
 //! Which method is used, and what is reported about it.
 
 use crate::support::{Problem, assert_close, assert_exact, brute_force};
-use contact_qp::{Place, QpMethod, QpPath, QpSettings, QpStatus, solve_box};
+use contact_qp::{BoundState, QpMethod, QpPath, QpSettings, QpStatus, solve_box};
 
 fn settings(method: QpMethod) -> QpSettings {
     QpSettings::default().with_method(method)
@@ -22,7 +22,7 @@ fn the_right_warm_start_needs_one_linear_solution() {
         cold.iterations > 1 && cold.counts.polish_sets >= 1 && cold.counts.interior_points == cold.iterations
     );
     for method in [QpMethod::Auto, QpMethod::ActiveSet] {
-        let warm = solve_box(&problem.dense(), Some(&cold.places), &settings(method)).unwrap();
+        let warm = solve_box(&problem.dense(), Some(&cold.states), &settings(method)).unwrap();
         assert_eq!((warm.status, warm.path), (QpStatus::Solved, QpPath::WarmStart));
         assert_eq!((warm.iterations, warm.counts.clarabel_calls(), warm.counts.polish_sets), (1, 0, 0));
         assert_eq!(warm.x, cold.x);
@@ -35,12 +35,12 @@ fn a_wrong_warm_start_is_not_believed() {
     let problem = Problem::random(40, 7);
     let cold = solve_box(&problem.dense(), None, &QpSettings::default()).unwrap();
     for i in problem.bounded() {
-        let mut places = cold.places.clone();
-        places[i] = if places[i] == Place::Free { Place::Lower } else { Place::Free };
-        let warm = solve_box(&problem.dense(), Some(&places), &QpSettings::default()).unwrap();
+        let mut states = cold.states.clone();
+        states[i] = if states[i] == BoundState::Free { BoundState::Lower } else { BoundState::Free };
+        let warm = solve_box(&problem.dense(), Some(&states), &QpSettings::default()).unwrap();
         assert_eq!((warm.status, warm.path), (QpStatus::Solved, QpPath::ActiveSet));
         assert!(warm.iterations > 1 && warm.counts.clarabel_calls() == 0);
-        assert_eq!(warm.places, cold.places);
+        assert_eq!(warm.states, cold.states);
     }
 }
 
@@ -49,16 +49,16 @@ fn method_clarabel_does_not_use_the_warm_start() {
     let problem = Problem::random(12, 3);
     let cold = solve_box(&problem.dense(), None, &settings(QpMethod::ActiveSet)).unwrap();
     assert_eq!((cold.path, cold.counts.clarabel_calls()), (QpPath::ActiveSet, 0));
-    let solution = solve_box(&problem.dense(), Some(&cold.places), &settings(QpMethod::Clarabel)).unwrap();
+    let solution = solve_box(&problem.dense(), Some(&cold.states), &settings(QpMethod::Clarabel)).unwrap();
     assert_eq!((solution.path, solution.counts.clarabel_calls()), (QpPath::Clarabel, 1));
-    assert_eq!(solution.places, cold.places);
+    assert_eq!(solution.states, cold.states);
 }
 
 #[test]
 fn a_cycle_falls_back_to_clarabel() {
     let problem = cycling();
     let (x, multipliers) = brute_force(&problem);
-    let empty = [Place::Free; 3];
+    let empty = [BoundState::Free; 3];
     for (method, start) in [(QpMethod::ActiveSet, None), (QpMethod::Auto, Some(&empty[..]))] {
         let solution = solve_box(&problem.dense(), start, &settings(method)).unwrap();
         assert_eq!((solution.status, solution.path), (QpStatus::Solved, QpPath::Clarabel));
@@ -71,7 +71,7 @@ fn a_cycle_falls_back_to_clarabel() {
 #[test]
 fn the_limit_of_active_set_steps_falls_back_to_clarabel() {
     let problem = Problem::random(40, 7);
-    let wrong = vec![Place::Free; problem.n];
+    let wrong = vec![BoundState::Free; problem.n];
     for limit in [0, 1] {
         let settings = QpSettings::default().with_max_active_set_steps(limit);
         let solution = solve_box(&problem.dense(), Some(&wrong), &settings).unwrap();
@@ -108,7 +108,7 @@ fn what_clarabel_leaves_half_done_is_polished() {
         assert_eq!((solution.status, solution.path), (QpStatus::Solved, QpPath::Clarabel));
         assert_eq!(solution.counts.clarabel_calls(), 1);
         assert_exact(&problem.dense(), &solution);
-        assert_eq!(solution.places, wanted.places);
+        assert_eq!(solution.states, wanted.states);
     }
 }
 
@@ -126,12 +126,12 @@ fn a_bound_that_just_touches_is_active_with_multiplier_zero() {
     // The unconstrained minimiser is (1, 2), exactly on both bounds.
     let problem = Problem::below(vec![4.0, -1.0, -1.0, 4.0], vec![-2.0, -7.0], vec![1.0, 2.0]);
     let qp = problem.dense();
-    let both = [Place::Free, Place::Lower];
+    let both = [BoundState::Free, BoundState::Lower];
     let starts = both.iter().flat_map(|a| both.iter().map(move |b| Some([*a, *b]))).chain([None]);
     for start in starts {
         for method in [QpMethod::Auto, QpMethod::ActiveSet, QpMethod::Clarabel] {
             let solution =
-                solve_box(&qp, start.as_ref().map(<[Place; 2]>::as_slice), &settings(method)).unwrap();
+                solve_box(&qp, start.as_ref().map(<[BoundState; 2]>::as_slice), &settings(method)).unwrap();
             assert_eq!(solution.status, QpStatus::Solved, "{start:?} {method:?}");
             assert_exact(&qp, &solution);
             assert_close(&solution.x, &[1.0, 2.0], 1e-15);

@@ -24,7 +24,7 @@ fn other_units_give_the_same_answer() {
                     let solution = solve_box(&scaled.dense(), None, &settings).unwrap();
                     assert_eq!(solution.status, QpStatus::Solved, "P × {stiffness:e}, q × {force:e}");
                     assert_exact(&scaled.dense(), &solution);
-                    assert_eq!(solution.places, reference.places);
+                    assert_eq!(solution.states, reference.states);
                     let x: Vec<f64> = solution.x.iter().map(|value| value / length).collect();
                     let r: Vec<f64> = solution.multipliers.iter().map(|value| value / force).collect();
                     assert_close(&x, &reference.x, 1e-11);
@@ -78,6 +78,6 @@ fn stiffnesses_of_different_size_are_solved() {
             assert_eq!(solution.status, QpStatus::Solved, "seed {seed}");
             assert_exact(&problem.dense(), solution);
         }
-        assert_eq!(answers[0].places, answers[1].places);
+        assert_eq!(answers[0].states, answers[1].states);
     }
 }

@@ -1,7 +1,7 @@
 //! Limit cases: no bounds, all active, singular and indefinite matrices.
 
 use crate::support::{Problem, assert_close, assert_exact, brute_force};
-use contact_qp::{Place, QpError, QpMethod, QpPath, QpSettings, QpStatus, solve_box};
+use contact_qp::{BoundState, QpError, QpMethod, QpPath, QpSettings, QpStatus, solve_box};
 
 const METHODS: [QpMethod; 3] = [QpMethod::Auto, QpMethod::Clarabel, QpMethod::ActiveSet];
 
@@ -31,11 +31,11 @@ fn every_unknown_bounded_and_active() {
         let solution = solve_box(&problem.dense(), None, &with(method)).unwrap();
         assert_eq!(solution.status, QpStatus::Solved);
         assert_exact(&problem.dense(), &solution);
-        assert_eq!(solution.places, [Place::Lower; 8]);
+        assert_eq!(solution.states, [BoundState::Lower; 8]);
         assert_eq!((solution.x, solution.multipliers), (vec![0.0; 8], vec![1.0; 8]));
         assert_eq!(solution.kkt.max(), 0.0);
     }
-    let warm = solve_box(&problem.dense(), Some(&[Place::Lower; 8]), &QpSettings::default()).unwrap();
+    let warm = solve_box(&problem.dense(), Some(&[BoundState::Lower; 8]), &QpSettings::default()).unwrap();
     assert_eq!(warm.path, QpPath::WarmStart);
 }
 

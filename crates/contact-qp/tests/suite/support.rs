@@ -1,6 +1,6 @@
 //! Random problems, a sparse copy of a dense one, exhaustive search, and the exactness that every solution must have.
 
-use contact_qp::{BoxQp, BoxSolution, MatrixView, Place, SparseRows};
+use contact_qp::{BoundState, BoxQp, BoxSolution, MatrixView, SparseRows};
 
 /// Numbers that look random and are the same on every machine.
 pub(crate) struct Random(u64);
@@ -225,22 +225,22 @@ pub(crate) fn brute_force(problem: &Problem) -> (Vec<f64>, Vec<f64>) {
 
 /// Counts the unknowns at their bounds.
 pub(crate) fn at_bounds(solution: &BoxSolution) -> usize {
-    solution.places.iter().filter(|place| **place != Place::Free).count()
+    solution.states.iter().filter(|place| **place != BoundState::Free).count()
 }
 
 /// Asserts the properties of every solution, bit for bit.
 pub(crate) fn assert_exact(qp: &BoxQp<'_>, solution: &BoxSolution) {
     let n = qp.linear.len();
-    assert_eq!([solution.x.len(), solution.multipliers.len(), solution.places.len()], [n; 3]);
+    assert_eq!([solution.x.len(), solution.multipliers.len(), solution.states.len()], [n; 3]);
     for i in 0..n {
         let (x, y) = (solution.x[i], solution.multipliers[i]);
         assert!((qp.lower[i]..=qp.upper[i]).contains(&x), "{i}: {x} outside its bounds");
-        let (bound, right) = match solution.places[i] {
-            Place::Lower => (qp.lower[i], y >= 0.0 && y.is_sign_positive()),
-            Place::Upper => (qp.upper[i], y <= 0.0),
-            Place::Free => (x, y.to_bits() == 0),
+        let (bound, right) = match solution.states[i] {
+            BoundState::Lower => (qp.lower[i], y >= 0.0 && y.is_sign_positive()),
+            BoundState::Upper => (qp.upper[i], y <= 0.0),
+            BoundState::Free => (x, y.to_bits() == 0),
         };
-        assert!(x.to_bits() == bound.to_bits() && right, "{i}: {:?}, x = {x}, y = {y}", solution.places[i]);
+        assert!(x.to_bits() == bound.to_bits() && right, "{i}: {:?}, x = {x}, y = {y}", solution.states[i]);
     }
     assert_eq!((solution.kkt.primal, solution.kkt.dual, solution.kkt.complementarity), (0.0, 0.0, 0.0));
 }

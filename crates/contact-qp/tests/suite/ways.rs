@@ -28,7 +28,7 @@ fn clarabel_is_called_with_few_of_the_bounds_of_a_large_full_matrix() {
     assert_eq!((large.counts.shrunk_calls, large.counts.whole_calls), (1, 0));
     assert!(large.counts.polish_sets > 1, "{:?}", large.counts);
     let judge = solved(&problem, QpMethod::ActiveSet);
-    assert_eq!((judge.counts.clarabel_calls(), &judge.places), (0, &large.places));
+    assert_eq!((judge.counts.clarabel_calls(), &judge.states), (0, &large.states));
     assert_close(&large.x, &judge.x, 1e-13);
     // With rows Clarabel takes the whole.
     (problem.rows, problem.right_side) = (SparseRows::from_dense(n, &vec![1.0; n]), vec![-2.0e4]);

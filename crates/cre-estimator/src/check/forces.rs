@@ -6,7 +6,7 @@ use crate::cells::{Cells, Gathered, Residuals, load_tensor, set_tensor};
 use crate::cre::CellMeasures;
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::CellStress;
-use crate::lanes::{MOST_LANES, Row};
+use crate::lanes::{LaneRow, MOST_LANES};
 use crate::size::larger;
 use fem_core::body::{Body, EdgeReaction};
 use fem_core::double_double::DoubleDouble;
@@ -117,7 +117,7 @@ struct BlockForces<'a> {
 #[derive(Default)]
 struct Gathering {
     cells: Gathered,
-    against: [[Row; 3]; 2],
+    against: [[LaneRow; 3]; 2],
 }
 
 impl pulp::WithSimd for BlockForces<'_> {
@@ -183,7 +183,7 @@ impl pulp::WithSimd for BlockForces<'_> {
 fn measure<S: Simd>(
     simd: S,
     cells: &Cells<S>,
-    (rows, against): (&[[Row; 3]; 2], Against<'_>),
+    (rows, against): (&[[LaneRow; 3]; 2], Against<'_>),
     (count, accuracy): (usize, Accuracy),
     measures: &mut CellMeasures,
 ) {

@@ -10,7 +10,7 @@
 use super::space::Space;
 use crate::cells::{Cells, Compliance, Geometry, dyads};
 use crate::johnson_mercier;
-use crate::lanes::{Lanes, MOST_LANES, Pair, Row, Tensor, contract, cross, dot, less, load_pair, turned};
+use crate::lanes::{LaneRow, Lanes, MOST_LANES, Pair, Tensor, contract, cross, dot, less, load_pair, turned};
 use pulp::Simd;
 use std::sync::OnceLock;
 
@@ -113,10 +113,10 @@ const LOADS: [[(usize, f64); 3]; 12] = {
 #[derive(Default)]
 pub(super) struct Gathered {
     /// Per edge: [`Space::restriction`].
-    restrictions: [[Row; 2]; 3],
+    restrictions: [[LaneRow; 2]; 3],
     /// Per corner: the basis of its node.
-    values: [Row; 3],
-    slopes: [[[Row; 2]; 2]; 3],
+    values: [LaneRow; 3],
+    slopes: [[[LaneRow; 2]; 2]; 3],
     /// Whether all corners of the triangle in the lane are in the interior: then their basis is that of every such triangle.
     are_interior: [bool; MOST_LANES],
 }

@@ -1,12 +1,12 @@
 //! Stars of consecutive vertices: their blocks of the complementary energy, assembled, inverted and applied, several stars side by side.
 
 use super::airy::packed;
+use super::batch_builder::{BatchBuilder, COUPLINGS, Spoke};
 use super::equal::{Forms, Walks};
 use super::inverse::invert;
-use super::open::{COUPLINGS, Open, Spoke};
 use super::space::Space;
-use crate::lanes::{Lanes, MOST_LANES, Row};
-use crate::shared::Shared;
+use crate::atomic_slots::AtomicSlots;
+use crate::lanes::{LaneRow, Lanes, MOST_LANES};
 use fem_core::mesh::id::NodeId;
 use pulp::Simd;
 use std::ops::Range;
@@ -27,12 +27,12 @@ struct Batch {
     stars: u32,
     spokes: u32,
     first_spoke: u32,
-    coefficients: Place,
+    coefficients: Offsets,
 }
 
-/// Where the coefficients of a batch begin in the band. Batches of equal stars have the same place.
+/// The offsets of a batch's coefficients in the band. Batches of equal stars have the same ones.
 #[derive(Clone, Copy, Default)]
-struct Place {
+struct Offsets {
     coupling: u32,
     entry: u32,
 }
@@ -81,8 +81,8 @@ pub(super) struct Band {
 pub(super) struct Work {
     forms: Forms,
     walks: Walks,
-    open: Vec<Open>,
-    columns: Vec<Row>,
+    builders: Vec<BatchBuilder>,
+    columns: Vec<LaneRow>,
 }
 
 /// What the stars of a batch have in common: colour, spokes, and the vertex whose coefficients they have if these are stored once (the number of
@@ -108,32 +108,32 @@ impl Band {
         let walks = &work.walks;
         let kind =
             |n: usize| [colour_of[n], walks.star(n).spokes.len() as u32, walks.equal(n).unwrap_or(own)];
-        let kinds = self.place(colours, nodes.clone().map(kind), own, &mut work.open);
-        let Work { forms, open, columns, .. } = work;
+        let kinds = self.place(colours, nodes.clone().map(kind), own, &mut work.builders);
+        let Work { forms, builders, columns, .. } = work;
         for n in nodes {
             let Ok(k) = kinds.binary_search(&kind(n)) else { continue };
-            let (open, [.., equal]) = (&mut open[k], kinds[k]);
+            let (builder, [.., equal]) = (&mut builders[k], kinds[k]);
             let star = walks.star(n);
-            open.enter(space, NodeId::new(n), star);
+            builder.enter(space, NodeId::new(n), star);
             if equal == own {
-                open.assemble(star, forms);
-            } else if !open.known && open.stars == 1 {
-                open.assemble(star, forms);
-                open.spread();
+                builder.assemble(star, forms);
+            } else if !builder.known && builder.stars == 1 {
+                builder.assemble(star, forms);
+                builder.spread();
             }
-            if open.stars == MOST_LANES {
-                self.close(open, equal != own, columns);
+            if builder.stars == MOST_LANES {
+                self.finish(builder, equal != own, columns);
             }
         }
-        for (open, [.., equal]) in open.iter_mut().zip(&kinds) {
-            if open.stars > 0 {
-                self.close(open, *equal != own, columns);
+        for (builder, [.., equal]) in builders.iter_mut().zip(&kinds) {
+            if builder.stars > 0 {
+                self.finish(builder, *equal != own, columns);
             }
         }
     }
 
     /// Computes the places of the batches of stars of the given kinds, and allocates them. Returns the different kinds,
-    /// sorted; each has an empty batch in `open`.
+    /// sorted; each has an empty batch in `builders`.
     ///
     /// * `own`: the last number of a kind whose stars have coefficients of their own.
     fn place(
@@ -141,7 +141,7 @@ impl Band {
         colours: usize,
         stars: impl Iterator<Item = Kind>,
         own: u32,
-        open: &mut Vec<Open>,
+        builders: &mut Vec<BatchBuilder>,
     ) -> Vec<Kind> {
         let mut all: Vec<Kind> = stars.collect();
         all.sort_unstable();
@@ -149,14 +149,14 @@ impl Band {
         self.starts.clear();
         self.starts.resize(colours + 1, 0);
         let mut kinds = Vec::new();
-        let mut known: Vec<(u32, Place)> = Vec::new();
-        let (mut first_spoke, mut next) = (0, Place::default());
+        let mut known: Vec<(u32, Offsets)> = Vec::new();
+        let (mut first_spoke, mut next) = (0, Offsets::default());
         for group in all.chunk_by(|a, b| a == b) {
             let [colour, spokes, equal] = group[0];
-            if open.len() == kinds.len() {
-                open.push(Open::default());
+            if builders.len() == kinds.len() {
+                builders.push(BatchBuilder::default());
             }
-            open[kinds.len()].renew(spokes as usize, self.batches.len());
+            builders[kinds.len()].renew(spokes as usize, self.batches.len());
             kinds.push(group[0]);
             for stars in group.chunks(MOST_LANES) {
                 let stored = known.iter().find(|(star, _)| *star == equal).map(|(_, place)| *place);
@@ -169,7 +169,7 @@ impl Band {
                 };
                 first_spoke += spokes;
                 if stored.is_none() {
-                    next = Place { coupling: next.coupling + spokes, entry: batch.entries().end as u32 };
+                    next = Offsets { coupling: next.coupling + spokes, entry: batch.entries().end as u32 };
                     if equal != own {
                         known.push((equal, batch.coefficients));
                     }
@@ -193,22 +193,22 @@ impl Band {
     /// Stores a batch, its coefficients and their inverse, and empties it for the next stars of its kind.
     ///
     /// * `same`: whether all batches of the kind have the same coefficients, which the first one has stored.
-    fn close(&mut self, open: &mut Open, same: bool, columns: &mut Vec<Row>) {
-        let batch = &mut self.batches[open.place];
-        batch.nodes = open.nodes;
+    fn finish(&mut self, builder: &mut BatchBuilder, same: bool, columns: &mut Vec<LaneRow>) {
+        let batch = &mut self.batches[builder.place];
+        batch.nodes = builder.nodes;
         let batch = *batch;
-        self.spokes[batch.spokes()].copy_from_slice(&open.spokes);
-        open.stars = 0;
-        open.place += 1;
-        if open.known {
+        self.spokes[batch.spokes()].copy_from_slice(&builder.spokes);
+        builder.stars = 0;
+        builder.place += 1;
+        if builder.known {
             return;
         }
-        open.known = same;
+        builder.known = same;
         let outer = self.outer[batch.couplings()].as_flattened_mut();
-        store(open.outer.as_flattened(), outer);
-        store(&open.inner, &mut self.inner[batch.entries()]);
-        invert(&mut open.inner, batch.size(), columns);
-        store(&open.inner, &mut self.inverse[batch.entries()]);
+        store(builder.outer.as_flattened(), outer);
+        store(&builder.inner, &mut self.inner[batch.entries()]);
+        invert(&mut builder.inner, batch.size(), columns);
+        store(&builder.inner, &mut self.inverse[batch.entries()]);
     }
 
     /// Counts the spokes of stars whose couplings are stored.
@@ -224,18 +224,18 @@ impl Band {
     /// Minimises over each star of a colour: `x_star = A_ss⁻¹ (r − A_so x_outside)`, with `A` and `r` divided by the unit of the stars.
     ///
     /// * `from_zero`: whether `x` is still zero everywhere.
-    pub(super) fn relax(&self, colour: usize, r: &Shared, x: &Shared, from_zero: bool) {
+    pub(super) fn relax(&self, colour: usize, r: &AtomicSlots, x: &AtomicSlots, from_zero: bool) {
         pulp::Arch::new().dispatch(Relaxation { band: self, colour, r, x, from_zero });
     }
 
     /// Computes the rows of `A x`, divided by that unit, of each star's vertex and of the spokes of which it is the first node.
-    pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
+    pub(super) fn multiply(&self, x: &AtomicSlots, y: &AtomicSlots) {
         pulp::Arch::new().dispatch(Product { band: self, x, y });
     }
 }
 
 /// Stores numbers in single precision.
-fn store(numbers: &[Row], stored: &mut [Coefficients]) {
+fn store(numbers: &[LaneRow], stored: &mut [Coefficients]) {
     for (stored, x) in stored.as_flattened_mut().iter_mut().zip(numbers.as_flattened()) {
         *stored = *x as f32;
     }
@@ -244,18 +244,18 @@ fn store(numbers: &[Row], stored: &mut [Coefficients]) {
 /// Working space for the stars of a batch: one number per row and star, and the unknowns beyond each spoke.
 #[derive(Default)]
 struct Side {
-    rows: Vec<Row>,
-    own: Vec<Row>,
+    rows: Vec<LaneRow>,
+    own: Vec<LaneRow>,
     /// The three unknowns of the ring vertex, and that of the outer edge after the spoke.
-    beyond: Vec<[Row; 4]>,
+    beyond: Vec<[LaneRow; 4]>,
 }
 
 impl Side {
     /// Reads the unknowns beyond the spokes.
     #[inline(always)]
-    fn read_beyond(&mut self, spokes: &[Spoke], x: &Shared) {
+    fn read_beyond(&mut self, spokes: &[Spoke], x: &AtomicSlots) {
         // All entries are overwritten.
-        self.beyond.resize(spokes.len(), [Row::default(); 4]);
+        self.beyond.resize(spokes.len(), [LaneRow::default(); 4]);
         for (spoke, beyond) in spokes.iter().zip(&mut self.beyond) {
             for lane in 0..MOST_LANES {
                 let ring = spoke.ring[lane] as usize;
@@ -269,8 +269,8 @@ impl Side {
 
     /// Reads the stars' own unknowns, or entries of another vector at their places.
     #[inline(always)]
-    fn read_own(&mut self, batch: &Batch, spokes: &[Spoke], x: &Shared) {
-        self.own.resize(batch.size(), Row::default());
+    fn read_own(&mut self, batch: &Batch, spokes: &[Spoke], x: &AtomicSlots) {
+        self.own.resize(batch.size(), LaneRow::default());
         let (vertex, of_spokes) = self.own.split_at_mut(3);
         for (k, row) in vertex.iter_mut().enumerate() {
             for (x_of, n) in row.iter_mut().zip(batch.nodes) {
@@ -289,10 +289,10 @@ impl Side {
     fn outside<S: Simd>(&mut self, simd: S, outer: &[[Coefficients; COUPLINGS]]) {
         let Self { rows, beyond, .. } = self;
         rows.clear();
-        rows.resize(3 + outer.len(), Row::default());
+        rows.resize(3 + outer.len(), LaneRow::default());
         let last = outer.len() - 1;
         for part in 0..MOST_LANES / S::F64_LANES {
-            let load = |row: &Row| Lanes::load_part(simd, row, part);
+            let load = |row: &LaneRow| Lanes::load_part(simd, row, part);
             let zero = Lanes::splat(simd, 0.0);
             let mut total = [zero; 3];
             for (j, couplings) in outer.iter().enumerate() {
@@ -325,7 +325,7 @@ impl Side {
     #[inline(always)]
     fn multiply_own<S: Simd>(&mut self, simd: S, lower: &[Coefficients], add: bool) {
         let Self { rows, own, .. } = self;
-        rows.resize(own.len(), Row::default());
+        rows.resize(own.len(), LaneRow::default());
         for part in 0..MOST_LANES / S::F64_LANES {
             for (i, row) in rows.iter_mut().enumerate() {
                 let mut sum = if add { Lanes::load_part(simd, row, part) } else { Lanes::splat(simd, 0.0) };
@@ -343,8 +343,8 @@ impl Side {
 struct Relaxation<'a> {
     band: &'a Band,
     colour: usize,
-    r: &'a Shared,
-    x: &'a Shared,
+    r: &'a AtomicSlots,
+    x: &'a AtomicSlots,
     from_zero: bool,
 }
 
@@ -358,7 +358,7 @@ impl pulp::WithSimd for Relaxation<'_> {
         for batch in band.of_colour(colour) {
             let spokes = &band.spokes[batch.spokes()];
             side.rows.clear();
-            side.rows.resize(batch.size(), Row::default());
+            side.rows.resize(batch.size(), LaneRow::default());
             if !from_zero {
                 side.read_beyond(spokes, x);
                 side.outside(simd, &band.outer[batch.couplings()]);
@@ -382,8 +382,8 @@ impl pulp::WithSimd for Relaxation<'_> {
 /// [`Band::multiply`], for [`pulp`] to compile for every kind of processor.
 struct Product<'a> {
     band: &'a Band,
-    x: &'a Shared,
-    y: &'a Shared,
+    x: &'a AtomicSlots,
+    y: &'a AtomicSlots,
 }
 
 impl pulp::WithSimd for Product<'_> {

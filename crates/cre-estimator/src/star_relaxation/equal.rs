@@ -1,7 +1,7 @@
 //! Equal triangles and equal stars: structured and refined meshes have few different ones, whose coefficients are computed and stored once.
 
-use super::form::{Form, forms};
 use super::space::Space;
+use super::triangle_energy::{TriangleEnergy, forms};
 use crate::star::{Sector, Star, StarList};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
@@ -84,7 +84,7 @@ pub(super) struct Forms {
     /// The first triangle of each place, and its key.
     triangles: Vec<u32>,
     keys: Vec<Option<Key>>,
-    forms: Vec<Form>,
+    forms: Vec<TriangleEnergy>,
     table: Table,
 }
 
@@ -126,7 +126,7 @@ impl Forms {
         self.places[(triangle - self.first) as usize]
     }
 
-    pub(super) fn of(&self, triangle: u32) -> &Form {
+    pub(super) fn of(&self, triangle: u32) -> &TriangleEnergy {
         &self.forms[self.place(triangle) as usize]
     }
 }

@@ -1,7 +1,7 @@
 //! Inverses of the stars' blocks, one block of the same size in each lane.
 
 use super::airy::packed;
-use crate::lanes::{MOST_LANES, Row};
+use crate::lanes::{LaneRow, MOST_LANES};
 
 /// A pivot below this fraction of its diagonal entry is round-off: its unknown is omitted from the star.
 const PIVOT_FLOOR: f64 = 1e-12;
@@ -10,15 +10,15 @@ const PIVOT_FLOOR: f64 = 1e-12;
 /// zero.
 ///
 /// * `columns`: working space.
-pub(super) fn invert(blocks: &mut [Row], size: usize, columns: &mut Vec<Row>) {
+pub(super) fn invert(blocks: &mut [LaneRow], size: usize, columns: &mut Vec<LaneRow>) {
     pulp::Arch::new().dispatch(Inversion { blocks, size, columns });
 }
 
 /// [`invert()`], for [`pulp`] to compile for every kind of processor.
 struct Inversion<'a> {
-    blocks: &'a mut [Row],
+    blocks: &'a mut [LaneRow],
     size: usize,
-    columns: &'a mut Vec<Row>,
+    columns: &'a mut Vec<LaneRow>,
 }
 
 impl pulp::NullaryFnOnce for Inversion<'_> {
@@ -32,25 +32,25 @@ impl pulp::NullaryFnOnce for Inversion<'_> {
 
 /// Computes `a − b c`.
 #[inline(always)]
-fn minus(a: Row, b: Row, c: Row) -> Row {
+fn minus(a: LaneRow, b: LaneRow, c: LaneRow) -> LaneRow {
     std::array::from_fn(|l| a[l] - b[l] * c[l])
 }
 
 /// Computes `a b`.
 #[inline(always)]
-fn times(a: Row, b: Row) -> Row {
+fn times(a: LaneRow, b: LaneRow) -> LaneRow {
     std::array::from_fn(|l| a[l] * b[l])
 }
 
 /// Computes `a − Σ b c`.
 #[inline(always)]
-fn less<'a>(a: Row, products: impl Iterator<Item = (&'a Row, &'a Row)>) -> Row {
+fn less<'a>(a: LaneRow, products: impl Iterator<Item = (&'a LaneRow, &'a LaneRow)>) -> LaneRow {
     products.fold(a, |a, (b, c)| minus(a, *b, *c))
 }
 
 /// Inverts blocks in place. `columns` is working space.
 #[inline(always)]
-fn invert_lanes(a: &mut [Row], size: usize, columns: &mut Vec<Row>) {
+fn invert_lanes(a: &mut [LaneRow], size: usize, columns: &mut Vec<LaneRow>) {
     // L, with the inverses of its pivots on the diagonal: zero, like their rows, for invalid ones.
     for i in 0..size {
         let (above, rest) = a.split_at_mut(packed(i, 0));
@@ -69,19 +69,19 @@ fn invert_lanes(a: &mut [Row], size: usize, columns: &mut Vec<Row>) {
     }
     // L⁻¹, column by column.
     columns.clear();
-    columns.resize(size * size, Row::default());
+    columns.resize(size * size, LaneRow::default());
     for (j, column) in columns.chunks_exact_mut(size).enumerate() {
         column[j] = a[packed(j, j)];
         for i in j + 1..size {
             let row = &a[packed(i, 0)..=packed(i, i)];
-            column[i] = times(less(Row::default(), row[j..i].iter().zip(&column[j..i])), row[i]);
+            column[i] = times(less(LaneRow::default(), row[j..i].iter().zip(&column[j..i])), row[i]);
         }
     }
     // L⁻ᵀ L⁻¹
     for i in 0..size {
         let own = &columns[i * size + i..(i + 1) * size];
         for (entry, column) in a[packed(i, 0)..=packed(i, i)].iter_mut().zip(columns.chunks_exact(size)) {
-            *entry = less(Row::default(), own.iter().zip(&column[i..])).map(|x| -x);
+            *entry = less(LaneRow::default(), own.iter().zip(&column[i..])).map(|x| -x);
         }
     }
 }
@@ -114,7 +114,8 @@ mod tests {
     fn inverses_leave_out_what_has_no_pivot_whatever_is_beside_them() {
         let all: [_; MOST_LANES] = std::array::from_fn(|lane| singular(1.0 + lane as f64));
         let lower = (0..5).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        let mut blocks: Vec<Row> = lower.map(|(i, j)| std::array::from_fn(|lane| all[lane][i][j])).collect();
+        let mut blocks: Vec<LaneRow> =
+            lower.map(|(i, j)| std::array::from_fn(|lane| all[lane][i][j])).collect();
         invert(&mut blocks, 5, &mut Vec::new());
         for (lane, full) in all.iter().enumerate() {
             let inverse = |i: usize, j: usize| blocks[packed(i, j)][lane];

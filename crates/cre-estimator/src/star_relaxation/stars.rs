@@ -1,9 +1,9 @@
 //! The vertex stars of a mesh, coloured, and the sweeps over them.
 
 use super::band::{Band, Work, band_size};
-use super::form::forms;
 use super::space::Space;
-use crate::shared::Shared;
+use super::triangle_energy::forms;
+use crate::atomic_slots::AtomicSlots;
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::for_each_task;
@@ -68,7 +68,7 @@ impl Stars {
     }
 
     /// Computes `y = A x`, divided by [`Self::unit`].
-    pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
+    pub(super) fn multiply(&self, x: &AtomicSlots, y: &AtomicSlots) {
         for_each_task(self.bands.len(), &|k| self.bands[k].multiply(x, y));
     }
 
@@ -77,7 +77,7 @@ impl Stars {
     /// * `r`: divided by [`Self::unit`].
     ///
     /// The last colour is not repeated: its stars are at their minimum. So `M` is symmetric and positive.
-    pub(super) fn precondition(&self, r: &Shared, z: &Shared) {
+    pub(super) fn precondition(&self, r: &AtomicSlots, z: &AtomicSlots) {
         z.update(|_, _| 0.0);
         let back = (0..self.colours).rev().skip(1);
         for (visit, colour) in (0..self.colours).chain(back).enumerate() {

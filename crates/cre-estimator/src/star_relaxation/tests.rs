@@ -386,12 +386,12 @@ fn equal_stars_share_coefficients_that_are_right_for_all_of_them() {
         assert!(if share { stored < spokes / 2 } else { stored >= spokes }, "{stored} of {spokes}");
         // x·A x, and the energy of every triangle by its own form.
         let space = &stars.space;
-        let x = Shared::zeros(space.len());
+        let x = AtomicSlots::zeros(space.len());
         x.update(|i, _| (1.7 * i as f64).sin());
-        let y = Shared::zeros(space.len());
+        let y = AtomicSlots::zeros(space.len());
         stars.stars.multiply(&x, &y);
         let mut forms = Vec::new();
-        form::forms(space, &triangles, 1.0, &mut forms);
+        triangle_energy::forms(space, &triangles, 1.0, &mut forms);
         let mut product = vec![0.0; space.len()];
         for (t, form) in forms.iter().enumerate() {
             let (nodes, edges) = (body.mesh().triangles()[t], body.mesh().topology().triangle_edges()[t]);

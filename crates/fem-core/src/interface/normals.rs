@@ -7,7 +7,7 @@
 use super::common_refinement::Facing;
 use super::common_refinement::curve::{smooth_beyond, turns_into};
 use super::matching::Stretch;
-use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held, outline};
+use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, clamped_ends, outline};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm, perpendicular};
 use crate::mesh::id::EdgeId;
@@ -221,7 +221,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
     let refused = |b: usize| {
         Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[pair.nodes[b]] })
     };
-    if held::is_clamped(bodies, pair) {
+    if clamped_ends::is_clamped(bodies, pair) {
         return Ok(());
     }
     let mut normal = pair.normal;

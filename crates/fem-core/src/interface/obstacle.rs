@@ -1,6 +1,6 @@
 //! Rigid obstacles: lines that do not deform, held or moved, or free to move under a force.
 
-use super::held::Line;
+use super::clamped_ends::Line;
 use super::matching::{TOLERANCE, walk};
 use super::normals::SUPPORT;
 use super::refinement::measure_arc;

@@ -1,8 +1,8 @@
 //! Pairs two matching contact surfaces.
 
+use super::clamped_ends::Line;
 use super::common_refinement::Measured;
-use super::drawn::{self, Drawn, Surfaces};
-use super::held::Line;
+use super::geometric_gap::{self, GeometricGap, Surfaces};
 use super::matching::{self, Stretch};
 use super::outline::Radial;
 use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
@@ -51,7 +51,7 @@ pub(super) fn pair(
     if let Some(radial) = radial {
         pairs.iter_mut().for_each(|pair| pair.normal = radial.normal(bodies, pair.nodes));
     }
-    let drawn = Drawn::measure(bodies, &pairs, &edges, facing.as_deref())?;
+    let drawn = GeometricGap::measure(bodies, &pairs, &edges, facing.as_deref())?;
     let between = match (gap, common) {
         (Gap::Given(_), _) => vec![None; edges.len()],
         (_, Some(common)) => profile::of_refined(&pairs, &edges, &common.between),
@@ -62,7 +62,7 @@ pub(super) fn pair(
     match gap {
         Gap::Given(data) => {
             if let Some(facing) = &facing {
-                drawn::check_distances(points, facing)?;
+                geometric_gap::check_distances(points, facing)?;
             }
             given_gap(points, &mut pairs, data)?;
         }

@@ -63,7 +63,7 @@ impl ContactPair {
 /// Why conditions cannot be imposed with other amounts.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-pub enum FactorError {
+pub enum LoadFactorError {
     /// The conditions of a body.
     #[error("body {}: {source}", body + 1)]
     Body {
@@ -190,10 +190,13 @@ impl ContactProblem {
     ///
     /// # Errors
     /// Conditions that contradict each other then, or press clamped nodes into each other.
-    pub fn with_factors(&self, factor: &dyn Fn(usize, ConditionPlace) -> f64) -> Result<Self, FactorError> {
+    pub fn with_factors(
+        &self,
+        factor: &dyn Fn(usize, ConditionPlace) -> f64,
+    ) -> Result<Self, LoadFactorError> {
         let scaled = |(b, body): (usize, &Body)| {
             body.with_factors(&|place| factor(b, place))
-                .map_err(|source| FactorError::Body { body: b, source })
+                .map_err(|source| LoadFactorError::Body { body: b, source })
         };
         let bodies = self.bodies.iter().enumerate().map(scaled).collect::<Result<Vec<_>, _>>()?;
         let mut contacts = self.contacts.clone();
@@ -201,7 +204,7 @@ impl ContactProblem {
             let first = &bodies[pair.body];
             let clamped = |of: &NodePair| match pair.partner {
                 Partner::Obstacle(k) => self.obstacles[k].clamped(first, of),
-                Partner::Body(second) => super::held::clamped([first, &bodies[second]], of),
+                Partner::Body(second) => super::clamped_ends::clamped([first, &bodies[second]], of),
             };
             pair.interface = pair.interface.with_supports(first, &clamped)?;
         }

@@ -1,6 +1,6 @@
 //! The same contact problem on finer meshes that match along the interface.
 
-use super::held::Line;
+use super::clamped_ends::Line;
 use super::profile::Profile;
 use super::{
     ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair, Partner,

@@ -1,7 +1,7 @@
 //! The table of the iterations, which leaves out columns if the terminal is narrow.
 
 use super::{scientific, scientific_up};
-use certified_contact::Row;
+use certified_contact::IterationRecord;
 
 /// Columns with their heads, in their order: the larger the rank, the sooner one is left out.
 const COLUMNS: [(&str, usize, usize); 11] = [
@@ -66,7 +66,7 @@ impl Layout {
     /// One row of the table.
     ///
     /// * `seconds`: since the program began.
-    pub(crate) fn row(self, row: &Row, seconds: f64) -> String {
+    pub(crate) fn row(self, row: &IterationRecord, seconds: f64) -> String {
         let it = &row.iteration;
         let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
         self.joined(&[

@@ -87,7 +87,7 @@ fn blas(meshes: &[OnMesh]) -> String {
 }
 
 /// A row of the table of times, as text and as numbers.
-struct Row {
+struct TableRow {
     mesh: String,
     unknowns: f64,
     program: String,
@@ -97,7 +97,7 @@ struct Row {
     own: Option<f64>,
 }
 
-fn rows(meshes: &[OnMesh]) -> Vec<Row> {
+fn rows(meshes: &[OnMesh]) -> Vec<TableRow> {
     let mut rows = vec![];
     for m in meshes {
         let mesh = format!("{}x{}", m.cells[0], m.cells[1]);
@@ -108,7 +108,7 @@ fn rows(meshes: &[OnMesh]) -> Vec<Row> {
             ("this program, solve", m.own.iter().map(|o| o.solve).collect()),
             ("this program, with certificate", m.own.iter().map(|o| o.certified).collect()),
         ] {
-            rows.push(Row {
+            rows.push(TableRow {
                 mesh: mesh.clone(),
                 unknowns: m.unknowns,
                 program: program.to_owned(),
@@ -119,7 +119,7 @@ fn rows(meshes: &[OnMesh]) -> Vec<Row> {
                 own: None,
             });
         }
-        rows.extend(m.series.iter().map(|s| Row {
+        rows.extend(m.series.iter().map(|s| TableRow {
             mesh: mesh.clone(),
             unknowns: m.unknowns,
             program: s.peer.name.to_owned(),

@@ -30,12 +30,12 @@ impl Fault {
 }
 
 /// One data line.
-pub(super) struct Row<'a> {
+pub(super) struct DataLine<'a> {
     line: &'a [u8],
     continues: bool,
 }
 
-impl<'a> Row<'a> {
+impl<'a> DataLine<'a> {
     pub(super) fn new(line: &'a [u8]) -> Self {
         match line.strip_suffix(b",") {
             Some(line) => Self { line, continues: true },

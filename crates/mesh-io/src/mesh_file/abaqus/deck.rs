@@ -2,7 +2,7 @@
 
 mod instances;
 
-use super::data::{self, Row};
+use super::data::{self, DataLine};
 use super::entries::{set_entries, surface_entry};
 use super::keyword::{Keyword, upper};
 use super::sets::{Sets, Surface};
@@ -332,7 +332,7 @@ impl Deck {
     }
 
     /// Takes a data line of *ELEMENT, whose data may continue in the next one.
-    fn element(&mut self, row: &Row<'_>, spot: Spot) -> Result<(), MeshFileError> {
+    fn element(&mut self, row: &DataLine<'_>, spot: Spot) -> Result<(), MeshFileError> {
         let Block::Elements { kind, name, set, pending } = &mut self.block else { return Ok(()) };
         let needed = kind.nodes() + 1;
         let more = row.numbers(pending);
@@ -376,7 +376,7 @@ impl Deck {
 
     /// Hands a data line to its block.
     fn data(&mut self, line: &[u8], spot: Spot) -> Result<(), MeshFileError> {
-        let row = Row::new(line);
+        let row = DataLine::new(line);
         match &mut self.block {
             Block::None => Ok(()),
             Block::Refused { count, .. } => {

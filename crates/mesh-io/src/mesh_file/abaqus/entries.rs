@@ -1,10 +1,10 @@
 //! Lines of sets and surfaces.
 
-use super::data::{self, Row};
+use super::data::{self, DataLine};
 use super::sets::{Entry, Face, Target};
 
 /// Reads a line of a set: numbers and names, or a range.
-pub(super) fn set_entries(row: &Row<'_>, generate: bool) -> Result<Vec<Entry>, data::Fault> {
+pub(super) fn set_entries(row: &DataLine<'_>, generate: bool) -> Result<Vec<Entry>, data::Fault> {
     if generate {
         let mut numbers = Vec::new();
         row.numbers(&mut numbers)?;
@@ -32,7 +32,7 @@ pub(super) fn set_entries(row: &Row<'_>, generate: bool) -> Result<Vec<Entry>, d
 }
 
 /// Reads a line of a surface.
-pub(super) fn surface_entry(row: &Row<'_>, of_nodes: bool) -> Result<(Target, Face), data::Fault> {
+pub(super) fn surface_entry(row: &DataLine<'_>, of_nodes: bool) -> Result<(Target, Face), data::Fault> {
     let fields: Vec<&[u8]> = row.fields().collect();
     let Some((first, rest)) = fields.split_first() else {
         return Err(data::Fault::new("the line is empty".to_owned(), "a set or number and a face"));

@@ -4,7 +4,7 @@
 //! assembly: node 7 of the second instance is 2000000000007 in messages, node 7 of the assembly 1000000000007. Numbers of the first instance
 //! remain. Names of sets and surfaces of a part get the name of the instance before them, `plate-1.top`.
 
-use super::super::data::{self, Row};
+use super::super::data::{self, DataLine};
 use super::super::keyword::{Keyword, upper};
 use super::super::sets::{Entry, Target};
 use super::{Block, Deck};
@@ -48,7 +48,7 @@ struct Turn {
 
 impl Motion {
     /// Takes a data line of an instance: up to three numbers are a translation, more of them a rotation.
-    pub(super) fn add(&mut self, row: &Row<'_>) -> Result<(), data::Fault> {
+    pub(super) fn add(&mut self, row: &DataLine<'_>) -> Result<(), data::Fault> {
         let mut values = Vec::new();
         for field in row.fields() {
             let value = if field.is_empty() { Some(0.0) } else { data::real(field) };

@@ -1,8 +1,8 @@
-//! Where an unknown with two bounds is.
+//! The state of an unknown with two bounds.
 
-/// Where an unknown is.
+/// The state of an unknown with two bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Place {
+pub enum BoundState {
     /// At its lower bound.
     Lower,
     /// Between its bounds.

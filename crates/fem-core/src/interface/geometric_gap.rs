@@ -16,7 +16,7 @@ const TOUCHING: f64 = 1e-6;
 const ROUND_OFF: f64 = 1e-9;
 
 /// The distance of the surfaces at every pair, along the contact normal.
-pub(super) struct Drawn {
+pub(super) struct GeometricGap {
     gaps: Vec<f64>,
     /// Uncertainty of each distance, m.
     uncertainty: Vec<f64>,
@@ -26,7 +26,7 @@ pub(super) struct Drawn {
     size: f64,
 }
 
-impl Drawn {
+impl GeometricGap {
     /// Measures the distances.
     ///
     /// * `facing`: the distances from a common refinement, between smooth curves, at every pair.
@@ -94,7 +94,7 @@ struct Measured {
 
 /// The surfaces as drawn, at the pairs and between them.
 pub(super) struct Surfaces<'a> {
-    pub(super) drawn: &'a Drawn,
+    pub(super) drawn: &'a GeometricGap,
     pub(super) edges: &'a [ContactEdge],
     pub(super) between: &'a [Option<Between>],
 }

@@ -1,7 +1,7 @@
 //! The memory of the stars, computed before it is allocated.
 
 use super::band::band_size;
-use crate::lanes::{MOST_LANES, Row};
+use crate::lanes::{LaneRow, MOST_LANES};
 use fem_core::mesh::TriMesh;
 use std::collections::BTreeMap;
 
@@ -32,7 +32,7 @@ pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
         }
     }
     let largest = 3 + spokes.iter().copied().max().unwrap_or(0);
-    let working = (largest * (largest + 1) / 2 + largest * largest) * size_of::<Row>();
+    let working = (largest * (largest + 1) / 2 + largest * largest) * size_of::<LaneRow>();
     stars
         + VECTORS * (3 * mesh.points().len() + topology.edges().len())
         + working * rayon::current_num_threads()

@@ -7,10 +7,10 @@ use crate::lanes::{Lanes, MOST_LANES};
 use pulp::Simd;
 
 /// `⟨τ_i, τ_j⟩` in the complementary energy, lower half by rows.
-pub(super) type Form = [f64; PACKED];
+pub(super) type TriangleEnergy = [f64; PACKED];
 
 /// Computes `⟨τ_i, τ_j⟩ = ∫ τ_i : E⁻¹ τ_j` of the twelve unknowns of each triangle, divided by `unit`.
-pub(super) fn forms(space: &Space<'_>, triangles: &[u32], unit: f64, forms: &mut Vec<Form>) {
+pub(super) fn forms(space: &Space<'_>, triangles: &[u32], unit: f64, forms: &mut Vec<TriangleEnergy>) {
     forms.resize(triangles.len(), [0.0; PACKED]);
     pulp::Arch::new().dispatch(Computation { space, triangles, unit, forms });
 }
@@ -19,7 +19,7 @@ struct Computation<'a> {
     space: &'a Space<'a>,
     triangles: &'a [u32],
     unit: f64,
-    forms: &'a mut [Form],
+    forms: &'a mut [TriangleEnergy],
 }
 
 impl pulp::WithSimd for Computation<'_> {

@@ -14,7 +14,7 @@ use fem_core::interface::ContactProblem;
 use nndd::{CoulombSettings, CoulombStatus, Iterate, NnddStatus, Start};
 
 /// How the problem of one mesh is solved, and what the loop needs of the solution: certified, or with Coulomb friction a residual.
-pub(super) trait Meshwise {
+pub(super) trait SolveOnMesh {
     type Solution;
 
     /// Solves the problem of one mesh.
@@ -51,7 +51,7 @@ pub(super) trait Meshwise {
     fn unsolved(&self, solution: &Self::Solution) -> Option<AdaptiveEnd>;
 }
 
-impl Meshwise for Settings {
+impl SolveOnMesh for Settings {
     type Solution = CertifiedSolution;
 
     fn solve(
@@ -104,7 +104,7 @@ impl Meshwise for Settings {
     }
 }
 
-impl Meshwise for (CoulombSettings, Relaxation) {
+impl SolveOnMesh for (CoulombSettings, Relaxation) {
     type Solution = CoulombResult;
 
     /// The fixed point starts from full stick on every mesh.

@@ -24,7 +24,7 @@ pub(super) struct Line {
 
 /// The whole line, and for each of its pairs the number in the contact problem, or [`NONE`].
 #[derive(Clone, Debug)]
-pub(super) struct Whole {
+pub(super) struct UntrimmedLine {
     pub(super) line: Line,
     pub(super) number: Vec<u32>,
 }
@@ -112,7 +112,7 @@ impl Line {
             None
         } else {
             self.pairs.iter_mut().for_each(|p| p.tributary_length = 0.0);
-            Some(Box::new(Whole { line: self, number: number.clone() }))
+            Some(Box::new(UntrimmedLine { line: self, number: number.clone() }))
         };
         let interface = ContactInterface {
             pairs,

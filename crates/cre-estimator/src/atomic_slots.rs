@@ -11,9 +11,9 @@ const CHUNK: usize = 4096;
 ///
 /// The stars of one colour write scattered entries, and no two write the same one. Relaxed atomic loads and stores are
 /// plain loads and stores on the machine and make that safe without a copy.
-pub(crate) struct Shared(Vec<AtomicU64>);
+pub(crate) struct AtomicSlots(Vec<AtomicU64>);
 
-impl Shared {
+impl AtomicSlots {
     /// Creates a vector of zeros.
     pub(crate) fn zeros(len: usize) -> Self {
         Self((0..len).into_par_iter().with_min_len(CHUNK).map(|_| AtomicU64::new(0)).collect())

@@ -6,13 +6,13 @@ use crate::outcome::Ended;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::output::{OutputError, Presence};
-use certified_contact::{Observer, Phase, Row, SolveError};
+use certified_contact::{IterationRecord, Observer, Phase, SolveError};
 
 /// A run may exceed its time limit by this, in seconds, and still start on a certificate.
 const GRACE: f64 = 0.1;
 
 /// Times the phases, and ends the run on request or at the time limit.
-pub(crate) struct Follower<'a> {
+pub(crate) struct RunObserver<'a> {
     watch: &'a mut Stopwatch,
     pub(crate) host: &'a mut dyn Host,
     output: Presence,
@@ -25,7 +25,7 @@ pub(crate) struct Follower<'a> {
     pub(crate) ended: Option<Ended>,
 }
 
-impl<'a> Follower<'a> {
+impl<'a> RunObserver<'a> {
     /// Begins to follow.
     ///
     /// * `output`: the directory that must stay until the end.
@@ -99,14 +99,14 @@ impl<'a> Follower<'a> {
     }
 }
 
-impl Observer for Follower<'_> {
+impl Observer for RunObserver<'_> {
     fn phase(&mut self, phase: Phase) {
         self.look(Some(phase));
         self.switch(Activity::Solve(phase));
         self.tell(Event::Phase(phase));
     }
 
-    fn iteration(&mut self, row: &Row) {
+    fn iteration(&mut self, row: &IterationRecord) {
         self.tell(Event::Iteration(row));
     }
 

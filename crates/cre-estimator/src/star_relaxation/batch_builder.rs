@@ -3,7 +3,7 @@
 use super::airy::{PLACES, packed};
 use super::equal::Forms;
 use super::space::Space;
-use crate::lanes::{MOST_LANES, Row};
+use crate::lanes::{LaneRow, MOST_LANES};
 use crate::star::Star;
 use fem_core::mesh::id::NodeId;
 
@@ -25,19 +25,19 @@ pub(super) struct Spoke {
 
 /// A batch that is being filled, in double precision.
 #[derive(Default)]
-pub(super) struct Open {
+pub(super) struct BatchBuilder {
     pub(super) nodes: [NodeId; MOST_LANES],
     pub(super) stars: usize,
     pub(super) spokes: Vec<Spoke>,
-    pub(super) outer: Vec<[Row; COUPLINGS]>,
-    pub(super) inner: Vec<Row>,
+    pub(super) outer: Vec<[LaneRow; COUPLINGS]>,
+    pub(super) inner: Vec<LaneRow>,
     /// The batch of the band that it will be.
     pub(super) place: usize,
     /// Whether its coefficients are stored already: all stars of its kind have the same.
     pub(super) known: bool,
 }
 
-impl Open {
+impl BatchBuilder {
     /// Prepares it for stars of this many spokes. Lanes without a star keep what was there: nodes and edges of the same mesh, and numbers whose
     /// results are not read.
     pub(super) fn renew(&mut self, spokes: usize, place: usize) {

@@ -2,7 +2,7 @@
 //! machine has free. Everything comes from the kernel's tables; what they do not say is not a limit. Nothing here asks: a [`crate::Host`]
 //! answers with it.
 
-use crate::host::Room;
+use crate::host::MemoryLimit;
 use crate::memory::mebibytes;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,28 +18,28 @@ pub fn host() -> String {
     name.map_or_else(|_| "unknown".into(), |name| name.trim().into())
 }
 
-/// Finds the smallest room.
+/// Finds the smallest limit.
 ///
 /// * `threads`: that compute.
-pub fn smallest(threads: usize) -> Option<Room> {
+pub fn smallest(threads: usize) -> Option<MemoryLimit> {
     let resident = size(Path::new("/proc/self/status"), "VmRSS:").unwrap_or(0) as f64;
     let all = [address_space(threads, resident), control_groups(resident), machine(resident)];
     all.into_iter().flatten().min_by(|a, b| a.bytes.total_cmp(&b.bytes))
 }
 
-fn room(bytes: f64, words: impl FnOnce(String) -> String, fix: Option<&'static str>) -> Room {
+fn limit_of(bytes: f64, words: impl FnOnce(String) -> String, fix: Option<&'static str>) -> MemoryLimit {
     let bytes = bytes.max(0.0);
-    Room::new(bytes, words(mebibytes(bytes)), fix)
+    MemoryLimit::new(bytes, words(mebibytes(bytes)), fix)
 }
 
 /// The room below `RLIMIT_AS`, which counts what is reserved, used or not.
-fn address_space(threads: usize, resident: f64) -> Option<Room> {
+fn address_space(threads: usize, resident: f64) -> Option<MemoryLimit> {
     let table = fs::read_to_string("/proc/self/limits").ok()?;
     let limit: f64 = soft_limit(&table, "Max address space")? as f64;
     let taken = size(Path::new("/proc/self/status"), "VmSize:")? as f64 - resident;
     let words = |left| format!("the limit of the address space (ulimit -v) leaves {left}");
     let fix = "raise that limit, or use --threads 1: each thread reserves address space";
-    Some(room(limit - taken - threads as f64 * reserved_by_thread(), words, Some(fix)))
+    Some(limit_of(limit - taken - threads as f64 * reserved_by_thread(), words, Some(fix)))
 }
 
 /// Reads a soft limit; `None` if it is unlimited.
@@ -87,7 +87,7 @@ const VERSIONS: [Version; 2] = [
     },
 ];
 
-fn control_groups(resident: f64) -> Option<Room> {
+fn control_groups(resident: f64) -> Option<MemoryLimit> {
     let table = fs::read_to_string("/proc/self/cgroup").ok()?;
     let left = |version: &Version| {
         let path = table.lines().find_map(version.mark)?;
@@ -95,7 +95,7 @@ fn control_groups(resident: f64) -> Option<Room> {
         mounts.filter_map(|mount| left_in_groups(version, mount, path, resident)).reduce(f64::min)
     };
     let bytes = VERSIONS.iter().filter_map(left).reduce(f64::min)?;
-    Some(room(bytes, |left| format!("the limit of the control group leaves {left}"), None))
+    Some(limit_of(bytes, |left| format!("the limit of the control group leaves {left}"), None))
 }
 
 /// Returns the least memory that the limits of a group and of the groups above it leave for this process, bytes.
@@ -120,9 +120,9 @@ fn left_in_groups(version: &Version, mount: &Path, path: &str, resident: f64) ->
 }
 
 /// Returns the memory that this process has or can get, file caches included: beyond it a run would only swap.
-fn machine(resident: f64) -> Option<Room> {
+fn machine(resident: f64) -> Option<MemoryLimit> {
     let free = size(Path::new("/proc/meminfo"), "MemAvailable:")? as f64;
-    Some(room(free + resident, |left| format!("this machine has {left} free"), None))
+    Some(limit_of(free + resident, |left| format!("this machine has {left} free"), None))
 }
 
 /// Reads a size, which the kernel gives in kibibytes, from one of its tables; in bytes.
