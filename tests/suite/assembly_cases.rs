@@ -9,7 +9,7 @@ use tests::distance::{Outcome, outcome};
 
 fn problem(text: &str, set: &[(&str, String)]) -> ContactProblem {
     let set: Vec<_> = set.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
-    Case::parse(text, "case.toml", &set).unwrap().build_problem().unwrap()
+    Case::parse(text, "case.toml", &set).unwrap().build().unwrap().0
 }
 
 /// The wedge, whose mesh is a file.
@@ -17,7 +17,7 @@ fn wedge() -> ContactProblem {
     let mut case = Case::parse(include_str!("../cases/wedge.toml"), "wedge.toml", &[]).unwrap();
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
     case.read_mesh_files(&folder).unwrap();
-    case.build_problem().unwrap()
+    case.build().unwrap().0
 }
 
 fn solved(problem: ContactProblem) -> CertifiedSolution {
@@ -204,7 +204,7 @@ fn a_clamped_node_on_an_obstacle_is_checked_on_its_data() {
     }
     // Raised, the obstacle would have to pass through the clamped corner.
     let set: Vec<_> = set(0.001).into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
-    let refused = Case::parse(CLAMPED_ON_OBSTACLE, "case.toml", &set).unwrap().build_problem();
+    let refused = Case::parse(CLAMPED_ON_OBSTACLE, "case.toml", &set).unwrap().build();
     let said = format!("{}", refused.unwrap_err());
     assert!(said.contains("is clamped at (0, 0)") && said.contains("1.000e-3"), "{said}");
     // Only a held obstacle leaves the opening known.
@@ -212,7 +212,7 @@ fn a_clamped_node_on_an_obstacle_is_checked_on_its_data() {
         "[0.0, 1.0] }\nmotion = [0.0, 0.0]",
         "[0.0, 1.0], ux = 0.0, rotation = 0.0, force = [0.0, 5.0] }",
     );
-    let refused = Case::parse(&free, "case.toml", &[]).unwrap().build_problem();
+    let refused = Case::parse(&free, "case.toml", &[]).unwrap().build();
     let said = format!("{}", refused.unwrap_err());
     assert!(said.contains("in two directions"), "{said}");
 }

@@ -23,7 +23,7 @@ fn force(problem: ContactProblem, settings: &Settings) -> Option<Interval> {
 }
 
 fn of_case(text: &str) -> ContactProblem {
-    Case::parse(text, "case.toml", &[]).unwrap().build_problem().unwrap()
+    Case::parse(text, "case.toml", &[]).unwrap().build().unwrap().0
 }
 
 /// Stops after some iterations from λ = `lambda`, converged or not.

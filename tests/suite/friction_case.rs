@@ -8,7 +8,7 @@ use cre_estimator::Relaxation;
 #[test]
 fn the_case_with_friction_has_the_figures_of_an_independent_code() {
     let text = include_str!("../cases/tresca.toml");
-    let problem = Case::parse(text, "tresca.toml", &[]).unwrap().build_problem().unwrap();
+    let problem = Case::parse(text, "tresca.toml", &[]).unwrap().build().unwrap().0;
     let answer = solve(problem, &Settings::default(), &mut Silent).unwrap();
     assert!(answer.is_certified());
     let results = answer.results.unwrap();
@@ -25,13 +25,13 @@ fn the_case_with_friction_has_the_figures_of_an_independent_code() {
 #[test]
 fn a_limit_that_is_not_linear_is_noted() {
     let text = include_str!("../cases/tresca.toml").replace("limit = 4.0", "limit = \"4 + x^2\"");
-    let mut case = Case::parse(&text, "tresca.toml", &[]).unwrap();
-    let problem = case.build_problem().unwrap();
+    let case = Case::parse(&text, "tresca.toml", &[]).unwrap();
+    let problem = case.build().unwrap().0;
     let notes = case.data_notes(&problem);
     assert!(notes.iter().any(|note| note.starts_with("contact.friction.limit = \"4 + x^2\"")), "{notes:?}");
     let linear = text.replace("4 + x^2", "4 + x");
-    let mut case = Case::parse(&linear, "tresca.toml", &[]).unwrap();
-    let problem = case.build_problem().unwrap();
+    let case = Case::parse(&linear, "tresca.toml", &[]).unwrap();
+    let problem = case.build().unwrap().0;
     assert!(case.data_notes(&problem).is_empty());
 }
 
@@ -46,7 +46,7 @@ fn the_cases_with_coulomb_friction_have_the_figures_of_an_independent_code() {
         ("0.6", [0.682882125647, 0.364235756451], 0.182720275607),
     ] {
         let given = [("contact.friction.mu".to_owned(), mu.to_owned())];
-        let problem = Case::parse(text, "coulomb.toml", &given).unwrap().build_problem().unwrap();
+        let problem = Case::parse(text, "coulomb.toml", &given).unwrap().build().unwrap().0;
         let found = solve_coulomb(problem, &settings, best, &mut Silent).unwrap();
         assert_eq!(found.solution.status, CoulombStatus::Converged);
         for (found, expected) in found.results.energy_norm_squared.iter().zip(energies) {
@@ -57,12 +57,12 @@ fn the_cases_with_coulomb_friction_have_the_figures_of_an_independent_code() {
         assert!(found.estimate().certificate().is_none());
     }
     let slope = include_str!("../cases/slope.toml");
-    let problem = Case::parse(slope, "slope.toml", &[]).unwrap().build_problem().unwrap();
+    let problem = Case::parse(slope, "slope.toml", &[]).unwrap().build().unwrap().0;
     let found =
         solve_coulomb(problem, &CoulombSettings::default(), Relaxation::Steps(2), &mut Silent).unwrap();
     assert!(found.solution.status == CoulombStatus::Converged && found.residual().is_some());
     let steep = [("body.0.body_force".to_owned(), "[6.0, -10.0]".to_owned())];
-    let problem = Case::parse(slope, "slope.toml", &steep).unwrap().build_problem().unwrap();
+    let problem = Case::parse(slope, "slope.toml", &steep).unwrap().build().unwrap().0;
     let refused = solve_coulomb(problem, &CoulombSettings::default(), Relaxation::NONE, &mut Silent);
     assert!(matches!(refused, Err(SolveError::OutsideCones { load }) if load > 0.0));
 }

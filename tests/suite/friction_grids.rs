@@ -9,10 +9,10 @@ use tests::random::Random;
 
 /// Solves a case exactly.
 fn solved(text: &str) -> CertifiedSolution {
-    let mut case = Case::parse(text, "case.toml", &[]).unwrap();
+    let case = Case::parse(text, "case.toml", &[]).unwrap();
     let mut settings = Settings::default();
     settings.method = NewtonSettings::default().into();
-    solve(case.build_problem().unwrap(), &settings, &mut Silent).unwrap()
+    solve(case.build().unwrap().0, &settings, &mut Silent).unwrap()
 }
 
 /// Draws a number between two, evenly in its logarithm.

@@ -66,7 +66,7 @@ fn method_theta_history_and_bounds_are_those_of_the_bodies_in_contact() {
 /// A layer that is 1e8 times as stiff as the ones about it, and the contact force; the solution is linear in each layer.
 fn layers() -> (ContactProblem, f64) {
     let text = include_str!("../../crates/nndd-cli/tests/parts/layers_1e8.toml");
-    let problem = Case::parse(text, "layers.toml", &[]).unwrap().build_problem().unwrap();
+    let problem = Case::parse(text, "layers.toml", &[]).unwrap().build().unwrap().0;
     (problem, 1e-3 * 2.0 / (3.0 + 1e-8))
 }
 

@@ -195,9 +195,9 @@ fn any_two_random_meshes_have_a_sound_common_refinement() {
 fn an_adaptive_run_starts_from_meshes_that_do_not_match() {
     let coarse = [("body.0.generator.cells", "[7, 4]"), ("body.1.generator.cells", "[11, 5]")];
     let overrides: Vec<(String, String)> = coarse.map(|(k, v)| (k.into(), v.into())).into();
-    let mut case = Case::parse(case_io::template::PAPER, "paper.toml", &overrides).unwrap();
-    let problem = case.build_problem().unwrap();
-    assert!(case.notes()[0].contains("refined in common"), "{:?}", case.notes());
+    let case = Case::parse(case_io::template::PAPER, "paper.toml", &overrides).unwrap();
+    let (problem, notes) = case.build().unwrap();
+    assert!(notes[0].contains("refined in common"), "{notes:?}");
     let answer =
         solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.05), &mut Silent).unwrap();
     assert!(matches!(answer.end, AdaptiveEnd::TargetMet), "{:?}", answer.end);

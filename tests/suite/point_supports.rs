@@ -115,7 +115,7 @@ gap = 0.0
 
 #[test]
 fn a_node_keeps_a_pressed_block_from_sliding() {
-    let problem = || Case::parse(PRESSED, "case.toml", &[]).unwrap().build_problem().unwrap();
+    let problem = || Case::parse(PRESSED, "case.toml", &[]).unwrap().build().unwrap().0;
     let solution = solved(problem());
     assert!(solution.is_certified(), "{:?}", solution.estimate.unwrap().admissibility);
     let results = solution.results.as_ref().unwrap();

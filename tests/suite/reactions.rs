@@ -9,7 +9,7 @@ fn results(body: &str, loads: Vector) -> Results {
     let text = format!(
         "schema = 1\ncontact = []\n[materials.m]\nyoung = 1000.0\npoisson = 0.3\n[[body]]\nname = \"body\"\nmaterial = \"m\"\n{body}"
     );
-    let problem = Case::parse(&text, "case.toml", &[]).unwrap().build_problem().unwrap();
+    let problem = Case::parse(&text, "case.toml", &[]).unwrap().build().unwrap().0;
     let answer = solve(problem, &Settings::default(), &mut Silent).unwrap();
     assert!(answer.is_certified());
     let results = answer.results.unwrap();

@@ -75,8 +75,8 @@ pub fn outcome(problem: ContactProblem, times: usize) -> Made<Outcome> {
 /// # Errors
 /// As [`outcome`].
 pub(crate) fn outcome_of_text(text: &str, times: usize) -> Made<Outcome> {
-    match Case::parse(text, "random.toml", &[]).and_then(|mut case| case.build_problem()) {
-        Ok(problem) => outcome(problem, times),
+    match Case::parse(text, "random.toml", &[]).and_then(|case| case.build()) {
+        Ok((problem, _)) => outcome(problem, times),
         Err(error) => Ok(Outcome::Refused(error.to_string())),
     }
 }

@@ -115,6 +115,6 @@ impl Roller {
         std::fs::write(folder.path().join("roller.msh"), file)?;
         let mut case = Case::parse(&self.text, "roller.toml", &[])?;
         case.read_mesh_files(folder.path())?;
-        Ok(case.build_problem()?)
+        Ok(case.build()?.0)
     }
 }

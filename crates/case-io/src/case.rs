@@ -43,7 +43,8 @@ pub use crate::expression::Value;
 pub use body::{BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
 pub use choices::{Acceleration, Criterion, Imposed, Method, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
-pub use given::DataNodes;
+pub use given::mesh_of_generator;
+pub use matching::Notes;
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};
@@ -51,7 +52,7 @@ pub use side::{Circle, SideCase};
 pub use steps::{Factors, StepCase};
 pub use units::Units;
 
-use crate::case_file;
+use crate::case_file::{self, At, Document, Table};
 use crate::diagnostic::{CaseError, Diagnostic, Place, code, excerpt};
 use fem_core::material::Hypothesis;
 use fem_core::mesh::generate;
@@ -281,6 +282,16 @@ impl Case {
     /// All independent faults together, each with its place.
     pub fn parse(text: &str, file_name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
         read::case(&case_file::parse(text, file_name, overrides)?, file_name)
+    }
+
+    /// Takes the keys of a program instead of those of a case file, see [`Case::parse`].
+    ///
+    /// * `name`: the name that a case file would have.
+    ///
+    /// # Errors
+    /// All independent faults together, each with the key as its place.
+    pub fn of_table(root: Table, name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
+        read::case(&Document::new(root, At::of_key("", ""), overrides)?, name)
     }
 
     /// Reads a case file from its bytes, see [`Case::parse`].

@@ -12,10 +12,10 @@ mod tree;
 
 pub use overrides::split_override;
 pub use sweep::{MOST_SWEEP_VALUES, Sweep};
+pub use tree::{At, Node, NodeValue, Table};
 
 pub(crate) use quantity::{memory, time};
 pub(crate) use reader::{Findings, Reader};
-pub(crate) use tree::{At, NodeValue, Table};
 
 use crate::diagnostic::{CaseError, Diagnostic, Place, Source, code, excerpt};
 use std::io::{self, Read};
@@ -101,25 +101,31 @@ pub(crate) fn parse(
 ) -> Result<Document, CaseError> {
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     let source = Source::new(file_name, text, false);
-    let mut root = document(text, &source)?;
-    let faults: Vec<Diagnostic> = overrides
-        .iter()
-        .filter_map(|(key, value)| overrides::apply(&mut root, key, value).err())
-        .flat_map(|error| error.diagnostics)
-        .collect();
-    if !faults.is_empty() {
-        return Err(CaseError::new(faults));
+    Document::new(document(text, &source)?, At::new(&source, 0..0), overrides)
+}
+
+impl Document {
+    /// Applies the overrides in their order.
+    pub(crate) fn new(mut root: Table, at: At, overrides: &[(String, String)]) -> Result<Self, CaseError> {
+        let faults: Vec<Diagnostic> = overrides
+            .iter()
+            .filter_map(|(key, value)| overrides::apply(&mut root, key, value).err())
+            .flat_map(|error| error.diagnostics)
+            .collect();
+        if !faults.is_empty() {
+            return Err(CaseError::new(faults));
+        }
+        if root.entries.is_empty() {
+            let help = "write a case file to start from with `nndd new paper`";
+            let empty = at.source.text().is_empty();
+            let message = if empty { "the case file is empty" } else { "the case file sets nothing" };
+            return Err(Diagnostic::new(code::MISSING, Some(at.place()), message)
+                .expected("the tables of a case")
+                .help(Some(help.to_owned()))
+                .into());
+        }
+        Ok(Document { root, at })
     }
-    let at = At::new(&source, 0..0);
-    if root.entries.is_empty() {
-        let help = "write a case file to start from with `nndd new paper`";
-        let message = if text.is_empty() { "the case file is empty" } else { "the case file sets nothing" };
-        return Err(Diagnostic::new(code::MISSING, Some(at.place()), message)
-            .expected("the tables of a case")
-            .help(Some(help.to_owned()))
-            .into());
-    }
-    Ok(Document { root, at })
 }
 
 fn document(text: &str, source: &Arc<Source>) -> Result<Table, CaseError> {

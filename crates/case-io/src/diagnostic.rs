@@ -47,22 +47,39 @@ pub mod code {
     pub const CONTACT: &str = "case::contact";
 }
 
-/// A text that places refer to: the case file, or one override of the command line.
+/// A text that places refer to: the case file, one override of the command line, or one value of a program.
 pub struct Source {
     name: String,
     text: String,
-    command_line: bool,
+    origin: Origin,
     line_starts: Vec<usize>,
+}
+
+/// The way a text came in.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    File,
+    CommandLine,
+    Program,
 }
 
 impl Source {
     pub(crate) fn new(name: &str, text: &str, command_line: bool) -> Arc<Self> {
-        let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(k, _)| k + 1);
-        let line_starts = std::iter::once(0).chain(ends).collect();
-        Arc::new(Self { name: name.to_owned(), text: text.to_owned(), command_line, line_starts })
+        Self::from(name, text, if command_line { Origin::CommandLine } else { Origin::File })
     }
 
-    /// Returns the name of the file, or `--set KEY=VALUE`.
+    /// Makes the source of a value that a program gives; its place is the key.
+    pub(crate) fn of_key(key: &str, text: &str) -> Arc<Self> {
+        Self::from(key, text, Origin::Program)
+    }
+
+    fn from(name: &str, text: &str, origin: Origin) -> Arc<Self> {
+        let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(k, _)| k + 1);
+        let line_starts = std::iter::once(0).chain(ends).collect();
+        Arc::new(Self { name: name.to_owned(), text: text.to_owned(), origin, line_starts })
+    }
+
+    /// Returns the name of the file, `--set KEY=VALUE`, or the key of a program's value.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -74,7 +91,12 @@ impl Source {
 
     /// Says whether this is an argument of the command line rather than a file.
     pub fn is_command_line(&self) -> bool {
-        self.command_line
+        self.origin == Origin::CommandLine
+    }
+
+    /// Says whether this is a value that a program gives.
+    pub(crate) fn is_program(&self) -> bool {
+        self.origin == Origin::Program
     }
 }
 
@@ -116,10 +138,9 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.source.command_line {
-            write!(f, "{}", self.source.name)
-        } else {
-            write!(f, "{}:{}:{}", self.source.name, self.line, self.column)
+        match self.source.origin {
+            Origin::File => write!(f, "{}:{}:{}", self.source.name, self.line, self.column),
+            Origin::CommandLine | Origin::Program => write!(f, "{}", self.source.name),
         }
     }
 }
@@ -175,7 +196,7 @@ impl Diagnostic {
     /// * `option`: such as `--over`.
     pub fn given_by(&mut self, option: &str, key: &str, value: &str) {
         let Some(place) = self.place.as_mut() else { return };
-        if place.source.command_line && place.source.name == format!("--set {key}={value}") {
+        if place.source.is_command_line() && place.source.name == format!("--set {key}={value}") {
             let name = format!("{option} {key}={value}");
             place.source = Source::new(&name, &place.source.text, true);
         }
@@ -228,7 +249,7 @@ impl CaseError {
     /// Collects diagnostics by place: first the case file's, then the command line's, then the ones without a place.
     pub(crate) fn new(mut diagnostics: Vec<Diagnostic>) -> Self {
         let rank = |d: &Diagnostic| match &d.place {
-            Some(place) => (place.source.command_line, place.span.start),
+            Some(place) => (place.source.is_command_line(), place.span.start),
             None => (true, usize::MAX),
         };
         diagnostics.sort_by_key(rank);

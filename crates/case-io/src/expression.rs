@@ -25,8 +25,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use thiserror::Error;
 
-pub use nodal::NodalData;
-pub use value::Value;
+pub use nodal::{NodalData, NodalFunction};
+pub use value::{AtNodes, Given, Value};
 pub use words::FUNCTIONS;
 
 /// The longest expression, in bytes.

@@ -14,7 +14,7 @@
 //! | evaluate data in x and y | [`Expression`] |
 //! | vary one setting | [`case_file::Sweep`] |
 //! | say what is wrong with it, and where | [`CaseError`], [`Diagnostic`], [`Place`] |
-//! | make fem-core's values of it | [`Case::build_bodies`], [`Case::build_interface`] |
+//! | make the contact problem of it, with notes | [`Case::build`] |
 //! | record every setting, name the case | [`Case::settings_json`], [`Case::hash`] |
 //! | write what a run found | [`report::Report`], [`table`] |
 //! | write it safely | [`output::OutputDirectory`] |

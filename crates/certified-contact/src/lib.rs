@@ -50,8 +50,8 @@
 //! ```
 //!
 //! [`tutorial`] goes from one body to a certified contact problem. `examples/two_percent.rs` refines until 2 % are
-//! certified. Non-matching surfaces first need a common refinement:
-//! [`fem_core::interface::common_refinement`].
+//! certified. [`ContactProblem::of_contacts`](fem_core::interface::ContactProblem::of_contacts) pairs sides of bodies by
+//! their names, and refines surfaces that do not match.
 //!
 //! # What this crate does not do
 //! It has no file formats and draws no pictures. It does not print, and does not read the clock or the environment: an

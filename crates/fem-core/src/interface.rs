@@ -2,6 +2,7 @@
 
 mod clamped_ends;
 pub mod common_refinement;
+mod contacts;
 mod error;
 mod facing;
 mod friction;
@@ -29,6 +30,7 @@ use common_refinement::{CommonRefinement, Measured};
 use outline::Radial;
 use profile::Profile;
 
+pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
 pub use error::InterfaceError;
 pub use facing::{FacingSide, facing_edges};
 pub use friction::{Friction, PairRow, SlipBefore};

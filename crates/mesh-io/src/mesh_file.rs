@@ -84,6 +84,11 @@ pub(crate) struct Group {
 }
 
 impl MeshFile {
+    /// Counts the nodes, those without cells included.
+    pub fn node_count(&self) -> u64 {
+        self.points.len() as u64
+    }
+
     /// Returns what messages call the file.
     pub fn name(&self) -> &str {
         &self.name

@@ -9,22 +9,22 @@ use nndd_report::{Failure, certify, run};
 
 pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let machine = Machine::start();
-    let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
+    let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
     let for_people = options.format == Format::Human;
     let limit = case.limits.time.as_ref().map(|limit| limit.value);
     let mut deadline = Deadline::watch(limit, machine.started, MESHES, !for_people);
-    let problem = run::build_last(&mut case, &machine)?;
+    let (problem, notes) = run::build_last(&case, &machine)?;
     deadline.next("the certificate of the field");
     let found = certify::certify(&case, &problem, &options.displacement)?;
     deadline.end();
     if for_people {
         // Nodes that were added or moved so that surfaces match.
-        console::notes(case.notes());
+        console::notes(&notes);
         console::print(&certify::verdict(&case, &found))?;
     }
     if let Some(path) = &options.out {
         let place = (path.as_path(), options.force);
-        let files = certify::write(&case, &problem, &found, &options.displacement, place)?;
+        let files = certify::write(&case, (&problem, &notes), &found, &options.displacement, place)?;
         if for_people {
             console::print(&format!("wrote {}: {}\n", path.display(), files.join(" ")))?;
         }

@@ -9,7 +9,7 @@ use fem_core::interface::ContactProblem;
 use nndd_report::check::{CheckedBody, resultant, summary};
 use nndd_report::memory::{self, mebibytes};
 use nndd_report::words::{counted, one_line, seven};
-use nndd_report::{Failure, notes, run};
+use nndd_report::{Failure, run};
 use std::fmt::Write as _;
 
 /// Writes what a body consists of.
@@ -47,19 +47,18 @@ fn components(force: Vector) -> String {
 
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let machine = Machine::start();
-    let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
+    let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
     let limit = case.limits.time.as_ref().map(|limit| limit.value);
     let mut deadline = Deadline::watch(limit, machine.started, MESHES, options.format == Format::Json);
-    let problem = run::build(&mut case, &machine)?;
+    let (problem, mut notes) = run::build(&case, &machine)?;
     deadline.next("the checks of loads, supports and free motions");
     console::warnings(&case.warnings());
-    console::notes(case.notes());
-    let said = notes::of_problem(&case, &problem);
-    console::notes(&said);
+    notes.extend(nndd_report::notes::of_problem(&case, &problem));
+    console::notes(&notes);
     let bodies = nndd_report::check::check(&case, &problem)?;
     deadline.end();
     if options.format == Format::Json {
-        console::print_json(&summary(&case, &problem, &bodies, &said))?;
+        console::print_json(&summary(&case, &problem, &bodies, &notes))?;
         return Ok(0);
     }
     let mut text = console::header(&case, &problem, &case.output_directory());

@@ -47,23 +47,24 @@ impl Printer {
 
     /// Prints what is known before the run begins.
     ///
-    /// * `notes`: on the state it resumes from.
+    /// * `notes`: on the case, see [`nndd_report::run::build`], and on the state it resumes from.
     pub(crate) fn begin(
         &mut self,
         case: &Case,
         problem: &ContactProblem,
         output: &str,
-        notes: &[String],
+        notes: [&[String]; 2],
     ) -> Result<(), Failure> {
-        self.said = notes::of_case(case);
+        self.said = notes::of_case(case, notes[0]);
+        let about_case = self.said.len();
         // On the meshes of an adaptive run data are interpolated ever better: only the last mesh counts.
         let later = if case.adapt.is_some() { case.data_notes(problem) } else { vec![] };
         self.said.extend(notes::of_problem(case, problem).into_iter().filter(|note| !later.contains(note)));
         if !self.quiet {
             console::warnings(&case.warnings());
-            console::notes(case.notes());
-            console::notes(&self.said[notes::of_case(case).len()..]);
-            console::notes(notes);
+            console::notes(notes[0]);
+            console::notes(&self.said[about_case..]);
+            console::notes(notes[1]);
         }
         match self.format {
             _ if self.quiet => Ok(()),

@@ -16,10 +16,10 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let machine = Machine::listen()?;
     let mut watch = Stopwatch::start(machine.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
-    let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
+    let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
     let limit = case.limits.time.as_ref().map(|limit| limit.value);
     let mut deadline = Deadline::watch(limit, machine.started, MESHES, options.format == Format::Json);
-    let mut problem = run::build(&mut case, &machine)?;
+    let (mut problem, notes) = run::build(&case, &machine)?;
     deadline.next("the question whether the bodies are held");
     check::held(&case, &mut problem)?;
     deadline.next("opening the directory of the results");
@@ -30,7 +30,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
         false => RunDirectory::open(&case, &path, options.run.force)?,
     };
     let mut printer = Printer::new(options, &case, machine.started);
-    printer.begin(&case, &problem, &path.display().to_string(), place.notes())?;
+    printer.begin(&case, &problem, &path.display().to_string(), [&notes, place.notes()])?;
     let stop = &case.solver.stop;
     let goal = Goal {
         ratio: (stop.criterion == Criterion::Estimator).then_some(stop.ratio),
@@ -43,7 +43,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
         Ok(())
     };
     let mut host = Showing { machine, show };
-    let solved = run::solve(&case, problem, &mut place, &mut watch, &mut host)?;
+    let solved = run::solve(&case, (problem, notes), &mut place, &mut watch, &mut host)?;
     let Showing { machine, .. } = host;
     drop(progress);
     let mut about = describe(options);

@@ -65,11 +65,6 @@ pub(crate) struct GivenMesh {
 }
 
 impl GivenMesh {
-    /// Counts the points.
-    pub(crate) fn node_count(&self, py: Python<'_>) -> usize {
-        self.points.bind(py).dims()[0]
-    }
-
     pub(crate) fn read(&self, py: Python<'_>) -> PyResult<MeshArrays> {
         // A negative number becomes one that no mesh has.
         let number = |n: i64| u64::try_from(n).unwrap_or(u64::MAX);

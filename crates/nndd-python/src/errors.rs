@@ -6,11 +6,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// Makes the exception of a failure.
-///
-/// * `keys`: the dotted key of each line of the text that the case was read from; a place is then a key.
-pub(crate) fn exception(py: Python<'_>, failure: &Failure, keys: &[String]) -> PyErr {
+pub(crate) fn exception(py: Python<'_>, failure: &Failure) -> PyErr {
     let findings = failure.findings();
-    make(py, failure.code, &findings, keys).unwrap_or_else(|error| error)
+    make(py, failure.code, &findings).unwrap_or_else(|error| error)
 }
 
 /// Makes the exception of a wrong argument.
@@ -18,18 +16,15 @@ pub(crate) fn wrong(py: Python<'_>, place: Option<&str>, found: &str, expected: 
     let refuse = py.import("nndd._errors").and_then(|errors| errors.getattr("refuse"));
     match refuse.and_then(|refuse| refuse.call1((place, found, expected, fix))) {
         Err(error) => error,
-        Ok(_) => exception(py, &Failure::plain(COMMAND_LINE, found), &[]),
+        Ok(_) => exception(py, &Failure::plain(COMMAND_LINE, found)),
     }
 }
 
-fn make(py: Python<'_>, code: u8, findings: &[Finding], keys: &[String]) -> PyResult<PyErr> {
+fn make(py: Python<'_>, code: u8, findings: &[Finding]) -> PyResult<PyErr> {
     let dict = |finding: &Finding| {
         let dict = PyDict::new(py);
-        let place = finding.place.as_ref().map(|place| match keys.get(place.line.wrapping_sub(1)) {
-            _ if place.source.is_command_line() => place.file().trim_start_matches("--set ").to_owned(),
-            Some(key) => key.clone(),
-            None => place.to_string(),
-        });
+        let place = finding.place.as_ref().map(ToString::to_string);
+        let place = place.map(|place| place.trim_start_matches("--set ").to_owned());
         dict.set_item("place", place)?;
         dict.set_item("found", &finding.found)?;
         dict.set_item("expected", &finding.expected)?;

@@ -112,12 +112,10 @@ fn described(event: &Event<'_>) -> Option<Value> {
 ///
 /// * `threads`: 0 for one per core, or as many as `RAYON_NUM_THREADS` says.
 /// * `callback`: is told of each event; the work ends if it raises.
-/// * `keys`: see [`exception`].
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,
     callback: Option<&Bound<'_, PyAny>>,
-    keys: &[String],
     work: impl FnOnce(&mut Caller) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
     if threads > MOST_THREADS {
@@ -142,7 +140,7 @@ pub(crate) fn run<T: Send + 'static>(
         let said = format!(
             "cannot start the threads: {error}\n  expected: threads to compute with\n  fix: ask for fewer"
         );
-        exception(py, &Failure::plain(failure::FILES, said), &[])
+        exception(py, &Failure::plain(failure::FILES, said))
     })?;
     pool.spawn(move || {
         let mut caller = caller;
@@ -157,7 +155,7 @@ pub(crate) fn run<T: Send + 'static>(
         // Nobody listens after the second Ctrl-C.
         let _ = sender.send(Message::Done(done));
     });
-    wait(py, receiver, &interrupted, callback, keys)
+    wait(py, receiver, &interrupted, callback)
 }
 
 fn teller<T: Send + 'static>(sender: Sender<Message<T>>) -> Box<dyn Fn(Value) + Send> {
@@ -172,7 +170,6 @@ fn wait<T: Send>(
     mut receiver: Receiver<Message<T>>,
     interrupted: &AtomicBool,
     callback: Option<&Bound<'_, PyAny>>,
-    keys: &[String],
 ) -> PyResult<T> {
     // The first exception of a callback, of a function or of another handler of a signal.
     let mut raised = None;
@@ -191,14 +188,13 @@ fn wait<T: Send>(
                     (Some(raised), _) => Err(raised),
                     (None, Ok(found)) => Ok(found),
                     (None, Err(_)) if by_signal => Err(PyKeyboardInterrupt::new_err(())),
-                    (None, Err(failure)) => Err(exception(py, &failure, keys)),
+                    (None, Err(failure)) => Err(exception(py, &failure)),
                 };
             }
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(exception(
                     py,
                     &Failure::plain(failure::DEFECT, "the work ended without a result"),
-                    &[],
                 ));
             }
         };

@@ -1,8 +1,8 @@
 //! The native part of the Python package `nndd`: cases in, arrays out. It has no algorithm of its own.
 //!
 //! ```text
-//! python/nndd: dict, Problem ─ TOML text, meshes, data ─► source ─► case_io::Case ─► nndd_report::run ─► solution: arrays
-//!                                                          job: threads, callbacks, signals
+//! python/nndd: dict ─► tree: keys, meshes, functions ─► source ─► case_io::Case ─► nndd_report::run ─► solution: arrays
+//!                                                       job: threads, callbacks, signals
 //! ```
 
 mod arrays;
@@ -11,8 +11,9 @@ mod job;
 mod json;
 mod solution;
 mod source;
+mod tree;
 
-use arrays::GivenMesh;
+use case_io::case::mesh_of_generator;
 use fem_core::geometry::Vector;
 use json::loads;
 use mesh_io::{MeshFile, RegionOptions};
@@ -21,23 +22,20 @@ use nndd_report::sweep::{SweepOptions, sweep_of};
 use nndd_report::{Failure, certify, view};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyMapping};
 use solution::Solution;
-use source::{File, Given, Text};
+use source::{File, Keys};
 use std::path::PathBuf;
 use std::sync::Arc;
+use tree::{Reading, Settings};
 
 /// The mesh of a body, and the density of the squared error in its triangles.
 type Density<'py> = (Bound<'py, PyDict>, Bound<'py, PyAny>);
 
-/// A case: a file, or text with meshes and data.
+/// A case: a file, or a dict with meshes and data.
 #[pyclass(frozen, module = "nndd._nndd")]
 struct Case {
     source: Arc<dyn Source + Send + Sync>,
-    /// The same source, if it is a text.
-    text: Option<Arc<Text>>,
-    /// The dotted key of each line of the text.
-    keys: Vec<String>,
 }
 
 impl Case {
@@ -50,41 +48,24 @@ impl Case {
         work: impl FnOnce(&dyn Source, &mut job::Caller) -> Result<T, Failure> + Send + 'static,
     ) -> PyResult<T> {
         let source = Arc::clone(&self.source);
-        job::run(py, threads, callback, &self.keys, move |host| work(&*source, host))
+        job::run(py, threads, callback, move |host| work(&*source, host))
     }
 }
 
 #[pymethods]
 impl Case {
-    /// Makes a case of a text.
+    /// Makes a case of a dict.
     #[staticmethod]
-    fn text(
-        py: Python<'_>,
-        text: String,
-        name: String,
-        folder: PathBuf,
-        keys: Vec<String>,
-        meshes: Vec<(String, GivenMesh)>,
-        data: Vec<(String, Bound<'_, PyAny>)>,
-    ) -> PyResult<Self> {
-        let node_counts = meshes.iter().map(|(_, mesh)| mesh.node_count(py)).collect();
-        let data = data.into_iter().map(|(key, given)| {
-            let values = given.cast::<PyArray1<f64>>().map(|array| array.to_vec());
-            let given = match values {
-                Ok(values) => Given::Values(values?),
-                Err(_) => Given::Function(Arc::new(given.unbind())),
-            };
-            Ok((key, given))
-        });
-        let (meshes, data) = (Arc::new(meshes), data.collect::<PyResult<_>>()?);
-        let text = Arc::new(Text { text, name, folder, meshes, node_counts, data });
-        Ok(Self { source: text.clone(), text: Some(text), keys })
+    fn keys(keys: &Bound<'_, PyMapping>) -> PyResult<Self> {
+        let mut reading = Reading::default();
+        let table = reading.table(keys, "")?;
+        Ok(Self { source: Arc::new(Keys { table, meshes: Arc::new(reading.into_meshes()) }) })
     }
 
     /// Makes a case of a case file.
     #[staticmethod]
     fn file(path: PathBuf) -> Self {
-        Self { source: Arc::new(File(path)), text: None, keys: Vec::new() }
+        Self { source: Arc::new(File(path)) }
     }
 
     /// Solves it.
@@ -92,18 +73,20 @@ impl Case {
     fn solve(
         &self,
         py: Python<'_>,
-        set: Vec<String>,
+        set: Settings,
         threads: usize,
         callback: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Solution> {
-        let run = self
-            .work(py, threads, callback.as_ref(), move |source, host| solution::solve(source, &set, host))?;
+        let run = self.work(py, threads, callback.as_ref(), move |source, host| {
+            solution::solve(source, &set.0, host)
+        })?;
         Ok(Solution::new(run))
     }
 
     /// Checks it; returns what `nndd check --format json` prints.
-    fn check<'py>(&self, py: Python<'py>, set: Vec<String>, threads: usize) -> PyResult<Bound<'py, PyAny>> {
-        let found = self.work(py, threads, None, move |source, host| solution::check(source, &set, host))?;
+    fn check<'py>(&self, py: Python<'py>, set: Settings, threads: usize) -> PyResult<Bound<'py, PyAny>> {
+        let found =
+            self.work(py, threads, None, move |source, host| solution::check(source, &set.0, host))?;
         loads(py, &found)
     }
 
@@ -114,7 +97,7 @@ impl Case {
         &self,
         py: Python<'_>,
         over: String,
-        set: Vec<String>,
+        set: Settings,
         iterations: usize,
         panel: Vec<String>,
         out: Option<PathBuf>,
@@ -125,7 +108,8 @@ impl Case {
         self.work(py, threads, callback.as_ref(), move |source, host| {
             let folder = tempfile::tempdir()?;
             let mut options = SweepOptions::new("".as_ref(), &over);
-            (options.set, options.iterations, options.panel, options.force) = (set, iterations, panel, force);
+            (options.set, options.iterations, options.panel, options.force) =
+                (set.0, iterations, panel, force);
             options.out = Some(out.unwrap_or_else(|| folder.path().to_owned()));
             let swept = sweep_of(source, &options, host)?;
             swept.failure.map_or(Ok(()), Err)?;
@@ -138,7 +122,7 @@ impl Case {
     fn certify<'py>(
         &self,
         py: Python<'py>,
-        set: Vec<String>,
+        set: Settings,
         displacements: Vec<Bound<'py, PyArray2<f64>>>,
         pressures: Option<Vec<Bound<'py, PyArray1<f64>>>>,
         threads: usize,
@@ -150,17 +134,14 @@ impl Case {
         let mut pressures = pressures
             .map(|all| all.iter().map(|array| Ok(array.to_vec()?)).collect::<PyResult<Vec<Vec<f64>>>>())
             .transpose()?;
-        let text = self.text.clone();
         let (numbers, found, problem) = self.work(py, threads, None, move |source, host| {
-            let mut case = source.read(&run::overrides(&set)?)?;
-            let problem = run::build_last(&mut case, host)?;
-            if let Some(text) = text {
-                let bodies = (0..).zip(&mut fields);
-                bodies.for_each(|(body, field)| text.to_mesh(&case, body, field, Vector::zeros()));
-                let firsts = case.contacts.iter().filter_map(|contact| contact.bodies.first());
-                let pairs = firsts.zip(pressures.iter_mut().flatten());
-                pairs.for_each(|(body, pressure)| text.to_mesh(&case, *body, pressure, 0.0));
-            }
+            let case = source.read(&run::overrides(&set.0)?)?;
+            let (problem, _) = run::build_last(&case, host)?;
+            let bodies = (0..).zip(&mut fields);
+            bodies.for_each(|(body, field)| source::to_mesh(&case, body, field, Vector::zeros()));
+            let firsts = case.contacts.iter().filter_map(|contact| contact.bodies.first());
+            let pairs = firsts.zip(pressures.iter_mut().flatten());
+            pairs.for_each(|(body, pressure)| source::to_mesh(&case, *body, pressure, 0.0));
             let found = certify::of_fields(&case, &problem, &fields, pressures.as_deref())?;
             Ok((certify::summary(&case, &found), found, problem))
         })?;
@@ -179,10 +160,17 @@ impl Case {
     }
 }
 
+/// Makes the mesh of a generator, given by its keys.
+#[pyfunction]
+fn generate<'py>(py: Python<'py>, keys: &Bound<'py, PyMapping>) -> PyResult<Bound<'py, PyDict>> {
+    let keys = Reading::default().table(keys, "generator")?;
+    arrays::mesh(py, &job::run(py, 1, None, move |_| Ok(mesh_of_generator(&keys)?))?)
+}
+
 /// Reads a mesh file: points (n, 2), triangles (m, 3), edges by side, numbers of triangles by region, and notes.
 #[pyfunction]
 fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyDict>, Vec<String>)> {
-    let (region, regions) = job::run(py, 1, None, &[], move |_| {
+    let (region, regions) = job::run(py, 1, None, move |_| {
         let file = mesh_io::read(&path)?;
         let names: Vec<String> = file.group_names(2).map(str::to_owned).collect();
         let region = whole(&file, &names)?;
@@ -223,5 +211,6 @@ fn _nndd(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("CELL_FIELDS", view::CELL_FIELDS)?;
     module.add_class::<Case>()?;
     module.add_class::<Solution>()?;
+    module.add_function(wrap_pyfunction!(generate, module)?)?;
     module.add_function(wrap_pyfunction!(read_mesh, module)?)
 }

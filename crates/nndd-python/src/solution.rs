@@ -5,9 +5,10 @@ use crate::job;
 use case_io::Case;
 use case_io::table::ContactRow;
 use nndd_report::memory_limit;
+use nndd_report::notes::of_problem;
 use nndd_report::run::{self, Source};
 use nndd_report::verdict::verdict;
-use nndd_report::{Failure, Host, RunDirectory, Solved, Stopwatch, check, files, memory, notes, view};
+use nndd_report::{Failure, Host, RunDirectory, Solved, Stopwatch, check, files, memory, view};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -47,8 +48,8 @@ impl Drop for Kept {
 pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) -> Result<Run, Failure> {
     let mut watch = Stopwatch::start(host.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
-    let mut case = source.read(&run::overrides(set)?)?;
-    let mut problem = run::build(&mut case, host)?;
+    let case = source.read(&run::overrides(set)?)?;
+    let (mut problem, notes) = run::build(&case, host)?;
     check::held(&case, &mut problem)?;
     let warnings = case.warnings().iter().map(ToString::to_string).collect();
     let mut about = Map::new();
@@ -59,7 +60,7 @@ pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) ->
     about.insert("memory_estimate".into(), memory::estimate(&problem).round().into());
     let folder = tempfile::tempdir()?;
     let mut place = RunDirectory::open(&case, folder.path(), false)?;
-    let solved = run::solve(&case, problem, &mut place, &mut watch, host)?;
+    let solved = run::solve(&case, (problem, notes), &mut place, &mut watch, host)?;
     about.insert("memory_peak".into(), memory_limit::peak().into());
     let mut report = files::report(&case, &solved, about.clone());
     report.timings = watch.read(host.elapsed());
@@ -107,14 +108,14 @@ impl Solution {
     /// Returns a field of a body; `None` without an estimate, and if it is unknown.
     fn field<'py>(&self, py: Python<'py>, body: usize, name: String) -> PyResult<Option<Bound<'py, PyAny>>> {
         let run = Arc::clone(&self.run);
-        let made = job::run(py, 0, None, &[], move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
+        let made = job::run(py, 0, None, move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
         made.map(|field| arrays::field(py, field)).transpose()
     }
 
     /// Returns the columns of contact.csv of a pair.
     fn contact<'py>(&self, py: Python<'py>, pair: usize) -> PyResult<Bound<'py, PyDict>> {
         let run = Arc::clone(&self.run);
-        let rows = job::run(py, 1, None, &[], move |_| Ok(view::contact(&run.solved, pair)))?;
+        let rows = job::run(py, 1, None, move |_| Ok(view::contact(&run.solved, pair)))?;
         let dict = PyDict::new(py);
         let put = |name: &str, of: &dyn Fn(&ContactRow) -> Option<f64>| {
             let values: Option<Vec<f64>> = rows.iter().map(of).collect();
@@ -142,7 +143,7 @@ impl Solution {
     /// Writes what the command writes; returns the names of the files.
     fn save(&self, py: Python<'_>, directory: PathBuf, force: bool) -> PyResult<Vec<String>> {
         let run = Arc::clone(&self.run);
-        job::run(py, 0, None, &[], move |host| {
+        job::run(py, 0, None, move |host| {
             let mut place = RunDirectory::open(&run.case, &directory, force)?;
             if let Some((earlier, _)) = &run.kept.files {
                 place.copy_from(earlier)?;
@@ -157,9 +158,9 @@ impl Solution {
 
 /// Checks a case; returns what `nndd check --format json` prints.
 pub(crate) fn check(source: &dyn Source, set: &[String], host: &dyn Host) -> Result<Value, Failure> {
-    let mut case = source.read(&run::overrides(set)?)?;
-    let problem = run::build(&mut case, host)?;
-    let said = notes::of_problem(&case, &problem);
+    let case = source.read(&run::overrides(set)?)?;
+    let (problem, mut notes) = run::build(&case, host)?;
+    notes.extend(of_problem(&case, &problem));
     let bodies = nndd_report::check::check(&case, &problem)?;
-    Ok(nndd_report::check::summary(&case, &problem, &bodies, &said))
+    Ok(nndd_report::check::summary(&case, &problem, &bodies, &notes))
 }

@@ -83,9 +83,9 @@ def test_meshes_that_make_no_sense(changes: dict[str, Any], words: str) -> None:
     ("uy", "words"),
     [
         (np.zeros(3), "an array of 3 values"),
-        (np.zeros((28, 1)), "the shape is (28, 1)"),
+        (np.zeros((28, 1)), "an array of 28 entries, and entry 0 is an array"),
         (np.full(28, NAN), "NaN"),
-        (np.full(28, "a"), "an array of type <U1"),
+        (np.full(28, "a"), 'entry 0 is the string "a"'),
         (lambda x, y: x[:-1], "the function returns the shape (6,)"),
         (lambda x, y: np.log(x - 1e3), "is nan at"),
         (lambda x, y: None, "an array of type object"),
@@ -105,6 +105,18 @@ def test_data(uy: Any, words: str) -> None:
     assert isinstance(error, nndd.InvalidInput)
     assert error.place is not None
     assert error.place.startswith("body.0.displacement.0")
+
+
+def test_functions_have_their_places() -> None:
+    case = blocks().to_dict()
+    case["body"][0]["body_force"] = [lambda x, y: x, 0.0]
+    error = refused(case)
+    assert (error.place, error.expected) == ("body.0.body_force", "a number")
+    assert "is a function" in error.found
+    both = blocks()
+    both.bodies[0].load("left", vector=lambda x, y: x)  # type: ignore[arg-type]
+    error = refused(both)
+    assert (error.place, error.expected) == ("body.0.traction.0.vector", "an array of two numbers")
 
 
 def test_what_a_function_raises_passes_through() -> None:
@@ -266,11 +278,17 @@ def test_every_wrong_argument_is_an_error_of_the_package(tmp_path: Path) -> None
     case = CASES / "paper.toml"
     circle: dict[str, Any] = {"schema": 1}
     circle["body"] = [circle]
+    rings: list[Any] = []
+    rings += [rings, rings]
     solution = blocks().solve()
     wrong: list[Any] = [
         lambda: nndd.solve(case, on_iteration=5),  # type: ignore[arg-type]
         lambda: nndd.solve({"schema": 1, "title": "\ud800"}),
         lambda: nndd.solve(circle),
+        lambda: nndd.solve({"schema": 1, "body": rings}),
+        lambda: nndd.solve(case, title=rings),
+        lambda: nndd.solve({"schema": np.longdouble(2.0)}),
+        lambda: nndd.solve(case, title=len),
         lambda: nndd.solve({"schema": np.ma.masked}),
         lambda: nndd.solve(case, threads=10**30),
         lambda: nndd.solve(case, solver__theta=10**400),

@@ -332,8 +332,8 @@ mod tests {
 
     /// The paper's problem, and its displacements.
     fn solved() -> (Case, ContactProblem, Vec<Vec<Vector>>) {
-        let mut case = Case::parse(case_io::template::PAPER, "paper.toml", &[]).unwrap();
-        let problem = case.build_problem().unwrap();
+        let case = Case::parse(case_io::template::PAPER, "paper.toml", &[]).unwrap();
+        let problem = case.build().unwrap().0;
         let settings = convert::settings(&case);
         let found = certified_contact::solve(problem.clone(), &settings, &mut certified_contact::Silent);
         let bodies = found.unwrap().estimate.unwrap().pair.bodies;
@@ -405,8 +405,8 @@ mod tests {
     fn unmatched() -> (Case, ContactProblem, Vec<Body>, PathBuf) {
         let folder =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/true_numbers/certify-snap");
-        let mut case = crate::run::read_case(&folder.join("case.toml"), &[]).unwrap();
-        let problem = case.build_problem().unwrap();
+        let case = crate::run::read_case(&folder.join("case.toml"), &[]).unwrap();
+        let problem = case.build().unwrap().0;
         let bodies = case.build_bodies().unwrap();
         (case, problem, bodies, folder)
     }

@@ -138,8 +138,8 @@ pub(crate) fn free_motions(case: &Case, problem: &ContactProblem) -> Result<Vec<
 
 /// Makes one object of what a check found.
 ///
-/// * `said`: notes about the problem, see [`crate::notes::of_problem`].
-pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], said: &[String]) -> Value {
+/// * `notes`: about the case and the problem, see [`crate::run::build`] and [`crate::notes::of_problem`].
+pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], notes: &[String]) -> Value {
     let body = |(k, body): (usize, &CheckedBody)| {
         let mesh = problem.bodies[k].mesh();
         let sides: serde_json::Map<String, Value> =
@@ -169,7 +169,6 @@ pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], sa
             "length": pair.interface.length(),
         })
     });
-    let notes = [case.notes(), said].concat();
     json!({
         "event": "checked",
         "case": case.file_name(),

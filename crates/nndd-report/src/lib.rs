@@ -38,10 +38,10 @@
 //! # fn example(file: &std::path::Path, out: &std::path::Path) -> Result<(), Failure> {
 //! let mut host = Quiet(std::time::Instant::now());
 //! let mut watch = Stopwatch::start(host.elapsed());
-//! let mut case = run::read_case(file, &run::overrides(&["output.vtu=false".to_owned()])?)?;
-//! let problem = run::build(&mut case, &host)?;
+//! let case = run::read_case(file, &run::overrides(&["output.vtu=false".to_owned()])?)?;
+//! let built = run::build(&case, &host)?;
 //! let mut place = RunDirectory::open(&case, out, false)?;
-//! let solved = run::solve(&case, problem, &mut place, &mut watch, &mut host)?;
+//! let solved = run::solve(&case, built, &mut place, &mut watch, &mut host)?;
 //! let written = files::write(&case, &solved, place, serde_json::Map::new(), &mut watch, &host)?;
 //! assert_eq!((written.report.status.word.as_str(), written.report.valid_certificate().is_some()), ("converged", true));
 //! assert!(written.files.contains(&"report.html".to_owned()));

@@ -5,7 +5,7 @@ use crate::convert;
 use crate::corners;
 use crate::curves;
 use crate::outcome;
-use crate::solved::{Fields, RunResult};
+use crate::solved::{Fields, RunResult, Solved};
 use crate::verdict::is_round_off;
 use crate::words;
 use case_io::Case;
@@ -27,10 +27,12 @@ const MOVED: f64 = 1e-4;
 /// From this ratio of an imposed displacement to the body's size on, it is doubtful too.
 const DISPLACEMENT: f64 = 0.1;
 
-/// Lists everything about a case and its mesh files, its warnings in words without places.
-pub fn of_case(case: &Case) -> Vec<String> {
+/// Lists everything about a case and its first meshes, its warnings in words without places.
+///
+/// * `built`: see [`crate::run::build`].
+pub fn of_case(case: &Case, built: &[String]) -> Vec<String> {
     let warnings = case.warnings().into_iter().map(|warning| warning.message);
-    case.notes().iter().cloned().chain(warnings).collect()
+    built.iter().cloned().chain(warnings).collect()
 }
 
 /// Lists what can be said of a problem without solving it; bodies in the file's order.
@@ -77,10 +79,8 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
 }
 
 /// Lists everything of a report, the important first.
-///
-/// * `run`: on the course of the run.
-pub(crate) fn of_report(case: &Case, answer: &RunResult, run: &[String]) -> Vec<String> {
-    [of_answer(case, answer, run), of_case(case)].concat()
+pub(crate) fn of_report(case: &Case, solved: &Solved) -> Vec<String> {
+    [of_answer(case, &solved.answer, &solved.notes), of_case(case, &solved.case_notes)].concat()
 }
 
 /// Lists what can be said of a solution and its problem: first what limits the use of the answer, then how the case was read.

@@ -90,7 +90,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
         steps: solved.steps.iter().map(|step| step.summary.clone()).collect(),
-        notes: notes::of_report(case, &solved.answer, &solved.notes),
+        notes: notes::of_report(case, solved),
         timings: Timings::default(),
         run,
     }

@@ -13,6 +13,7 @@ use crate::solved::{RunResult, Solved};
 use crate::steps;
 use crate::stopwatch::Stopwatch;
 use case_io::Case;
+use case_io::case::Notes;
 use case_io::case_file::split_override;
 use case_io::output::Presence;
 use fem_core::interface::ContactProblem;
@@ -79,30 +80,30 @@ pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<Case, Fa
     CaseFile::open(file)?.read(overrides)
 }
 
-/// Makes the contact problem of a case, bodies in the file's order, if there is memory to solve it; the case may get notes.
+/// Makes the contact problem of a case, bodies in the file's order, if there is memory to solve it, and notes about it.
 ///
 /// # Errors
 /// A problem that makes no sense, or that needs too much memory.
-pub fn build(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Failure> {
+pub fn build(case: &Case, host: &dyn Host) -> Result<(ContactProblem, Notes), Failure> {
     memory::check_counts(case, host)?;
-    let problem = case.build_problem()?;
+    let (problem, notes) = case.build()?;
     memory::check_problem(case, &problem, host)?;
-    Ok(problem)
+    Ok((problem, notes))
 }
 
 /// Makes the contact problem of a case as [`build`] does, with the factors at the end of its last load step.
 ///
 /// # Errors
 /// See [`build`]; conditions that contradict each other with these factors.
-pub fn build_last(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Failure> {
-    let problem = build(case, host)?;
-    let Some(factors) = case.step_ends().pop() else { return Ok(problem) };
-    check::with_factors(case, &problem, &factors)
+pub fn build_last(case: &Case, host: &dyn Host) -> Result<(ContactProblem, Notes), Failure> {
+    let (problem, notes) = build(case, host)?;
+    let Some(factors) = case.step_ends().pop() else { return Ok((problem, notes)) };
+    Ok((check::with_factors(case, &problem, &factors)?, notes))
 }
 
 /// Solves a case, adaptively if it has a target.
 ///
-/// * `problem`: the result of [`build`].
+/// * `problem`, `notes`: the result of [`build`].
 /// * `place`: where the meshes of an adaptive run are written to, and the state it resumes from.
 ///
 /// # Errors
@@ -110,19 +111,20 @@ pub fn build_last(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Fa
 /// ended is the status of the result.
 pub fn solve(
     case: &Case,
-    problem: ContactProblem,
+    (problem, notes): (ContactProblem, Notes),
     place: &mut RunDirectory,
     watch: &mut Stopwatch,
     host: &mut dyn Host,
 ) -> Result<Solved, Failure> {
-    match &case.adapt {
+    let solved = match &case.adapt {
         None if !case.steps.is_empty() => steps::solve(case, problem, place, watch, host),
         None => solve_once(case, problem, place.presence(), watch, host),
         Some(adapt) => {
             let follower = RunObserver::new(case, watch, host, place.presence());
             adapt::solve(case, adapt, problem, follower, place)
         }
-    }
+    };
+    Ok(Solved { case_notes: notes, ..solved? })
 }
 
 /// Solves a case on its own mesh.

@@ -1,5 +1,6 @@
 //! A solved case.
 
+use case_io::case::Notes;
 use case_io::report::{AdaptiveRow, Status, StepSummary};
 use case_io::table::ContactRow;
 use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Results};
@@ -23,6 +24,8 @@ pub struct Solved {
     pub peak_change: Option<f64>,
     /// Notes about the refinement.
     pub notes: Vec<String>,
+    /// On the case and its first meshes, see [`crate::run::build`].
+    pub case_notes: Notes,
     /// Seconds from the start to the end of each of these meshes.
     pub step_seconds: Vec<f64>,
     /// The load steps that were solved; empty if the case has none. `answer` belongs to the last one.
@@ -53,6 +56,7 @@ impl Solved {
             smallest_mesh: None,
             peak_change: None,
             notes: Vec::new(),
+            case_notes: Notes::new(),
             step_seconds: Vec::new(),
             steps: Vec::new(),
             longest_step: None,

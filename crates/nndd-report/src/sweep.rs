@@ -226,8 +226,8 @@ fn fill_panel(
 ) -> Result<(), Failure> {
     for (k, value) in sweep.values.iter().enumerate() {
         let all = settings_of_run(options, sweep, &settings.concat(), value);
-        let read = source.read(&all).and_then(|mut case| {
-            let problem = if case.adapt.is_none() { Some(run::build_last(&mut case, host)?) } else { None };
+        let read = source.read(&all).and_then(|case| {
+            let problem = if case.adapt.is_none() { Some(run::build_last(&case, host)?.0) } else { None };
             Ok((case, problem))
         });
         let (case, problem) = read.map_err(|failure| failure.given_by("--over", &sweep.key, value))?;

@@ -44,8 +44,8 @@ impl StoppingCriterion for After {
 
 /// Measures the phases of the paper's case with other settings.
 pub(crate) fn measure(rounds: usize, settings: &[String]) {
-    let mut case = Case::parse(PAPER, "paper.toml", &run::overrides(settings).unwrap()).unwrap();
-    let Whole { problem, nndd, record } = whole(&mut case, rounds);
+    let case = Case::parse(PAPER, "paper.toml", &run::overrides(settings).unwrap()).unwrap();
+    let Whole { problem, nndd, record } = whole(&case, rounds);
     let relaxation = convert::relaxation(&case);
     of_factors(&record, &problem);
     let problem = PreparedProblem::new(problem).unwrap();
@@ -61,14 +61,14 @@ struct Whole {
 }
 
 /// Runs the case as the program does, with its files, and prints the times that its report has.
-fn whole(case: &mut Case, rounds: usize) -> Whole {
+fn whole(case: &Case, rounds: usize) -> Whole {
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
     let mut host = Clock(Instant::now());
     let mut watch = Stopwatch::start(host.elapsed());
-    let problem = run::build(case, &host).unwrap_or_else(|e| panic!("{e:?}"));
+    let built = run::build(case, &host).unwrap_or_else(|e| panic!("{e:?}"));
     let mut place = RunDirectory::open(case, folder.path(), true).unwrap_or_else(|e| panic!("{e:?}"));
     let solved =
-        run::solve(case, problem, &mut place, &mut watch, &mut host).unwrap_or_else(|e| panic!("{e:?}"));
+        run::solve(case, built, &mut place, &mut watch, &mut host).unwrap_or_else(|e| panic!("{e:?}"));
     let solution = solved.answer.certified().unwrap();
     assert!(solution.estimate.as_ref().is_some_and(|e| e.certificate().is_some()), "there is no certificate");
     let record = Recorder { rounds, unknowns: solution.unknowns.iter().sum() };

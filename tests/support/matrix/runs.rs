@@ -1,6 +1,7 @@
 //! Runs a case file as the program does: read, build, solve, report, without a process.
 
 use case_io::Case;
+use case_io::case::Notes;
 use case_io::report::Report;
 use fem_core::interface::ContactProblem;
 use nndd_report::run::{self, Source};
@@ -83,10 +84,10 @@ pub(super) struct Done {
 /// # Errors
 /// As the command: a refusal, or no first result.
 pub(super) fn run(source: &CaseText, out: &Path, host: &mut Quiet) -> Result<Done, Failure> {
-    let mut case = source.read(&[])?;
-    let problem = run::build(&mut case, host)?;
+    let case = source.read(&[])?;
+    let built = run::build(&case, host)?;
     let place = RunDirectory::open(&case, out, true)?;
-    finish(case, problem, place, host)
+    finish(case, built, place, host)
 }
 
 /// Resumes the interrupted run of a case in a folder.
@@ -95,10 +96,10 @@ pub(super) fn run(source: &CaseText, out: &Path, host: &mut Quiet) -> Result<Don
 /// As the command.
 pub(super) fn resume(source: &CaseText, out: &Path) -> Result<Done, Failure> {
     let mut host = Quiet::new();
-    let mut case = source.read(&[])?;
-    let problem = run::build(&mut case, &host)?;
+    let case = source.read(&[])?;
+    let built = run::build(&case, &host)?;
     let place = RunDirectory::resume(&case, out)?;
-    finish(case, problem, place, &mut host)
+    finish(case, built, place, &mut host)
 }
 
 /// Runs a case into a folder and writes all its files.
@@ -106,22 +107,23 @@ pub(super) fn resume(source: &CaseText, out: &Path) -> Result<Done, Failure> {
 /// # Errors
 /// As the command.
 pub(super) fn run_and_write(source: &CaseText, out: &Path, host: &mut Quiet) -> Result<Report, Failure> {
-    let mut case = source.read(&[])?;
-    let problem = run::build(&mut case, host)?;
+    let case = source.read(&[])?;
+    let built = run::build(&case, host)?;
     let mut place = RunDirectory::open(&case, out, true)?;
     let mut watch = Stopwatch::start(host.elapsed());
-    let solved = run::solve(&case, problem, &mut place, &mut watch, host)?;
+    let solved = run::solve(&case, built, &mut place, &mut watch, host)?;
     Ok(files::write(&case, &solved, place, serde_json::Map::new(), &mut watch, host)?.report)
 }
 
 fn finish(
     case: Case,
-    problem: ContactProblem,
+    built: (ContactProblem, Notes),
     mut place: RunDirectory,
     host: &mut Quiet,
 ) -> Result<Done, Failure> {
     let mut watch = Stopwatch::start(host.elapsed());
-    let solved = run::solve(&case, problem.clone(), &mut place, &mut watch, host)?;
+    let problem = built.0.clone();
+    let solved = run::solve(&case, built, &mut place, &mut watch, host)?;
     let report = files::report(&case, &solved, serde_json::Map::new());
     Ok(Done { case, problem, solved, report })
 }

@@ -137,6 +137,17 @@ pub enum Imposition {
     Fixed,
 }
 
+impl Imposition {
+    /// Lists its data.
+    pub(super) fn values_mut(&mut self) -> Vec<&mut Value> {
+        match self {
+            Self::Components(components) => components.iter_mut().flatten().collect(),
+            Self::Normal(value) => vec![value],
+            Self::Fixed => Vec::new(),
+        }
+    }
+}
+
 impl Serialize for Imposition {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -203,6 +214,16 @@ pub enum Load {
     Vector([Value; 2]),
     /// `pressure`: pushes onto the body, Pa.
     Pressure(Value),
+}
+
+impl Load {
+    /// Lists its data.
+    pub(super) fn values_mut(&mut self) -> Vec<&mut Value> {
+        match self {
+            Self::Vector(components) => components.iter_mut().collect(),
+            Self::Pressure(value) => vec![value],
+        }
+    }
 }
 
 /// `[[body.traction]]`.

@@ -1,7 +1,7 @@
 //! Bodies and the interface of a case, with fem-core's errors at the places of their keys.
 
 use super::{Case, CurveCase, MeshSource, cures, materials};
-use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean};
+use crate::diagnostic::{CaseError, Diagnostic, Place, code, did_you_mean};
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
@@ -104,15 +104,7 @@ impl Case {
 
     /// Makes the mesh of one body without the sides of `[[body.side]]`.
     fn mesh_as_made(&self, body: usize) -> Result<TriMesh, CaseError> {
-        let made = match self.bodies[body].mesh {
-            MeshSource::File { .. } => return self.mesh_of_file(body),
-            MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells),
-            MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells),
-            MeshSource::Disc { centre, radius, cells, start } => generate::disc(centre, radius, cells, start),
-            MeshSource::HalfDisc { pole, radius, facing, half_width, cells } => {
-                generate::half_disc(pole, radius, facing, half_width, cells)
-            }
-        };
+        let Some(made) = generated(&self.bodies[body].mesh) else { return self.mesh_of_file(body) };
         made.map_err(|error| self.mesh_diagnostic(body, &error).into())
     }
 
@@ -255,15 +247,7 @@ impl Case {
     /// Attributes an error of a body's mesh to its generator.
     pub(crate) fn mesh_diagnostic(&self, body: usize, error: &MeshError) -> Diagnostic {
         let message = format!("body \"{}\": {error}", self.bodies[body].name);
-        let fault = self.diagnostic(code::MESH, &format!("body.{body}.generator"), message);
-        if let MeshError::Scale { .. } = error {
-            return fault
-                .expected("lengths whose cubes are numbers too")
-                .fix("check the unit of the lengths");
-        }
-        fault
-            .expected("a shape with an area, and cells that fit into it")
-            .fix("check the numbers of this generator; `nndd new paper` and `nndd new hertz` show sound ones")
+        generator_fault(self.place(&format!("body.{body}.generator")).cloned(), message, error)
     }
 
     /// Attributes an error of a material to its key.
@@ -338,6 +322,31 @@ impl Case {
             .help(help)
             .fix(fix)
     }
+}
+
+/// Makes the mesh of a generator; `None` for a mesh file.
+pub(super) fn generated(source: &MeshSource) -> Option<Result<TriMesh, MeshError>> {
+    Some(match *source {
+        MeshSource::File { .. } => return None,
+        MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells),
+        MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells),
+        MeshSource::Disc { centre, radius, cells, start } => generate::disc(centre, radius, cells, start),
+        MeshSource::HalfDisc { pole, radius, facing, half_width, cells } => {
+            generate::half_disc(pole, radius, facing, half_width, cells)
+        }
+    })
+}
+
+/// Makes the diagnostic of a generator that makes no mesh.
+pub(super) fn generator_fault(place: Option<Place>, message: String, error: &MeshError) -> Diagnostic {
+    let (expected, fix) = match error {
+        MeshError::Scale { .. } => ("lengths whose cubes are numbers too", "check the unit of the lengths"),
+        _ => (
+            "a shape with an area, and cells that fit into it",
+            "check the numbers of this generator; `nndd new paper` and `nndd new hertz` show sound ones",
+        ),
+    };
+    Diagnostic::new(code::MESH, place, message).expected(expected).fix(fix)
 }
 
 fn curved_side(given: &CurveCase) -> CurvedSide {

@@ -30,10 +30,10 @@ impl Cover {
 }
 
 impl Case {
-    /// Gives the case a note for every `part` and every `box` that ends inside edges or cells of the first meshes.
+    /// Names every `part` and every `box` that ends inside edges or cells of the first meshes.
     ///
     /// * `bodies`: in the file's order.
-    pub(super) fn note_cuts(&mut self, bodies: &[Body]) {
+    pub(super) fn cut_notes(&self, bodies: &[Body]) -> Vec<String> {
         let mut notes = Vec::new();
         for (given, body) in self.bodies.iter().zip(bodies) {
             let name = &given.name;
@@ -65,9 +65,7 @@ impl Case {
                 }
             }
         }
-        for note in notes {
-            self.add_note(note);
-        }
+        notes
     }
 }
 
@@ -143,9 +141,7 @@ mod tests {
                 format!("[[body.region]]\nmaterial = \"upper\"\nbox = {{ x = [0.0, {limit}] }}\n\n[contact]");
             let text =
                 crate::template::PATCH.replacen("uy = -0.01", &part, 1).replacen("[contact]", &region, 1);
-            let mut case = Case::parse(&text, "patch.toml", &[]).unwrap();
-            case.build_problem().unwrap();
-            case.notes().join("\n")
+            Case::parse(&text, "patch.toml", &[]).unwrap().build().unwrap().1.join("\n")
         };
         // Cells of 0.25.
         assert_eq!(notes("1.25"), "");

@@ -1,26 +1,32 @@
 //! Data that a program gives a case in memory: meshes instead of files, and data at nodes instead of numbers.
 
-use super::{Case, Friction, Imposition, Load, Value};
+use super::build::{generated, generator_fault};
+use super::{Case, Friction, Value, read_body};
+use crate::case_file::{At, Findings, Reader, Table};
 use crate::diagnostic::{CaseError, code};
-use crate::expression::NodalData;
+use crate::expression::{AtNodes, Given, NodalData};
 use fem_core::geometry::Vector;
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use mesh_io::MeshFile;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
-/// The nodes at which the values of a key apply: the nodes of the side of its condition.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct DataNodes {
-    /// The body, in the file's order.
-    pub body: usize,
-    /// The number of each node in the body's mesh file, or its place in a generated mesh.
-    pub numbers: Vec<u64>,
-    /// Their places, m.
-    pub points: Vec<Vector>,
-    /// The edges of the side, by places in these lists.
-    edges: Vec<[usize; 2]>,
+/// Makes the mesh of a generator alone.
+///
+/// * `keys`: those of `generator = { … }` of a body.
+///
+/// # Errors
+/// Everything that is wrong with the keys, and a mesh that cannot be made.
+pub fn mesh_of_generator(keys: &Table) -> Result<TriMesh, CaseError> {
+    let (findings, at) = (Findings::default(), At::of_key("generator", ""));
+    let source = read_body::generator(Reader::new(&findings, keys, "generator".to_owned(), &at));
+    let (faults, omitted, _) = findings.into_parts();
+    match source.as_ref().filter(|_| faults.is_empty()).and_then(generated) {
+        Some(made) => {
+            made.map_err(|error| generator_fault(Some(at.place()), error.to_string(), &error).into())
+        }
+        None => Err(CaseError::new(faults).and_more(omitted)),
+    }
 }
 
 impl Case {
@@ -34,6 +40,15 @@ impl Case {
         self.mesh_region(body).map(|region| region.node_numbers())
     }
 
+    /// Counts the nodes for which a program gives data: those of a mesh in memory, nodes without cells included, or of a
+    /// generated mesh; `None` for a mesh that was read from a file.
+    pub fn given_node_count(&self, body: usize) -> Option<u64> {
+        match self.mesh_region(body) {
+            Some(_) => self.meshes.given_nodes(body),
+            None => self.node_counts().get(body).copied(),
+        }
+    }
+
     /// Makes the mesh of a body as the case describes it.
     ///
     /// # Errors
@@ -42,128 +57,113 @@ impl Case {
         self.build_mesh(body)
     }
 
-    /// Finds the nodes at which the data of a key count. There are no nodes if the side does not exist: building the body says so.
-    ///
-    /// * `key`: a dotted path, such as `body.0.displacement.1.uy`, `body.0.traction.0.vector.1`, `contact.gap` or
-    ///   `contact.0.friction.limit`.
-    ///
-    /// # Errors
-    /// A key without data at nodes, and a mesh that cannot be made.
-    pub fn data_nodes(&self, key: &str) -> Result<DataNodes, CaseError> {
-        let Some((body, side)) = self.side_of_datum(key) else { return Err(self.no_datum(key)) };
-        let selected = self.bodies[body].sides.iter().any(|other| other.name == side);
-        match self.mesh_region(body).filter(|_| !selected) {
-            // To make the mesh takes longer, and is done later.
-            Some(region) => {
-                let edges =
-                    region.sides().find(|(name, _)| *name == side).map_or(&[][..], |(_, edges)| edges);
-                let edges = edges.iter().map(|ends| ends.map(|node| node as usize));
-                Ok(self.nodes_of(body, &edges.collect::<Vec<_>>(), region.points()))
-            }
-            None => {
-                let mesh = self.build_mesh(body)?;
-                let edges = mesh.group(side).unwrap_or_default().iter();
-                let ends = edges.map(|edge| mesh.topology().edges()[*edge].map(NodeId::index));
-                Ok(self.nodes_of(body, &ends.collect::<Vec<_>>(), mesh.points()))
-            }
-        }
-    }
-
-    fn nodes_of(&self, body: usize, ends: &[[usize; 2]], points: &[Vector]) -> DataNodes {
-        let nodes: BTreeSet<usize> = ends.as_flattened().iter().copied().collect();
-        let nodes: Vec<usize> = nodes.into_iter().collect();
-        let place = |node: usize| nodes.binary_search(&node).unwrap_or_default();
-        let number = |node: &usize| self.node_numbers(body).map_or(*node as u64, |numbers| numbers[*node]);
-        DataNodes {
-            body,
-            numbers: nodes.iter().map(number).collect(),
-            points: nodes.iter().map(|node| points[*node]).collect(),
-            edges: ends.iter().map(|ends| ends.map(place)).collect(),
-        }
-    }
-
-    /// Replaces the number of a key by values at nodes, which are linear along the edges of the side.
-    ///
-    /// * `nodes`: the result of [`Case::data_nodes`]; `values`: one for each node.
-    ///
-    /// # Errors
-    /// A key without data at nodes, and another number of values than of nodes.
-    pub fn set_data(&mut self, key: &str, nodes: &DataNodes, values: &[f64]) -> Result<(), CaseError> {
-        if values.len() != nodes.points.len() {
-            let message = format!("`{key}` has {} values for {} nodes", values.len(), nodes.points.len());
-            let fault = self.diagnostic(code::VALUE, key, message).expected("one value for each node");
-            return Err(fault.fix("give as many values as the side has nodes").into());
-        }
-        let ends: Vec<[Vector; 2]> = nodes.edges.iter().map(|ends| ends.map(|n| nodes.points[n])).collect();
-        let of_ends: Vec<[f64; 2]> = nodes.edges.iter().map(|ends| ends.map(|n| values[n])).collect();
-        match self.datum_mut(key) {
-            Some(datum) => *datum = Value::Nodal(NodalData::new(&ends, &of_ends)),
-            None => return Err(self.no_datum(key)),
-        }
+    /// Puts data along sides where a program gave data at nodes, which are linear along the edges.
+    pub(super) fn evaluate_given(&mut self) -> Result<(), CaseError> {
+        let given = |(body, side, value): (usize, String, &mut Value)| match value {
+            Value::Given(given) => Some((body, side, given.clone())),
+            _ => None,
+        };
+        let given: Vec<(usize, String, Given)> = self.data_mut().filter_map(given).collect();
+        let made = given.iter().map(|(body, side, given)| self.evaluated(*body, side, given));
+        let made = made.collect::<Result<Vec<_>, _>>()?;
+        let values = self.data_mut().map(|(_, _, value)| value);
+        let values = values.filter(|value| matches!(value, Value::Given(_)));
+        values.zip(made).for_each(|(value, data)| *value = Value::Nodal(data));
         Ok(())
     }
 
-    fn no_datum(&self, key: &str) -> CaseError {
-        let message = format!("`{key}` takes no values at nodes");
-        let fault = self.diagnostic(code::VALUE, key, message);
-        let fault = fault
-            .expected("`ux`, `uy`, `normal`, `vector`, `pressure`, `gap` or `limit` on a side with edges");
-        fault.fix("write a number there").into()
+    /// Lists the data that a program may give, each with its body and its side.
+    fn data_mut(&mut self) -> impl Iterator<Item = (usize, String, &mut Value)> {
+        let of_bodies = self.bodies.iter_mut().enumerate().flat_map(|(b, body)| {
+            let imposed =
+                body.displacements.iter_mut().map(|given| (&given.on, given.imposition.values_mut()));
+            let loads = body.tractions.iter_mut().map(|given| (&given.on, given.load.values_mut()));
+            let of_side = move |(on, values): (&String, Vec<_>)| {
+                let on = on.clone();
+                values.into_iter().map(move |value| (b, on.clone(), value))
+            };
+            imposed.chain(loads).flat_map(of_side)
+        });
+        let of_contacts = self.contacts.iter_mut().flat_map(|contact| {
+            let first = contact.bodies.first().copied().zip(contact.surfaces.first().cloned());
+            let limit = match &mut contact.friction {
+                Some(Friction::Tresca { limit }) => Some(limit),
+                _ => None,
+            };
+            let both = [Some(&mut contact.gap), limit].into_iter().flatten();
+            both.filter_map(move |value| first.clone().map(|(body, side)| (body, side, value)))
+        });
+        of_bodies.chain(of_contacts)
     }
 
-    /// Finds body and side of a key.
-    fn side_of_datum(&self, key: &str) -> Option<(usize, &str)> {
-        if let Some((contact, _)) = self.contact_of_datum(key) {
-            let contact = &self.contacts[contact];
-            return Some((*contact.bodies.first()?, contact.surfaces.first()?));
+    /// Evaluates data at the nodes of a side. A side that does not exist has none: building the body says so.
+    fn evaluated(&self, body: usize, side: &str, given: &Given) -> Result<NodalData, CaseError> {
+        let fault = |message: String| self.diagnostic(code::VALUE, &given.key, message);
+        if self.bodies[body].sides.iter().any(|other| other.name == side && other.point.is_some()) {
+            let fault = fault(format!("`{}` takes no values at nodes", given.key));
+            return Err(fault.expected("a number for a single node").fix("write a number there").into());
         }
-        let (body, list, index, _) = split(key)?;
-        let given = self.bodies.get(body)?;
-        let side = match list {
-            "displacement" => &given.displacements.get(index)?.on,
-            "traction" => &given.tractions.get(index)?.on,
-            _ => return None,
+        let edges = self.edges_of_side(body, side)?;
+        let nodes: BTreeMap<usize, Vector> = edges.as_flattened().iter().copied().collect();
+        let values = match &given.data {
+            _ if nodes.is_empty() => Vec::new(),
+            AtNodes::Values(values) => {
+                self.check_count(body, values.len(), given)?;
+                let number = |node: &usize| self.node_numbers(body).map_or(*node, |n| n[*node] as usize);
+                nodes.keys().filter_map(|node| values.get(number(node)).copied()).collect()
+            }
+            AtNodes::Function(function) => {
+                let points: Vec<Vector> = nodes.values().copied().collect();
+                let fault = || fault(format!("`{}`: the function gives no values", given.key));
+                let expected = "one number for each node of the side";
+                let values = function.at(&points);
+                values.ok_or_else(|| fault().expected(expected).fix("change the function"))?
+            }
         };
-        let is_point = given.sides.iter().any(|other| other.name == *side && other.point.is_some());
-        (!is_point).then_some((body, side))
+        let values: BTreeMap<usize, f64> = nodes.into_keys().zip(values).collect();
+        let ends: Vec<[Vector; 2]> = edges.iter().map(|ends| ends.map(|(_, point)| point)).collect();
+        let of_ends: Vec<[f64; 2]> = edges
+            .iter()
+            .map(|ends| ends.map(|(node, _)| values.get(&node).copied().unwrap_or(f64::NAN)))
+            .collect();
+        Ok(NodalData::new(&ends, &of_ends))
     }
 
-    fn datum_mut(&mut self, key: &str) -> Option<&mut Value> {
-        if let Some((contact, rest)) = self.contact_of_datum(key) {
-            let contact = &mut self.contacts[contact];
-            return match (rest.as_str(), &mut contact.friction) {
-                ("gap", _) if !contact.geometric => Some(&mut contact.gap),
-                ("friction.limit", Some(Friction::Tresca { limit })) => Some(limit),
-                _ => None,
-            };
+    /// Refuses an array that has not one value for each node of a mesh in memory.
+    fn check_count(&self, body: usize, values: usize, given: &Given) -> Result<(), CaseError> {
+        let count = self.given_node_count(body);
+        if count == Some(values as u64) {
+            return Ok(());
         }
-        let (body, list, index, datum) = split(key)?;
-        let given = self.bodies.get_mut(body)?;
-        if list == "traction" {
-            return match (&mut given.tractions.get_mut(index)?.load, datum) {
-                (Load::Vector([x, _]), "vector.0") => Some(x),
-                (Load::Vector([_, y]), "vector.1") => Some(y),
-                (Load::Pressure(value), "pressure") => Some(value),
-                _ => None,
-            };
-        }
-        match (&mut given.displacements.get_mut(index)?.imposition, datum) {
-            (Imposition::Components([x, _]), "ux") => x.as_mut(),
-            (Imposition::Components([_, y]), "uy") => y.as_mut(),
-            (Imposition::Normal(value), "normal") => Some(value),
-            _ => None,
-        }
+        let name = &self.bodies[body].name;
+        let (mesh, expected, fix) = match count {
+            Some(count) => (
+                format!("has {count} nodes"),
+                "one value for each node of the body's mesh",
+                "give as many values as the mesh has points, or a function f(x, y)",
+            ),
+            None => (
+                "is a file".to_owned(),
+                "a mesh in memory",
+                "read it with Mesh.read, or give a function f(x, y)",
+            ),
+        };
+        let message = format!("an array of {values} values, and the mesh of body \"{name}\" {mesh}");
+        Err(self.diagnostic(code::VALUE, &given.key, message).expected(expected).fix(fix).into())
     }
 
-    /// Finds the pair that a key belongs to, and the rest of the key.
-    fn contact_of_datum(&self, key: &str) -> Option<(usize, String)> {
-        let rest = |path: &str| key.strip_prefix(path)?.strip_prefix('.').map(str::to_owned);
-        self.contacts.iter().enumerate().find_map(|(k, contact)| Some((k, rest(&contact.path)?)))
+    /// Returns the edges of a side, each by its two nodes and their points, m.
+    fn edges_of_side(&self, body: usize, side: &str) -> Result<Vec<[(usize, Vector); 2]>, CaseError> {
+        let selected = self.bodies[body].sides.iter().any(|other| other.name == side);
+        if let Some(region) = self.mesh_region(body).filter(|_| !selected) {
+            // To make the mesh takes longer, and is done later.
+            let edges = region.sides().find(|(name, _)| *name == side).map_or(&[][..], |(_, edges)| edges);
+            let end = |node: u32| (node as usize, region.points()[node as usize]);
+            return Ok(edges.iter().map(|ends| ends.map(end)).collect());
+        }
+        let mesh = self.build_mesh(body)?;
+        let end = |node: NodeId| (node.index(), mesh.points()[node]);
+        let edges = mesh.group(side).unwrap_or_default().iter();
+        Ok(edges.map(|edge| mesh.topology().edges()[*edge].map(end)).collect())
     }
-}
-
-/// Splits `body.0.traction.1.vector.0` into its body, list, place in the list, and rest.
-fn split(key: &str) -> Option<(usize, &str, usize, &str)> {
-    let mut parts = key.strip_prefix("body.")?.splitn(4, '.');
-    Some((parts.next()?.parse().ok()?, parts.next()?, parts.next()?.parse().ok()?, parts.next()?))
 }

@@ -15,6 +15,8 @@ pub(super) struct MeshFiles {
     /// Meshes that were given under names, until they are read.
     given: Vec<(String, MeshFile)>,
     regions: Vec<Option<Arc<Region>>>,
+    /// By body: the nodes of its mesh in memory, those without cells included.
+    node_counts: Vec<Option<u64>>,
     digests: Vec<Option<String>>,
     /// By body: the groups of cells that its material regions name, with the file's numbers of their cells.
     groups: Vec<Vec<(String, Vec<u64>)>>,
@@ -26,6 +28,10 @@ impl MeshFiles {
     pub(super) fn give(&mut self, name: &str, mesh: MeshFile) {
         self.given.retain(|(other, _)| other != name);
         self.given.push((name.to_owned(), mesh));
+    }
+
+    pub(super) fn given_nodes(&self, body: usize) -> Option<u64> {
+        *self.node_counts.get(body)?
     }
 
     pub(super) fn region(&self, body: usize) -> Option<&Region> {
@@ -40,13 +46,13 @@ impl MeshFiles {
 
 impl Case {
     /// Reads the mesh files that the bodies name; a mesh of [`Case::give_mesh`] takes the place of the file with its name. Bodies with a
-    /// generator are skipped.
+    /// generator are skipped. Then data that a program gives at nodes become data along the sides.
     ///
     /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
     ///
     /// # Errors
     /// Files that cannot be read (with [`code::UNREADABLE`]), that hold no mesh or not the region asked for, and two
-    /// bodies that share nodes or cells.
+    /// bodies that share nodes or cells; arrays with another number of values than a mesh has nodes.
     pub fn read_mesh_files(&mut self, folder: &Path) -> Result<(), CaseError> {
         let given = std::mem::take(&mut self.meshes.given);
         let names: BTreeSet<String> = given.iter().map(|(name, _)| name.clone()).collect();
@@ -57,6 +63,7 @@ impl Case {
         let mut loaded = MeshFiles {
             given: Vec::new(),
             regions: vec![None; count],
+            node_counts: vec![None; count],
             digests: vec![None; count],
             groups: vec![Vec::new(); count],
             notes: Vec::new(),
@@ -80,6 +87,8 @@ impl Case {
         });
         for (body, region) in regions.into_iter().enumerate() {
             if let Some(Ok(mesh)) = file_of(body) {
+                let in_memory = places[body].is_some_and(|place| place < names.len());
+                loaded.node_counts[body] = in_memory.then(|| mesh.node_count());
                 loaded.digests[body] = Some(mesh.digest().to_owned());
                 for region in &self.bodies[body].regions {
                     let CellSelection::Group(name) = &region.cells else { continue };
@@ -109,7 +118,7 @@ impl Case {
             return Err(CaseError::new(faults));
         }
         self.meshes = loaded;
-        Ok(())
+        self.evaluate_given()
     }
 
     /// Takes the region that a body is from its file.
@@ -138,9 +147,8 @@ impl Case {
         of_file.then(|| region.cell_numbers())
     }
 
-    /// Returns what is worth knowing about how the meshes were read, cells split, turned or reduced, nodes left out, and
-    /// about how contact surfaces were made to match.
-    pub fn notes(&self) -> &[String] {
+    /// Returns what is worth knowing about how the meshes were read: cells split, turned or reduced, nodes left out.
+    pub fn mesh_notes(&self) -> &[String] {
         &self.meshes.notes
     }
 
@@ -153,13 +161,6 @@ impl Case {
     pub(super) fn group_of_cells(&self, body: usize, group: &str) -> Option<&[u64]> {
         let groups = self.meshes.groups.get(body)?;
         groups.iter().find(|(name, _)| name == group).map(|(_, numbers)| &numbers[..])
-    }
-
-    /// Adds a note, once.
-    pub(super) fn add_note(&mut self, note: String) {
-        if !self.meshes.notes.contains(&note) {
-            self.meshes.notes.push(note);
-        }
     }
 
     /// Returns what is probably not meant in the meshes, with the body's place in the case file.

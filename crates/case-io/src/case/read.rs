@@ -2,7 +2,7 @@
 
 use super::{
     Acceleration, Case, Contact, Criterion, Estimator, Friction, Imposed, Limit, Limits, Method, Model,
-    Output, QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Weights,
+    Output, QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Value, Weights,
 };
 use super::{materials, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -163,6 +163,10 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     solver.weights = r.choice("weights", Weights::NAMES).unwrap_or_default();
     solver.acceleration = r.choice("acceleration", Acceleration::NAMES).unwrap_or_default();
     solver.lambda = r.value("lambda").unwrap_or_default();
+    if let Value::Given(_) = solver.lambda {
+        let expected = "a number, or an expression in x and y";
+        r.refuse("lambda", "`solver.lambda` takes no values at nodes", expected, "write a number there");
+    }
     solver.coarse = r.boolean("coarse").unwrap_or(true);
     solver.max_iterations = r.count("max_iterations", 0).unwrap_or(solver.max_iterations);
     let tolerance = r.number_where("friction_tolerance", positive, "a number > 0");

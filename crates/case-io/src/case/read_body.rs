@@ -137,7 +137,8 @@ pub(super) fn facing_name<S: serde::Serializer>(facing: &Facing, serializer: S) 
     serializer.serialize_str(FACINGS.iter().find(|(_, f)| f == facing).map_or("", |(name, _)| name))
 }
 
-fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
+/// Reads the table of a generator.
+pub(super) fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
     // Without a kind the keys of a block are expected.
     let generator = if r.has("kind") { r.choice("kind", KINDS)? } else { block };
     generator(r)

@@ -311,7 +311,7 @@ fn every_template_is_a_valid_case() {
     for (name, text) in crate::template::TEMPLATES {
         let mut case = Case::parse(text, &format!("{name}.toml"), &[]).unwrap();
         case.read_mesh_files(&meshes).unwrap();
-        let problem = case.build_problem().unwrap();
+        let problem = case.build().unwrap().0;
         assert_eq!(problem.contacts.len(), case.contacts.len(), "{name}");
         assert_eq!(case.output_directory(), format!("runs/{name}"));
         assert_eq!(crate::template::find(name), Some(*text));

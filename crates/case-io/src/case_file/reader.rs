@@ -9,11 +9,12 @@ use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{
     CaseError, Diagnostic, MOST_DIAGNOSTICS, Place, code, did_you_mean, excerpt, nearest,
 };
-use crate::expression::{Expression, Value};
+use crate::expression::{AtNodes, Expression, Given, Value};
 use fem_core::geometry::shown;
 use mesh_io::numeral;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// This many faults are kept until only the first ones are.
 const MOST_LISTED: usize = 1000;
@@ -252,10 +253,34 @@ impl<'a> Reader<'a> {
     }
 
     fn value_of(&self, path: &str, node: &Node) -> Option<Value> {
-        let NodeValue::String(text) = &node.value else {
-            return self.finite(path, node).map(Value::Number);
+        let given = |data| Some(Value::Given(Given { key: path.to_owned(), data }));
+        match &node.value {
+            NodeValue::String(text) => self.expression(path, node, text, None),
+            NodeValue::Function(function) => given(AtNodes::Function(function.clone())),
+            NodeValue::Array(items) if node.at.source.is_program() => {
+                given(AtNodes::Values(self.at_nodes(path, node, items)?))
+            }
+            _ => self.finite(path, node).map(Value::Number),
+        }
+    }
+
+    /// Reads one number for each node. A number that is not finite does no harm away from the side.
+    fn at_nodes(&self, path: &str, node: &Node, items: &[Node]) -> Option<Arc<[f64]>> {
+        let number = |(k, item): (usize, &Node)| match item.value {
+            NodeValue::Float(number) => Ok(number),
+            NodeValue::Integer(number) => Ok(number as f64),
+            ref other => Err((k, described(other))),
         };
-        self.expression(path, node, text, None)
+        let numbers = items.iter().enumerate().map(number).collect::<Result<Arc<[f64]>, _>>();
+        let refuse = |(k, found)| {
+            let message =
+                format!("`{path}` is an array of {} entries, and entry {k} is {found}", items.len());
+            let diagnostic = Diagnostic::new(code::TYPE, Some(node.at.place()), message);
+            let expected = "one number for each node of the body's mesh";
+            self.findings
+                .push(diagnostic.expected(expected).fix("give as many numbers, or a function f(x, y)"));
+        };
+        numbers.map_err(refuse).ok()
     }
 
     /// * `word`: what is allowed there besides an expression.

@@ -1,19 +1,27 @@
-//! An owned tree of TOML values in which every key and value knows its place.
+//! An owned tree of TOML values in which every key and value knows its place. A program makes one without a text.
 
 use crate::diagnostic::{Place, Source};
+use crate::expression::NodalFunction;
 use std::ops::Range;
 use std::sync::Arc;
 use toml::de::{DeInteger, DeTable, DeValue};
 
 /// The place of a key or a value; its line is only counted on demand.
 #[derive(Clone, Debug)]
-pub(crate) struct At {
+pub struct At {
     pub(crate) source: Arc<Source>,
     /// Begin and end: a case file has at most [`super::LARGEST_CASE_FILE`] bytes, and a value on the command line not many more.
     span: [u32; 2],
 }
 
 impl At {
+    /// Makes the place of a value that a program gives.
+    ///
+    /// * `key`: its dotted key; `text`: an expression as a case file has it, in quotes, or nothing.
+    pub fn of_key(key: &str, text: &str) -> Self {
+        Self::new(&Source::of_key(key, text), 0..text.len())
+    }
+
     pub(crate) fn new(source: &Arc<Source>, span: Range<usize>) -> Self {
         let span = [span.start, span.end].map(|byte| u32::try_from(byte).unwrap_or(u32::MAX));
         Self { source: Arc::clone(source), span }
@@ -42,14 +50,19 @@ impl At {
     }
 }
 
+/// A value and its place.
 #[derive(Clone, Debug)]
-pub(crate) struct Node {
-    pub(crate) value: NodeValue,
-    pub(crate) at: At,
+pub struct Node {
+    /// The value.
+    pub value: NodeValue,
+    /// Its place.
+    pub at: At,
 }
 
+/// A value of TOML, or a function of a program.
 #[derive(Clone, Debug)]
-pub(crate) enum NodeValue {
+#[expect(missing_docs, reason = "the types of TOML")]
+pub enum NodeValue {
     String(String),
     Integer(i128),
     Float(f64),
@@ -57,6 +70,8 @@ pub(crate) enum NodeValue {
     Datetime,
     Array(Vec<Node>),
     Table(Table),
+    /// A function of the coordinates of nodes; no text of a case file makes it.
+    Function(NodalFunction),
 }
 
 impl NodeValue {
@@ -70,16 +85,28 @@ impl NodeValue {
             Self::Datetime => "a date",
             Self::Array(_) => "an array",
             Self::Table(_) => "a table",
+            Self::Function(_) => "a function",
         }
     }
 }
 
+/// Keys and their values, in order.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Table {
+pub struct Table {
     pub(crate) entries: Vec<Entry>,
 }
 
 impl Table {
+    /// Adds a key of a program, which is not there yet.
+    pub fn put(&mut self, key: String, node: Node) {
+        self.entries.push(Entry { key, key_at: node.at.clone(), node });
+    }
+
+    /// Lists keys and values.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Node)> {
+        self.entries.iter().map(|entry| (entry.key.as_str(), &entry.node))
+    }
+
     pub(crate) fn get(&self, key: &str) -> Option<&Entry> {
         self.entries.iter().find(|e| e.key == key)
     }

@@ -8,6 +8,36 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;
 
+type Function = dyn Fn(&[Vector]) -> Option<Vec<f64>> + Send + Sync;
+
+/// A function of a program: the values at some points, m; `None` if it has none to give.
+#[derive(Clone)]
+pub struct NodalFunction(Arc<Function>);
+
+impl NodalFunction {
+    /// Takes a function, which is called once for each side on which it gives data.
+    pub fn new(function: impl Fn(&[Vector]) -> Option<Vec<f64>> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(function))
+    }
+
+    /// Evaluates it; `None` also if it gives another number of values than of points.
+    pub(crate) fn at(&self, points: &[Vector]) -> Option<Vec<f64>> {
+        self.0(points).filter(|values| values.len() == points.len())
+    }
+}
+
+impl PartialEq for NodalFunction {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl fmt::Debug for NodalFunction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("NodalFunction")
+    }
+}
+
 /// An edge with the values at its two ends.
 type Edge = GeomWithData<Line<[f64; 2]>, [f64; 2]>;
 

@@ -1,8 +1,9 @@
 //! A datum of a case: a number, an expression, or values at nodes.
 
-use super::{Expression, NodalData};
+use super::{Expression, NodalData, NodalFunction};
 use fem_core::boundary::ScalarData;
 use serde::{Serialize, Serializer};
+use std::sync::Arc;
 
 /// A number, an expression in `x` and `y`, or values at nodes.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,8 +12,26 @@ pub enum Value {
     Number(f64),
     /// To be evaluated at points.
     Expression(Expression),
-    /// Given by a program, see [`crate::Case::set_data`]; no text of a case file makes it.
+    /// Given by a program, before the nodes are known; no text of a case file makes it.
+    Given(Given),
+    /// Given by a program, at the nodes of a side.
     Nodal(NodalData),
+}
+
+/// Data that a program gives for a key, see [`crate::Case::read_mesh_files`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    pub(crate) key: String,
+    pub(crate) data: AtNodes,
+}
+
+/// Data at nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AtNodes {
+    /// One value for each node of the body's mesh.
+    Values(Arc<[f64]>),
+    /// A function of their coordinates.
+    Function(NodalFunction),
 }
 
 impl Value {
@@ -25,6 +44,7 @@ impl Value {
                 let expression = expression.clone();
                 ScalarData::function(move |point| expression.at(point))
             }
+            Self::Given(_) => ScalarData::function(|_| f64::NAN),
             Self::Nodal(data) => {
                 let data = data.clone();
                 ScalarData::function(move |point| data.at(point))
@@ -36,7 +56,7 @@ impl Value {
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(value) => Some(*value),
-            Self::Expression(_) | Self::Nodal(_) => None,
+            Self::Expression(_) | Self::Given(_) | Self::Nodal(_) => None,
         }
     }
 }
@@ -47,6 +67,7 @@ impl Serialize for Value {
             // Zero has one sign here, so that `-0.0` is the same case.
             Self::Number(number) => serializer.serialize_f64(number + 0.0),
             Self::Expression(expression) => serializer.serialize_str(expression.text()),
+            Self::Given(given) => serializer.collect_map([("given", &given.key)]),
             // By its contents, which name the case.
             Self::Nodal(data) => serializer.collect_map([("nodal", data.digest())]),
         }

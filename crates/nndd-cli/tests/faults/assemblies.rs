@@ -439,8 +439,7 @@ fn damaged_assemblies_are_refused_in_words_or_can_be_built() {
     };
     let mut refused = 0;
     for text in all.iter().flat_map(|case| damaged(case)) {
-        let built =
-            Case::parse(&text, "case.toml", &[]).and_then(|mut case| Ok((case.build_problem()?, case)));
+        let built = Case::parse(&text, "case.toml", &[]).and_then(|case| Ok((case.build()?.0, case)));
         match built {
             Ok((problem, case)) => {
                 if let Err(failure) = nndd_report::check::check(&case, &problem) {

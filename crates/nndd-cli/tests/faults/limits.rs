@@ -171,7 +171,7 @@ fn a_time_limit_names_the_longest_step_and_may_end_a_run_before_its_first_iterat
         solve(&cases().join("paper.toml"), &out, &["--set", &cells[0], "--set", &cells[1], "--set", time])
     };
     // Time for one iteration and its certificate is given.
-    let output = limited("[4,2]");
+    let output = limited("[18,9]");
     assert_eq!(output.status.code(), Some(8), "{}", said(&output));
     let found = report(&out);
     assert!(
@@ -186,8 +186,10 @@ fn a_time_limit_names_the_longest_step_and_may_end_a_run_before_its_first_iterat
     let output = limited("[900,450]");
     let text = said(&output);
     assert_eq!(output.status.code(), Some(8), "{text}");
-    assert!(text.contains("before the first iteration") && text.contains("the longest step"), "{text}");
-    assert!(!out.exists());
+    // A busy machine may end it from outside, within one step.
+    let within = text.contains("before there was a result");
+    let between = text.contains("before the first iteration") && text.contains("the longest step");
+    assert!(within || between && !out.exists(), "{text}");
 }
 
 #[test]

@@ -10,21 +10,11 @@ converged: certified error <= 18.8 %
 """
 
 from ._errors import CaseWarning, Error, FileError, InvalidInput, LimitReached, NotSolvable
-from ._model import Body, Contact, Friction, Material, Mesh, Obstacle, Problem, Step
+from ._mesh import Mesh
+from ._model import Body, Contact, Friction, Material, Obstacle, Problem, Step
 from ._nndd import __version__
-from ._solution import (
-    BodyResult,
-    Certificate,
-    Check,
-    ContactResult,
-    Solution,
-    Status,
-    Sweep,
-    certify,
-    check,
-    solve,
-    sweep,
-)
+from ._results import BodyResult, ContactResult
+from ._solution import Certificate, Check, Solution, Status, Sweep, certify, check, solve, sweep
 
 __all__ = [
     "Body",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple, Optional, Union
+from collections.abc import Callable, Sequence
+from typing import Any, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -13,18 +13,10 @@ from ._errors import of_caller, refuse
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Function = Callable[[Floats, Floats], npt.ArrayLike]
+Pair = Union[tuple[float, float], Sequence[float], npt.NDArray[Any]]
 #: A number, an expression in ``x`` and ``y``, an array with a value at each node of the body's mesh, or a function of the two
 #: coordinates, which is called once with arrays.
 Datum = Union[float, str, npt.ArrayLike, Function]
-
-
-class GivenMesh(NamedTuple):
-    """What the library takes of a mesh."""
-
-    points: Floats
-    triangles: Integers
-    sides: dict[str, Integers]
-    regions: dict[str, Integers]
 
 
 def is_masked(value: Any) -> bool:

@@ -37,7 +37,7 @@ class Error(Exception):
     ...     nndd.solve({"schema": 1, "materials": {"steel": {"young": -1.0, "poisson": 0.3}}, "body": [], "contact": []})
     ... except nndd.Error as error:
     ...     print(type(error).__name__, error.code, error.findings[0]["place"])
-    InvalidInput 3 body
+    InvalidInput 3 materials.steel.young
     """
 
     place: Optional[str]

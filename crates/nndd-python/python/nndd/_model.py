@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Optional, Union
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Optional, Union
 
 import numpy.typing as npt
 
-from . import _nndd
-from ._case import native
-from ._data import Datum, Floats, GivenMesh, Integers, floats, integers
-from ._errors import refuse, refusing
+from ._case import Progress, native
+from ._data import Datum, Pair, floats
+from ._errors import refuse
+from ._mesh import Mesh
+from ._solution import Check, Solution, Sweep, check, solve, sweep
 
-if TYPE_CHECKING:
-    from ._solution import Check, Solution, Sweep
-
-Pair = Union[tuple[float, float], Sequence[float], npt.NDArray[Any]]
 Sides = Union[str, Sequence[str]]
 Range = Mapping[str, Pair]
-Progress = Callable[[dict[str, Any]], object]
 
 
 class Material:
@@ -43,6 +38,12 @@ class Material:
     def __init__(self, young: float, poisson: float, *, name: Optional[str] = None) -> None:
         self.name = name
         self._keys: dict[str, Any] = {"young": young, "poisson": poisson}
+
+    @classmethod
+    def _of(cls, name: Optional[str], keys: dict[str, Any]) -> Material:
+        made = cls.__new__(cls)
+        made.name, made._keys = name, keys
+        return made
 
     @classmethod
     def orthotropic(
@@ -73,8 +74,7 @@ class Material:
         name : str, optional
             Its name.
         """
-        made = cls(0.0, 0.0, name=name)
-        made._keys = {
+        keys = {
             "young_1": young_1,
             "young_2": young_2,
             "poisson_12": poisson_12,
@@ -84,7 +84,7 @@ class Material:
             "poisson_13": poisson_13,
             "poisson_23": poisson_23,
         }
-        return made
+        return cls._of(name, keys)
 
     @classmethod
     def of_stiffness(cls, stiffness: npt.ArrayLike, *, name: Optional[str] = None) -> Material:
@@ -97,207 +97,11 @@ class Material:
         name : str, optional
             Its name.
         """
-        made = cls(0.0, 0.0, name=name)
-        made._keys = {"stiffness": floats(stiffness, "stiffness", (3, 3)).tolist()}
-        return made
+        return cls._of(name, {"stiffness": floats(stiffness, "stiffness", (3, 3))})
 
     def __repr__(self) -> str:
         given = ", ".join(f"{key}={value}" for key, value in self._keys.items() if value is not None)
         return f"Material({given})"
-
-
-class Mesh:
-    """A mesh of triangles with named sides and regions. Its arrays cannot be written to.
-
-    Parameters
-    ----------
-    points : (n, 2) or (n, 3) array_like of float
-        Coordinates of the nodes, m. A third column must be the same everywhere.
-    triangles : (m, 3) array_like of int
-        The nodes of each triangle, from 0, in either direction.
-    sides : mapping of str to (k, 2) array_like of int, optional
-        Edges by their two nodes, for supports, loads and contact.
-    regions : mapping of str to (k,) array_like of int, optional
-        Numbers of triangles, for `Body` and `Body.region`.
-
-    Examples
-    --------
-    >>> mesh = Mesh([[0, 0], [1, 0], [1, 1], [0, 1]], [[0, 1, 2], [0, 2, 3]], {"bottom": [[0, 1]]})
-    >>> mesh
-    <Mesh: 4 nodes, 2 triangles, sides: bottom>
-    """
-
-    def __init__(
-        self,
-        points: npt.ArrayLike,
-        triangles: npt.ArrayLike,
-        sides: Optional[Mapping[str, npt.ArrayLike]] = None,
-        regions: Optional[Mapping[str, npt.ArrayLike]] = None,
-    ) -> None:
-        self._points = _fixed(floats(points, "points", (None, 2), (None, 3)))
-        self._triangles = _fixed(integers(triangles, "triangles", (None, 3)))
-        self._sides = {name: _fixed(integers(edges, f"sides[{name!r}]", (None, 2))) for name, edges in (sides or {}).items()}
-        self._regions = {name: _fixed(integers(cells, f"regions[{name!r}]", (None,))) for name, cells in (regions or {}).items()}
-        self._generator: Optional[dict[str, Any]] = None
-
-    @classmethod
-    @refusing
-    def read(cls, path: Union[str, os.PathLike[str]]) -> Mesh:
-        """Read a mesh file of Gmsh (.msh) or in the style of Abaqus (.inp).
-
-        Nodes and triangles are counted from 0, in the order of the file's numbers. Quadrilaterals are split, quadratic cells
-        reduced to their corners, and nodes without a cell left out.
-
-        Parameters
-        ----------
-        path : path
-            The file. If it has groups of cells, the cells without a group are left out.
-
-        Returns
-        -------
-        Mesh
-            Physical curves, sets of nodes and surfaces are its sides, physical surfaces and sets of elements its regions.
-        """
-        arrays, _notes = _nndd.read_mesh(path)
-        return cls._of(arrays)
-
-    @classmethod
-    def from_meshio(cls, mesh: Any) -> Mesh:
-        """Take a mesh of meshio.
-
-        Parameters
-        ----------
-        mesh : meshio.Mesh
-            With triangles or quadrilaterals, linear or quadratic. Its cell sets, or Gmsh's physical groups, become sides (of
-            lines) and regions (of cells).
-        """
-        from ._meshio import arrays
-
-        return cls(*arrays(mesh))
-
-    @classmethod
-    def block(cls, origin: Pair, size: Pair, cells: Sequence[int]) -> Mesh:
-        """Generate a rectangle with the sides bottom, right, top, left.
-
-        Parameters
-        ----------
-        origin : (2,) array_like
-            Lower left corner, m.
-        size : (2,) array_like
-            Width and height, m.
-        cells : (2,) sequence of int
-            Rectangles in each direction; each is cut in two triangles.
-
-        Examples
-        --------
-        >>> Mesh.block((0, 0), (2, 1), (18, 9))
-        <Mesh: 190 nodes, 324 triangles, sides: bottom, left, right, top>
-        """
-        return cls._generated(kind="block", origin=origin, size=size, cells=cells)
-
-    @classmethod
-    def ring(cls, centre: Pair, radii: Pair, cells: Sequence[int], *, angles: Pair = (0.0, 360.0)) -> Mesh:
-        """Generate a ring, or a sector of one, with the sides inner, outer, start, end.
-
-        Parameters
-        ----------
-        centre, radii : (2,) array_like
-            m.
-        cells : (2,) sequence of int
-            Around and across.
-        angles : (2,) array_like
-            Start and end, degrees.
-        """
-        return cls._generated(kind="ring", centre=centre, radii=radii, angles=angles, cells=cells)
-
-    @classmethod
-    def disc(cls, centre: Pair, radius: float, cells: int, *, start: float = 0.0) -> Mesh:
-        """Generate a full disc with the side rim.
-
-        Parameters
-        ----------
-        centre : (2,) array_like
-            m.
-        radius : float
-            m.
-        cells : int
-            From the centre to the rim, which has six times as many edges.
-        start : float
-            Direction of the first node of the rim, degrees.
-        """
-        return cls._generated(kind="disc", centre=centre, radius=radius, cells=cells, start=start)
-
-    @classmethod
-    def half_disc(cls, pole: Pair, radius: float, facing: str, half_width: float, cells: int) -> Mesh:
-        """Generate half a disc, fine near its pole, with the sides contact, arc, flat.
-
-        Parameters
-        ----------
-        pole : (2,) array_like
-            The middle of the arc, m.
-        radius, half_width : float
-            Of the disc, and of the side contact, m.
-        facing : {"down", "up"}
-            Direction of the pole.
-        cells : int
-            From the pole to the end of contact.
-        """
-        return cls._generated(kind="half_disc", pole=pole, radius=radius, facing=facing, half_width=half_width, cells=cells)
-
-    @classmethod
-    def _generated(cls, **generator: Any) -> Mesh:
-        case = {
-            "schema": 1,
-            "materials": {"m": {"young": 1.0, "poisson": 0.0}},
-            "body": [{"name": "body", "material": "m", "generator": generator}],
-            "contact": [],
-        }
-        mesh = cls._of(native(case).mesh(0))
-        mesh._generator = generator
-        return mesh
-
-    @property
-    def points(self) -> Floats:
-        """Coordinates of the nodes, m: (n, 2), or (n, 3) if they were given so."""
-        return self._points
-
-    @property
-    def triangles(self) -> Integers:
-        """The nodes of each triangle: (m, 3)."""
-        return self._triangles
-
-    @property
-    def sides(self) -> dict[str, Integers]:
-        """The edges of each side by their two nodes: (k, 2)."""
-        return dict(self._sides)
-
-    @property
-    def regions(self) -> dict[str, Integers]:
-        """The numbers of the triangles of each region: (k,)."""
-        return dict(self._regions)
-
-    def _given(self) -> GivenMesh:
-        return GivenMesh(self._points, self._triangles, self._sides, self._regions)
-
-    @classmethod
-    def _of(cls, arrays: Mapping[str, Any]) -> Mesh:
-        """Take arrays of the library, which nobody else has: they are not copied."""
-        for array in (arrays["points"], arrays["triangles"]):
-            array.flags.writeable = False
-        return cls(arrays["points"], arrays["triangles"], arrays["sides"], arrays.get("regions"))
-
-    def __repr__(self) -> str:
-        text = f"<Mesh: {len(self._points)} nodes, {len(self._triangles)} triangles"
-        for what, names in (("sides", self._sides), ("regions", self._regions)):
-            text += f", {what}: {', '.join(names)}" if names else ""
-        return text + ">"
-
-
-def _fixed(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return an array that cannot be written to: a copy, unless nobody can write to it."""
-    made = array.copy() if array.flags.writeable else array
-    made.flags.writeable = False
-    return made
 
 
 class Body:
@@ -814,8 +618,6 @@ class Problem:
         Solution
             What was found, however the run ended.
         """
-        from ._solution import solve
-
         if target is not None:
             laws = [contact.friction._keys["law"] for contact in self.contacts if contact.friction]
             key = "target_coulomb_residual" if "coulomb" in laws else "target_relative_error"
@@ -824,14 +626,10 @@ class Problem:
 
     def check(self, *, threads: Optional[int] = None, **overrides: Any) -> Check:
         """Check everything that needs no factorisation; see `nndd.check`."""
-        from ._solution import check
-
         return check(self, threads=threads, **overrides)
 
     def sweep(self, over: str, **options: Any) -> Sweep:
         """Compare values of one setting; see `nndd.sweep`."""
-        from ._solution import sweep
-
         return sweep(self, over, **options)
 
     def mesh(self, body: int) -> Mesh:

@@ -1,14 +1,14 @@
 """The native part."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Optional, Union, final
 
 import numpy.typing as npt
 
-from ._data import Floats, Function, GivenMesh
+from ._data import Floats
 
-__all__ = ["CELL_FIELDS", "POINT_FIELDS", "Case", "Solution", "__version__", "read_mesh"]
+__all__ = ["CELL_FIELDS", "POINT_FIELDS", "Case", "Solution", "__version__", "generate", "read_mesh"]
 
 __version__: str
 POINT_FIELDS: list[str]
@@ -17,22 +17,15 @@ CELL_FIELDS: list[str]
 @final
 class Case:
     @staticmethod
-    def text(
-        text: str,
-        name: str,
-        folder: str,
-        keys: Sequence[str],
-        meshes: Sequence[tuple[str, GivenMesh]],
-        data: Sequence[tuple[str, Union[Floats, Function]]],
-    ) -> Case: ...
+    def keys(keys: Mapping[str, Any]) -> Case: ...
     @staticmethod
     def file(path: str) -> Case: ...
-    def solve(self, set: Sequence[str], threads: int, callback: Optional[Callable[[dict[str, Any]], object]]) -> Solution: ...
-    def check(self, set: Sequence[str], threads: int) -> dict[str, Any]: ...
+    def solve(self, set: Mapping[str, Any], threads: int, callback: Optional[Callable[[dict[str, Any]], object]]) -> Solution: ...
+    def check(self, set: Mapping[str, Any], threads: int) -> dict[str, Any]: ...
     def sweep(
         self,
         over: str,
-        set: Sequence[str],
+        set: Mapping[str, Any],
         iterations: int,
         panel: Sequence[str],
         out: Optional[str],
@@ -42,7 +35,7 @@ class Case:
     ) -> str: ...
     def certify(
         self,
-        set: Sequence[str],
+        set: Mapping[str, Any],
         displacements: Sequence[Floats],
         pressures: Optional[Sequence[Floats]],
         threads: int,
@@ -59,4 +52,5 @@ class Solution:
     def contact(self, pair: int) -> dict[str, Any]: ...
     def save(self, directory: str, force: bool) -> list[str]: ...
 
+def generate(keys: Mapping[str, Any]) -> dict[str, Any]: ...
 def read_mesh(path: Union[str, os.PathLike[str]]) -> tuple[dict[str, Any], list[str]]: ...

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any, Optional
+from collections.abc import Sequence
+from typing import Any, Optional
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from ._solution import Solution
+from ._results import BodyResult, ContactResult
 
 #: The largest displacement is drawn as this part of the bodies' size.
 _DRAWN = 0.1
@@ -19,7 +19,7 @@ def _needs(package: str, error: ImportError) -> ImportError:
     return ImportError(f"this needs the package {package}: pip install {package}", name=error.name)
 
 
-def draw(solution: Solution, scale: Optional[float]) -> Any:
+def draw(bodies: Sequence[BodyResult], contacts: Sequence[ContactResult], scale: Optional[float]) -> Any:
     """Draw deformed bodies and pressures."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -36,13 +36,13 @@ def draw(solution: Solution, scale: Optional[float]) -> Any:
             FigureCanvasAgg(self).print_png(out)
             return out.getvalue()
 
-    meshes = [(body, body.mesh.points[:, :2], body.displacement) for body in solution.bodies]
+    meshes = [(body, body.mesh.points[:, :2], body.displacement) for body in bodies]
     every = np.concatenate([points for _, points, _ in meshes])
     largest = max(float(np.abs(u).max()) for _, _, u in meshes)
     if scale is None:
         size = float(np.ptp(every, axis=0).max())
         scale = _DRAWN * size / largest if largest > 0.0 else 1.0
-    pairs = [pair for pair in solution.contacts if len(pair.s) > 0]
+    pairs = [pair for pair in contacts if len(pair.s) > 0]
     figure = Figure(figsize=(10.0, 4.5) if pairs else (6.0, 4.5), layout="constrained")
     axes = figure.subplots(1, 2 if pairs else 1, squeeze=False)[0]
     stresses = [body.von_mises for body, _, _ in meshes]
@@ -68,10 +68,10 @@ def draw(solution: Solution, scale: Optional[float]) -> Any:
     return figure
 
 
-def _merged(solution: Solution) -> tuple[npt.NDArray[Any], npt.NDArray[Any], dict[str, Any], dict[str, Any]]:
+def _merged(bodies: Sequence[BodyResult]) -> tuple[npt.NDArray[Any], npt.NDArray[Any], dict[str, Any], dict[str, Any]]:
     """Join all bodies: points (n, 3), triangles, and the fields that every body has."""
     points, triangles, first = [], [], 0
-    for body in solution.bodies:
+    for body in bodies:
         own = body.mesh.points[:, :2]
         points.append(np.column_stack([own, np.zeros(len(own))]))
         triangles.append(body.mesh.triangles + first)
@@ -81,29 +81,29 @@ def _merged(solution: Solution) -> tuple[npt.NDArray[Any], npt.NDArray[Any], dic
         names = [name for name in fields[0] if all(name in of for of in fields)]
         return {name: np.concatenate([of[name] for of in fields]) for name in names}
 
-    point_data = joined([body.point_data for body in solution.bodies])
-    cell_data = joined([body.cell_data for body in solution.bodies])
+    point_data = joined([body.point_data for body in bodies])
+    cell_data = joined([body.cell_data for body in bodies])
     return np.concatenate(points), np.concatenate(triangles), point_data, cell_data
 
 
-def to_meshio(solution: Solution) -> Any:
+def to_meshio(bodies: Sequence[BodyResult]) -> Any:
     """Make a mesh of meshio."""
     try:
         import meshio
     except ImportError as error:
         raise _needs("meshio", error) from error
-    points, triangles, point_data, cell_data = _merged(solution)
+    points, triangles, point_data, cell_data = _merged(bodies)
     of_cells = {name: [values] for name, values in cell_data.items()}
     return meshio.Mesh(points, [("triangle", triangles)], point_data=point_data, cell_data=of_cells)
 
 
-def to_pyvista(solution: Solution) -> Any:
+def to_pyvista(bodies: Sequence[BodyResult]) -> Any:
     """Make a grid of PyVista."""
     try:
         import pyvista
     except ImportError as error:
         raise _needs("pyvista", error) from error
-    points, triangles, point_data, cell_data = _merged(solution)
+    points, triangles, point_data, cell_data = _merged(bodies)
     grid = pyvista.UnstructuredGrid({pyvista.CellType.TRIANGLE: triangles}, points)
     for name, values in point_data.items():
         grid.point_data[name] = values

@@ -9,19 +9,18 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Optional, Union
+from typing import Any, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _nndd
-from ._case import native, settings, threads_of
+from ._case import CaseLike, Progress, native, threads_of
 from ._data import Floats, fixed, floats
 from ._errors import CaseWarning, of_caller, of_python, refuse, refusing
-from ._model import Mesh, Progress
-
-if TYPE_CHECKING:
-    from ._case import CaseLike
+from ._mesh import Mesh
+from ._plot import draw, to_meshio, to_pyvista
+from ._results import BodyResult, ContactResult
 
 Path = Union[str, os.PathLike[str]]
 
@@ -72,154 +71,6 @@ def _column(values: Sequence[Any]) -> npt.NDArray[Any]:
     if all(isinstance(value, int) for value in values):
         return np.array(values, dtype=np.int64)
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
-
-
-class BodyResult:
-    """A body on the last mesh, with n nodes and m triangles. Its fields have the units of the case.
-
-    Attributes
-    ----------
-    name : str
-        Its name.
-    """
-
-    def __init__(self, solution: _nndd.Solution, number: int, name: str) -> None:
-        self._solution = solution
-        self._number = number
-        self._made: dict[str, Optional[npt.NDArray[Any]]] = {}
-        self.name = name
-
-    @cached_property
-    def mesh(self) -> Mesh:
-        """The last mesh; refined if the run was adaptive."""
-        return Mesh._of(self._solution.mesh(self._number))
-
-    def _field(self, name: str) -> Optional[npt.NDArray[Any]]:
-        if name not in self._made:
-            found = self._solution.field(self._number, name)
-            self._made[name] = None if found is None else fixed(found)
-        return self._made[name]
-
-    def _known(self, name: str) -> npt.NDArray[Any]:
-        found = self._field(name)
-        if found is None:
-            refuse(self.name, f"no {name}: the numbers are not finite", "a run with an estimate", "look at solution.status")
-        return found
-
-    def _all(self, names: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
-        fields = {name: self._field(name) for name in names}
-        return {name: field for name, field in fields.items() if field is not None}
-
-    @property
-    def point_data(self) -> dict[str, npt.NDArray[Any]]:
-        """All fields at the nodes, as the ParaView files have them: vectors (n, 3), tensors (n, 6) as XX, YY, ZZ, XY, YZ, XZ."""
-        return self._all(_nndd.POINT_FIELDS)
-
-    @property
-    def cell_data(self) -> dict[str, npt.NDArray[Any]]:
-        """All fields in the triangles, as the ParaView files have them."""
-        return self._all(_nndd.CELL_FIELDS)
-
-    @property
-    def displacement(self) -> Floats:
-        """Displacements of the nodes, m: (n, 2)."""
-        return self._known("displacement")[:, :2]
-
-    @property
-    def reaction(self) -> Floats:
-        """Forces of supports and contact on the nodes, N/m: (n, 2)."""
-        return self._known("reaction")[:, :2]
-
-    @property
-    def stress(self) -> Floats:
-        """Stresses of the displacements in the triangles, Pa: (m, 3) as xx, yy, xy."""
-        return fixed(self._known("stress")[:, [0, 1, 3]])
-
-    @property
-    def stress_recovered(self) -> Optional[Floats]:
-        """A continuous stress at the nodes, Pa: (n, 3) as xx, yy, xy. It bounds nothing."""
-        found = self._field("stress_recovered")
-        return None if found is None else fixed(found[:, [0, 1, 3]])
-
-    @property
-    def von_mises(self) -> Optional[Floats]:
-        """Von Mises stress in the triangles, Pa: (m,); `None` if the stress out of the plane is unknown."""
-        return self._field("von_mises")
-
-    @property
-    def von_mises_recovered(self) -> Optional[Floats]:
-        """Von Mises stress of the recovered stress at the nodes, Pa: (n,); `None` if it is unknown."""
-        return self._field("von_mises_recovered")
-
-    @property
-    def error_density(self) -> Floats:
-        """Each triangle's part of the squared bound over its area, Pa: (m,). With Coulomb friction, of the squared residual."""
-        return self._known("error_density")
-
-    def __repr__(self) -> str:
-        return f"<BodyResult {self.name}: {len(self.mesh.points)} nodes>"
-
-
-class ContactResult:
-    """A pair on the last mesh, with k pairs of nodes along its contact line.
-
-    Attributes
-    ----------
-    name : str
-        Its name.
-    summary : dict
-        Its entry of report.json: ``contact_force``, ``max_pressure``, ``contact_intervals``, ``friction`` and more.
-    """
-
-    def __init__(self, solution: _nndd.Solution, number: int, summary: dict[str, Any]) -> None:
-        self._solution = solution
-        self._number = number
-        self.name: str = summary["name"]
-        self.summary = summary
-
-    @cached_property
-    def columns(self) -> dict[str, npt.NDArray[Any]]:
-        """The columns of contact.csv, (k,) each; with friction ``tangential``, ``slip``, ``limit`` and ``state`` among them."""
-        return {name: fixed(np.asarray(values)) for name, values in self._solution.contact(self._number).items()}
-
-    @property
-    def s(self) -> Floats:
-        """Arc length, m: (k,)."""
-        return self.columns["s"]
-
-    @property
-    def points(self) -> Floats:
-        """The nodes of the first body, m: (k, 2)."""
-        return fixed(np.column_stack([self.columns["x"], self.columns["y"]]))
-
-    @property
-    def gap(self) -> Floats:
-        """Initial gap, m: (k,)."""
-        return self.columns["gap"]
-
-    @property
-    def opening(self) -> Floats:
-        """Current opening, m, ≥ 0: (k,)."""
-        return self.columns["opening"]
-
-    @property
-    def pressure(self) -> Floats:
-        """Pressure, Pa, ≥ 0: (k,)."""
-        return self.columns["pressure"]
-
-    @property
-    def active(self) -> npt.NDArray[np.bool_]:
-        """Whether there is a force: (k,)."""
-        return self.columns["active"]
-
-    @property
-    def resultant(self) -> Optional[Floats]:
-        """The force of the contact on the first body, N/m: (2,)."""
-        found = self.summary["resultant"]
-        return None if found is None else fixed(np.array(found))
-
-    def __repr__(self) -> str:
-        return f"<ContactResult {self.name}: {len(self.s)} pairs of nodes>"
 
 
 class Solution:
@@ -339,21 +190,15 @@ class Solution:
         matplotlib.figure.Figure
             The figure; a notebook shows it.
         """
-        from ._plot import draw
-
-        return draw(self, scale)
+        return draw(self.bodies, self.contacts, scale)
 
     def to_meshio(self) -> Any:
         """Return one meshio.Mesh of all bodies, with all fields; ``body_id`` says which triangle is whose."""
-        from ._plot import to_meshio
-
-        return to_meshio(self)
+        return to_meshio(self.bodies)
 
     def to_pyvista(self) -> Any:
         """Return one pyvista.UnstructuredGrid of all bodies, with all fields."""
-        from ._plot import to_pyvista
-
-        return to_pyvista(self)
+        return to_pyvista(self.bodies)
 
     def __repr__(self) -> str:
         if not self.valid:
@@ -504,7 +349,7 @@ def solve(
     >>> solution.status, len(solution.iterations)
     ('converged', 4)
     """
-    made = native(case).solve(settings(overrides), threads_of(threads), _told(on_iteration))
+    made = native(case).solve(overrides, threads_of(threads), _told(on_iteration))
     return Solution(made)
 
 
@@ -536,7 +381,7 @@ def check(case: CaseLike, *, threads: Optional[int] = None, **overrides: Any) ->
     >>> check("tests/cases/paper.toml").bodies[0]["nodes"]
     190
     """
-    found = native(case).check(settings(overrides), threads_of(threads))
+    found = native(case).check(overrides, threads_of(threads))
     return Check(found["bodies"], found["contact"], found["memory_bytes"], found["notes"], found["warnings"])
 
 
@@ -585,7 +430,7 @@ def sweep(
     """
     directory = None if out is None else os.fspath(out)
     text = native(case).sweep(
-        over, settings(overrides), iterations, list(panels), directory, force, threads_of(threads), _told(on_iteration)
+        over, overrides, iterations, list(panels), directory, force, threads_of(threads), _told(on_iteration)
     )
     return Sweep(json.loads(text))
 
@@ -626,7 +471,7 @@ def certify(
     given = None
     if pressures is not None:
         given = [floats(p, f"pressures[{k}]", (None,)) for k, p in enumerate(pressures)]
-    numbers, bodies = native(problem).certify(settings(overrides), fields, given, threads_of(threads))
+    numbers, bodies = native(problem).certify(overrides, fields, given, threads_of(threads))
     # JSON has no infinity.
     checks = {name: float("inf") if value is None else value for name, value in numbers.pop("failed_checks").items()}
     meshes = [Mesh._of(arrays) for arrays, _ in bodies]

@@ -18,14 +18,14 @@ use std::path::{Path, PathBuf};
 /// Writes report.json, report.html with a map of the error, and a `.vtu` file of each body with the error density and the admissible field.
 /// Returns the names of the files.
 ///
-/// * `problem`: see [`crate::run::build_last`]; `files`: with the field; `path`: the directory, which may hold something else if `force` is
+/// * `problem`, `notes`: see [`crate::run::build_last`]; `files`: with the field; `path`: the directory, which may hold something else if `force` is
 ///   given.
 ///
 /// # Errors
 /// Files that cannot be written, a directory with another result.
 pub fn write(
     case: &Case,
-    problem: &ContactProblem,
+    (problem, notes): (&ContactProblem, &[String]),
     found: &FieldCertificate,
     files: &[PathBuf],
     (path, force): (&Path, bool),
@@ -52,7 +52,7 @@ pub fn write(
     let lines = verdict(case, found);
     let page = html::of_field(case, &lines, found, &picture, &named);
     directory.write("report.html", page.as_bytes())?;
-    let text = serde_json::to_string_pretty(&report(case, problem, found, (&lines, &named, &mark)));
+    let text = serde_json::to_string_pretty(&report(case, (problem, notes), found, (&lines, &named, &mark)));
     let text = text.map_err(|error| Failure::defect(error.to_string()))?;
     directory.write(ResultKind::Solve.record(), text.as_bytes())?;
     let written = directory.written().map(|p| p.display().to_string()).collect();
@@ -84,7 +84,7 @@ fn map(case: &Case, problem: &ContactProblem, found: &FieldCertificate, densitie
 /// Makes the contents of report.json.
 fn report(
     case: &Case,
-    problem: &ContactProblem,
+    (problem, notes): (&ContactProblem, &[String]),
     found: &FieldCertificate,
     (lines, files, mark): (&str, &[String], &str),
 ) -> Value {
@@ -103,7 +103,7 @@ fn report(
         "certificate": summary(case, found),
         "bodies": bodies.collect::<Vec<_>>(),
         "case": case.settings_json(),
-        "notes": case.notes(),
+        "notes": notes,
         "run": {
             CASE_HASH: mark,
             "version": env!("CARGO_PKG_VERSION"),

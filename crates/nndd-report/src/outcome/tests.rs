@@ -17,8 +17,8 @@ impl Host for Nowhere {
 
 fn solved() -> (Case, CertifiedSolution) {
     let small = ["body.0.generator.cells", "body.1.generator.cells"].map(|key| (key.into(), "[4, 2]".into()));
-    let mut case = Case::parse(case_io::template::PAPER, "paper.toml", &small).unwrap();
-    let problem = run::build(&mut case, &Nowhere).unwrap();
+    let case = Case::parse(case_io::template::PAPER, "paper.toml", &small).unwrap();
+    let (problem, _) = run::build(&case, &Nowhere).unwrap();
     let solution = certified_contact::solve(problem, &convert::settings(&case), &mut Silent).unwrap();
     (case, solution)
 }

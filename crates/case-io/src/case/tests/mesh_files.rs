@@ -78,7 +78,7 @@ fn bodies_that_are_one_mesh_are_parted_only_when_asked() {
     assert!(told.contains("the bodies \"a\" and \"b\" share 2 nodes (node 3 at (1, 1))"), "{told}");
     assert!(told.contains("duplicate_interface = true"), "{told}");
     let case = load(folder.path(), [A, APART]).unwrap();
-    assert!(case.notes().iter().any(|n| n.starts_with("2 nodes of m.inp belonging to both bodies")));
+    assert!(case.mesh_notes().iter().any(|n| n.starts_with("2 nodes of m.inp belonging to both bodies")));
     let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
     assert_eq!(case.build_interface(0, &[first, second]).unwrap().pairs().len(), 2);
     // Parting does not help if the cells are the same.
@@ -140,9 +140,11 @@ fn cracks_and_slivers_are_warned_of() {
     );
     let merged = load("{ file = 'm.inp', region = 'a', merge = true }");
     assert!(
-        merged.notes().contains(&"2 nodes of region \"a\" joined with the node at the same place".to_owned()),
+        merged
+            .mesh_notes()
+            .contains(&"2 nodes of region \"a\" joined with the node at the same place".to_owned()),
         "{:?}",
-        merged.notes()
+        merged.mesh_notes()
     );
     assert_eq!(merged.build_mesh(0).unwrap().topology().pieces().1, 1);
     assert_eq!(load(A).build_mesh(0).unwrap().topology().pieces().1, 2);

@@ -61,8 +61,8 @@ fn a_contact_may_join_sides() {
                [[body.side]]\nname = \"second\"\nbox = { x = [1.0, 2.0] }\nfacing = [0.0, 1.0]\n\
                [contact]\nsurfaces = [\"bottom\", [\"first\", \"second\"]]\n";
     let text = case(&(BLOCK.to_owned() + two), "");
-    let mut case = Case::parse(&text, "case.toml", &[]).unwrap();
-    let problem = case.build_problem().unwrap();
+    let case = Case::parse(&text, "case.toml", &[]).unwrap();
+    let problem = case.build().unwrap().0;
     assert_eq!(problem.contacts[0].interface.pairs().len(), 5);
 }
 

@@ -25,10 +25,34 @@ fn of_entries(count: usize) -> &'static str {
     }
 }
 
+/// Turns the rows of a program's array with two numbers in each into two columns.
+fn columns(node: &Node) -> Option<[Node; 2]> {
+    let NodeValue::Array(rows) = &node.value else { return None };
+    let pair = |row: &Node| match &row.value {
+        NodeValue::Array(pair) => <[Node; 2]>::try_from(pair.clone()).ok(),
+        _ => None,
+    };
+    let pairs = rows.iter().map(pair).collect::<Option<Vec<_>>>();
+    let pairs = pairs.filter(|pairs| pairs.len() != 2 && node.at.source.is_program())?;
+    let (x, y) = pairs.into_iter().map(|[x, y]| (x, y)).unzip();
+    Some([x, y].map(|column| Node { value: NodeValue::Array(column), at: node.at.clone() }))
+}
+
 impl Reader<'_> {
-    /// Reads two numbers or expressions.
+    /// Reads two numbers or expressions, or from a program a pair for each node.
     pub(crate) fn value_pair(&mut self, key: &'static str) -> Option<[Value; 2]> {
-        self.two(key, "an array of two numbers", Self::value_of)
+        let (path, node) = self.given(key)?;
+        match columns(node) {
+            Some(columns) => {
+                let [x, y] = [0, 1].map(|k| {
+                    let path = format!("{path}.{k}");
+                    self.findings.note(&path, &node.at);
+                    self.value_of(&path, &columns[k])
+                });
+                Some([x?, y?])
+            }
+            None => self.two(key, "an array of two numbers", Self::value_of),
+        }
     }
 
     /// Reads two finite numbers.
