@@ -12,13 +12,13 @@
 //! ```
 
 mod body;
+mod box_notes;
 mod build;
 mod choices;
 mod conditions;
 mod contact;
-mod cures;
-mod cuts;
 mod data;
+mod fixes;
 mod given;
 mod matching;
 mod materials;
@@ -53,7 +53,7 @@ pub use steps::{Factors, StepCase};
 pub use units::Units;
 
 use crate::case_file::{self, At, Document, Table};
-use crate::diagnostic::{CaseError, Diagnostic, Place, code, excerpt};
+use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, excerpt};
 use fem_core::material::Hypothesis;
 use fem_core::mesh::generate;
 use serde::Serialize;
@@ -92,7 +92,7 @@ pub struct Case {
     pub limits: Limits,
     meshes: mesh_files::MeshFiles,
     file_name: String,
-    places: BTreeMap<String, Place>,
+    places: BTreeMap<String, SourcePosition>,
 }
 
 /// `[model]`: what all bodies share.
@@ -308,7 +308,7 @@ impl Case {
 
     /// Returns the place of a key by its dotted path, `body.0.displacement.1.on`, or of the nearest table above it
     /// that is in the file.
-    pub fn place(&self, path: &str) -> Option<&Place> {
+    pub fn place(&self, path: &str) -> Option<&SourcePosition> {
         let mut path = path;
         loop {
             if let Some(place) = self.places.get(path) {

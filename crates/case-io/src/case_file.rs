@@ -6,9 +6,9 @@ mod examples;
 mod overrides;
 mod quantity;
 mod reader;
-mod slips;
 mod sweep;
 mod tree;
+mod value_hints;
 
 pub use overrides::split_override;
 pub use sweep::{MOST_SWEEP_VALUES, Sweep};
@@ -17,7 +17,7 @@ pub use tree::{At, Node, NodeValue, Table};
 pub(crate) use quantity::{memory, time};
 pub(crate) use reader::{Findings, Reader};
 
-use crate::diagnostic::{CaseError, Diagnostic, Place, Source, code, excerpt};
+use crate::diagnostic::{CaseError, Diagnostic, Source, SourcePosition, code, excerpt};
 use std::io::{self, Read};
 use std::ops::Range;
 use std::path::Path;
@@ -70,7 +70,7 @@ pub(crate) fn decode<'a>(bytes: &'a [u8], file_name: &str) -> Result<&'a str, Ca
     // Files of Gmsh begin with `$`, decks of Abaqus with `*`; no line of TOML does.
     if let Some(b'$' | b'*') = bytes.trim_ascii_start().first() {
         let source = Source::new(file_name, &String::from_utf8_lossy(bytes), false);
-        let place = Place::new(&source, 0..1);
+        let place = SourcePosition::new(&source, 0..1);
         return Err(Diagnostic::new(code::SYNTAX, Some(place), "this looks like a mesh file")
             .expected("a case file in TOML, which names the mesh")
             .help(Some(format!(
@@ -83,7 +83,7 @@ pub(crate) fn decode<'a>(bytes: &'a [u8], file_name: &str) -> Result<&'a str, Ca
         let source = Source::new(file_name, &String::from_utf8_lossy(bytes), false);
         let start = error.valid_up_to();
         let byte = bytes.get(start).copied().unwrap_or(0);
-        let place = Place::new(&source, start..start + 3);
+        let place = SourcePosition::new(&source, start..start + 3);
         let wide = bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF");
         let advice = if wide { "this looks like UTF-16; save it as UTF-8" } else { "save the file as UTF-8" };
         Diagnostic::new(code::ENCODING, Some(place), format!("the byte 0x{byte:02X} is not UTF-8 text"))
@@ -150,7 +150,7 @@ fn refuse_controls(text: &str, source: &Arc<Source>) -> Result<(), CaseError> {
         byte => byte.is_ascii_control(),
     };
     let fault = |at: usize, message: String| {
-        Diagnostic::new(code::SYNTAX, Some(Place::new(source, at..at + 1)), message)
+        Diagnostic::new(code::SYNTAX, Some(SourcePosition::new(source, at..at + 1)), message)
     };
     if let Some(at) = (0..bytes.len()).find(is_control) {
         let found = match bytes[at] {
@@ -242,11 +242,12 @@ fn headers(text: &str) -> impl Iterator<Item = usize> {
 
 /// Describes a fault of syntax; of a duplicate key, with the place of the first.
 fn syntax_fault(text: &str, error: &toml::de::Error, span: Range<usize>, source: &Arc<Source>) -> Diagnostic {
-    let fault =
-        |message: String| Diagnostic::new(code::SYNTAX, Some(Place::new(source, span.clone())), message);
+    let fault = |message: String| {
+        Diagnostic::new(code::SYNTAX, Some(SourcePosition::new(source, span.clone())), message)
+    };
     if !is_duplicate(error) {
-        if let Some(slip) = slips::in_line(text, line_at(text, span.start), source, 0) {
-            return slip;
+        if let Some(hint) = value_hints::in_line(text, line_at(text, span.start), source, 0) {
+            return hint;
         }
         let toml = "TOML: `key = value`, texts in quotes, arrays in brackets";
         let said = error.message();
@@ -255,7 +256,7 @@ fn syntax_fault(text: &str, error: &toml::de::Error, span: Range<usize>, source:
     }
     let key = text.get(span.clone()).unwrap_or_default();
     let first = first_of(text, key, span.start)
-        .map(|at| format!(", first defined in line {}", Place::new(source, at..at).line))
+        .map(|at| format!(", first defined in line {}", SourcePosition::new(source, at..at).line))
         .unwrap_or_default();
     fault(format!("duplicate key {}{first}", excerpt(key)))
         .expected("every key and every table once")

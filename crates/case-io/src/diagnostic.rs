@@ -109,7 +109,7 @@ impl fmt::Debug for Source {
 /// A place in a case file or in an override.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Place {
+pub struct SourcePosition {
     /// The text.
     pub source: Arc<Source>,
     /// Line, from 1.
@@ -120,7 +120,7 @@ pub struct Place {
     pub span: Range<usize>,
 }
 
-impl Place {
+impl SourcePosition {
     pub(crate) fn new(source: &Arc<Source>, span: Range<usize>) -> Self {
         let start = span.start.min(source.text.len());
         let span = start..span.end.clamp(start, source.text.len());
@@ -136,7 +136,7 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for SourcePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.source.origin {
             Origin::File => write!(f, "{}:{}:{}", self.source.name, self.line, self.column),
@@ -154,7 +154,7 @@ pub struct Diagnostic {
     /// The fault, with the text or value that was found.
     pub message: String,
     /// Its place in the case file or on the command line, if it has one.
-    pub place: Option<Place>,
+    pub place: Option<SourcePosition>,
     /// The input that was expected there.
     pub expected: Option<String>,
     /// One fix.
@@ -162,12 +162,12 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    pub(crate) fn new(code: &'static str, place: Option<Place>, message: impl Into<String>) -> Self {
+    pub(crate) fn new(code: &'static str, place: Option<SourcePosition>, message: impl Into<String>) -> Self {
         Self { code, message: message.into(), place, expected: None, help: None }
     }
 
     /// Makes a diagnostic of an error of a mesh file, at the place of the key that names the file.
-    pub fn of_mesh_file(error: MeshFileError, place: Option<Place>) -> Self {
+    pub fn of_mesh_file(error: MeshFileError, place: Option<SourcePosition>) -> Self {
         let message = error.located();
         let (expected, fix) = match error.fault {
             MeshFault::Unreadable => (
@@ -319,11 +319,11 @@ mod tests {
     #[test]
     fn places_count_lines_and_characters() {
         let source = Source::new("c.toml", "a = 1\r\nβ = \"γ\"\nlast", false);
-        let place = Place::new(&source, 12..16);
+        let place = SourcePosition::new(&source, 12..16);
         assert_eq!((place.line, place.column), (2, 5));
         assert_eq!(&source.text()[place.span.clone()], "\"γ\"");
         assert_eq!(place.to_string(), "c.toml:2:5");
-        let end = Place::new(&source, 99..120);
+        let end = SourcePosition::new(&source, 99..120);
         assert_eq!((end.line, end.column), (3, 5));
     }
 

@@ -13,7 +13,7 @@
 //! | read the mesh files it names | [`Case::read_mesh_files`] |
 //! | evaluate data in x and y | [`Expression`] |
 //! | vary one setting | [`case_file::Sweep`] |
-//! | say what is wrong with it, and where | [`CaseError`], [`Diagnostic`], [`Place`] |
+//! | say what is wrong with it, and where | [`CaseError`], [`Diagnostic`], [`SourcePosition`] |
 //! | make the contact problem of it, with notes | [`Case::build`] |
 //! | record every setting, name the case | [`Case::settings_json`], [`Case::hash`] |
 //! | write what a run found | [`report::Report`], [`table`] |
@@ -53,7 +53,7 @@ pub mod table;
 pub mod template;
 
 pub use case::Case;
-pub use diagnostic::{CaseError, Diagnostic, Place, Source};
+pub use diagnostic::{CaseError, Diagnostic, Source, SourcePosition};
 pub use expression::{Expression, ExpressionError};
 pub use mesh_io::BrokenLink;
 

@@ -6,7 +6,7 @@ use case_io::diagnostic::{Diagnostic, code, significant};
 use case_io::output::OutputError;
 use case_io::report::ReportError;
 use case_io::table::TableError;
-use case_io::{BrokenLink, Case, CaseError, Place};
+use case_io::{BrokenLink, Case, CaseError, SourcePosition};
 use certified_contact::SolveError;
 use contact_qp::QpError;
 use cre_estimator::EstimatorError;
@@ -38,7 +38,7 @@ pub struct Failure {
 #[non_exhaustive]
 pub struct Finding {
     /// The place of the error, if it is in a case.
-    pub place: Option<Place>,
+    pub place: Option<SourcePosition>,
     /// The value or fact that is wrong.
     pub found: String,
     /// The value or fact expected there.

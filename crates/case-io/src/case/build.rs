@@ -1,7 +1,7 @@
 //! Bodies and the interface of a case, with fem-core's errors at the places of their keys.
 
-use super::{Case, CurveCase, MeshSource, cures, materials};
-use crate::diagnostic::{CaseError, Diagnostic, Place, code, did_you_mean};
+use super::{Case, CurveCase, MeshSource, fixes, materials};
+use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, did_you_mean};
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
@@ -181,7 +181,7 @@ impl Case {
             self.bodies[body].name,
             self.earlier(body, error).unwrap_or_default()
         );
-        let (expected, fix) = cures::of_body(error);
+        let (expected, fix) = fixes::of_body(error);
         self.diagnostic(code::CONDITION, &path, message).expected(expected).help(help).fix(fix)
     }
 
@@ -306,9 +306,9 @@ impl Case {
             _ => ("surfaces".to_owned(), None),
         };
         let (mut key, mut message) = (key, self.with_name(contact, error, side));
-        let (mut expected, mut fix) = cures::of_interface(error);
+        let (mut expected, mut fix) = fixes::of_interface(error);
         if given.obstacle.is_some()
-            && let Some((said, cure)) = cures::against_obstacle(error)
+            && let Some((said, cure)) = fixes::against_obstacle(error)
         {
             let name = given.bodies.first().and_then(|b| self.bodies.get(*b)).map_or("", |body| &body.name);
             message = format!("body \"{name}\" {said}");
@@ -338,7 +338,11 @@ pub(super) fn generated(source: &MeshSource) -> Option<Result<TriMesh, MeshError
 }
 
 /// Makes the diagnostic of a generator that makes no mesh.
-pub(super) fn generator_fault(place: Option<Place>, message: String, error: &MeshError) -> Diagnostic {
+pub(super) fn generator_fault(
+    place: Option<SourcePosition>,
+    message: String,
+    error: &MeshError,
+) -> Diagnostic {
     let (expected, fix) = match error {
         MeshError::Scale { .. } => ("lengths whose cubes are numbers too", "check the unit of the lengths"),
         _ => (

@@ -1,7 +1,7 @@
 //! The problem of a case: its bodies, paired by fem-core, with errors at the places of their keys, and notes.
 
 use super::pair_notes::PairNote;
-use super::{Case, Friction, cures};
+use super::{Case, Friction, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use fem_core::body::Body;
 use fem_core::geometry::shown;
@@ -183,7 +183,7 @@ impl Case {
             _ => ("surfaces".to_owned(), None),
         };
         let message = format!("the surfaces do not match: {}", self.with_name(contact, error, side));
-        let (expected, fix) = cures::of_refinement(error);
+        let (expected, fix) = fixes::of_refinement(error);
         let path = format!("{}.{key}", self.contacts[contact].path);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
     }

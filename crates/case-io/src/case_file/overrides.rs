@@ -1,7 +1,7 @@
 //! `--set KEY=VALUE`: values of the command line, put into the document before its keys are read.
 
-use super::slips;
 use super::tree::{self, At, Entry, Node, NodeValue, Table};
+use super::value_hints;
 use crate::diagnostic::{CaseError, Diagnostic, Source, code};
 use mesh_io::numeral;
 use std::sync::Arc;
@@ -76,8 +76,8 @@ fn parse_value(value: &str, source: &Arc<Source>, offset: usize) -> Result<Node,
             let at = At::new(source, offset..offset + value.len());
             let compound = |c: char| ['[', '{', '"', '\''].contains(&c) || numeral::is_curly(c);
             if value.is_empty() || value.starts_with(compound) {
-                if let Some(slip) = slips::in_line(value, 0..value.len(), source, offset) {
-                    return Err(slip.into());
+                if let Some(hint) = value_hints::in_line(value, 0..value.len(), source, offset) {
+                    return Err(hint.into());
                 }
                 let message = format!("the value is not TOML: {}", error.message());
                 return Err(Diagnostic::new(code::OVERRIDE, Some(at.place()), message)

@@ -7,7 +7,7 @@ mod arrays;
 use super::examples::{EXPRESSION, described, example};
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{
-    CaseError, Diagnostic, MOST_DIAGNOSTICS, Place, code, did_you_mean, excerpt, nearest,
+    CaseError, Diagnostic, MOST_DIAGNOSTICS, SourcePosition, code, did_you_mean, excerpt, nearest,
 };
 use crate::expression::{AtNodes, Expression, Given, Value};
 use fem_core::geometry::shown;
@@ -25,7 +25,7 @@ pub(crate) struct Findings {
     diagnostics: RefCell<Vec<Diagnostic>>,
     /// Faults that are no longer listed, since many come before them.
     omitted: Cell<usize>,
-    places: RefCell<BTreeMap<String, Place>>,
+    places: RefCell<BTreeMap<String, SourcePosition>>,
 }
 
 impl Findings {
@@ -49,12 +49,12 @@ impl Findings {
     }
 
     /// Finds the place of a key that was read.
-    pub(crate) fn place(&self, path: &str) -> Option<Place> {
+    pub(crate) fn place(&self, path: &str) -> Option<SourcePosition> {
         self.places.borrow().get(path).cloned()
     }
 
     /// Returns the faults, how many more there are, and the places of the keys.
-    pub(crate) fn into_parts(self) -> (Vec<Diagnostic>, usize, BTreeMap<String, Place>) {
+    pub(crate) fn into_parts(self) -> (Vec<Diagnostic>, usize, BTreeMap<String, SourcePosition>) {
         (self.diagnostics.into_inner(), self.omitted.get(), self.places.into_inner())
     }
 }
@@ -150,7 +150,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Finds the place of a key's value, or of the table if the key is not there.
-    pub(crate) fn place_of(&self, key: &str) -> Option<Place> {
+    pub(crate) fn place_of(&self, key: &str) -> Option<SourcePosition> {
         Some(self.table.get(key).map_or(&self.at, |e| &e.node.at).place())
     }
 

@@ -1,8 +1,8 @@
 //! `--over KEY=RANGE`: the values of a sweep.
 
 use super::overrides::key_path;
-use super::slips;
 use super::tree::At;
+use super::value_hints;
 use crate::diagnostic::{CaseError, Diagnostic, Source, code};
 use mesh_io::numeral;
 use toml::de::{DeArray, DeValue};
@@ -60,9 +60,9 @@ impl Sweep {
 fn list(text: &str) -> Result<Vec<String>, String> {
     let parsed = DeValue::parse(text).map_err(|e| {
         let source = Source::new("", text, true);
-        let slip = slips::in_line(text, 0..text.len(), &source, 0);
-        let Some(slip) = slip else { return format!("the list is not TOML: {}", e.message()) };
-        slip.help.map_or(slip.message.clone(), |help| format!("{}: {help}", slip.message))
+        let hint = value_hints::in_line(text, 0..text.len(), &source, 0);
+        let Some(hint) = hint else { return format!("the list is not TOML: {}", e.message()) };
+        hint.help.map_or(hint.message.clone(), |help| format!("{}: {help}", hint.message))
     })?;
     let empty = DeArray::new();
     let items = parsed.get_ref().as_array().unwrap_or(&empty);

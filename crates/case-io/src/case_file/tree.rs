@@ -1,6 +1,6 @@
 //! An owned tree of TOML values in which every key and value knows its place. A program makes one without a text.
 
-use crate::diagnostic::{Place, Source};
+use crate::diagnostic::{Source, SourcePosition};
 use crate::expression::NodalFunction;
 use std::ops::Range;
 use std::sync::Arc;
@@ -32,18 +32,18 @@ impl At {
         self.span[0] as usize..self.span[1] as usize
     }
 
-    pub(crate) fn place(&self) -> Place {
-        Place::new(&self.source, self.span())
+    pub(crate) fn place(&self) -> SourcePosition {
+        SourcePosition::new(&self.source, self.span())
     }
 
     /// Returns the place of some bytes of the string here; the place of the string if escapes make the two
     /// differ.
-    pub(crate) fn within(&self, text: &str, bytes: Range<usize>) -> Place {
+    pub(crate) fn within(&self, text: &str, bytes: Range<usize>) -> SourcePosition {
         let written = self.source.text().get(self.span()).unwrap_or_default();
         match written.find(text).filter(|_| !text.is_empty()) {
             Some(start) => {
                 let start = self.span().start + start;
-                Place::new(&self.source, start + bytes.start..start + bytes.end)
+                SourcePosition::new(&self.source, start + bytes.start..start + bytes.end)
             }
             None => self.place(),
         }

@@ -1,6 +1,6 @@
 //! A fault shown in its lines of the source, underlined.
 
-use case_io::diagnostic::Place;
+use case_io::diagnostic::SourcePosition;
 use std::fmt::Write as _;
 
 /// Lines shown before and after the one at fault.
@@ -9,7 +9,7 @@ const CONTEXT: usize = 1;
 /// Draws the lines around a place, and underlines its bytes in the first of them.
 ///
 /// * `source`: the text of the place, without control characters, its bytes where they were.
-pub(super) fn excerpt(place: &Place, source: &str, colour: bool) -> String {
+pub(super) fn excerpt(place: &SourcePosition, source: &str, colour: bool) -> String {
     let [strong, end] = if colour { ["\x1b[1;31m", "\x1b[0m"] } else { [""; 2] };
     let first = place.line.saturating_sub(CONTEXT).max(1);
     let digits = (place.line + CONTEXT).to_string().len();

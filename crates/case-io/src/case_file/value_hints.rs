@@ -1,7 +1,7 @@
 //! Values that TOML does not know but people write: numbers with units, curly quotes, words without quotes.
 
 use super::examples::example;
-use crate::diagnostic::{Diagnostic, Place, Source, code};
+use crate::diagnostic::{Diagnostic, Source, SourcePosition, code};
 use crate::expression::Expression;
 use mesh_io::numeral;
 use std::ops::Range;
@@ -60,7 +60,7 @@ pub(super) fn in_line(
     pieces(text, line).iter().find_map(|piece| {
         let value = &text[piece.span.clone()];
         let (found, expected, fix) = meaning(value, piece)?;
-        let place = Place::new(source, piece.span.start + offset..piece.span.end + offset);
+        let place = SourcePosition::new(source, piece.span.start + offset..piece.span.end + offset);
         Some(Diagnostic::new(code::SYNTAX, Some(place), found).expected(expected).fix(fix))
     })
 }
