@@ -6,7 +6,7 @@ use cre_estimator::{
     AdmissiblePair, EquilibratedStress, Estimate, Relaxation, check, check_stress, estimate_with,
 };
 use fem_core::assembly::external_forces;
-use fem_core::body::{Body, NodeConstraint};
+use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::field::stresses;
 use fem_core::geometry::{Vector, norm};
@@ -90,7 +90,7 @@ fn a_displacement_off_its_roller_is_refused() {
     let interface: Vec<NodeId> = problem.contacts[0].interface.pairs().iter().map(|p| p.nodes[0]).collect();
     let mut tried = 0;
     for (node, constraint) in body.node_constraints().iter().enumerate() {
-        let NodeConstraint::Along { direction, .. } = constraint else { continue };
+        let [direction] = constraint.held.basis() else { continue };
         if interface.contains(&NodeId::new(node)) {
             continue;
         }

@@ -12,7 +12,6 @@ use crate::model::{Body, ContactProblem, Made, SymTensor2, Vector};
 use faer::Side;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
-use fem_core::body::{EdgeReaction, NodeConstraint};
 use fem_core::element::Triangle;
 use std::collections::HashMap;
 
@@ -41,31 +40,22 @@ impl<'a> Quadratic<'a> {
         let mut load = vec![Vector::zeros(); points + edges.len()];
         let mut known = vec![Vector::zeros(); points];
         for (n, constraint) in body.node_constraints().iter().enumerate() {
-            match *constraint {
-                NodeConstraint::Free => {}
-                NodeConstraint::Rigid { .. } => return Err("rigid sides are not supported here".into()),
-                NodeConstraint::Fixed { value } => {
-                    known[n] = value;
-                    components[n] = <[f64; 2]>::from(value).map(Component::Imposed);
-                }
-                NodeConstraint::Along { direction, value } => {
-                    let c = axis(direction)?;
-                    known[n][c] = value * direction[c];
-                    components[n][c] = Component::Imposed(known[n][c]);
-                }
+            if constraint.rigid_side.is_some() {
+                return Err("rigid sides are not supported here".into());
+            }
+            for (direction, value) in constraint.components() {
+                let c = axis(direction)?;
+                known[n][c] = value * direction[c];
+                components[n][c] = Component::Imposed(known[n][c]);
             }
         }
         for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(body.edge_conditions()) {
             let ends = edges[edge].map(|n| n.index());
             let middle = points + edge.index();
             let held = |c: usize| Component::Imposed(0.5 * (known[ends[0]][c] + known[ends[1]][c]));
-            match condition.reaction {
-                EdgeReaction::None => {}
-                EdgeReaction::Both => components[middle] = [held(0), held(1)],
-                EdgeReaction::Along(direction) => {
-                    let c = axis(direction)?;
-                    components[middle][c] = held(c);
-                }
+            for direction in condition.reaction.basis() {
+                let c = axis(*direction)?;
+                components[middle][c] = held(c);
             }
             // ∫ F φ of a traction linear along the edge, by Simpson's rule: exact for cubics.
             let length = mesh.edge_length(edge);

@@ -1,7 +1,8 @@
 //! Reactions of supports and rigid sides, and the balance of each body.
 
-use fem_core::body::{Body, EdgeReaction, RigidMotion, RigidSide, SupportSet};
+use fem_core::body::{Body, RigidMotion, RigidSide, SupportSet};
 use fem_core::dense::pseudo_inverse;
+use fem_core::directions::Directions;
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
 use fem_core::geometry::{Vector, cross, norm};
@@ -111,7 +112,9 @@ fn rigid_side(
     let columns: Vec<(NodeId, Vector, Vector3<f64>)> = side
         .nodes
         .iter()
-        .flat_map(|&node| held_directions(&holders[node.index()]).map(move |d| (node, d)))
+        .flat_map(|&node| {
+            held_by(&holders[node.index()]).basis().iter().map(|d| (node, *d)).collect::<Vec<_>>()
+        })
         .map(|(node, d)| {
             let turns = cross(points[node] - side.about, d) / size;
             (node, d, Vector3::new(d[0], d[1], turns).component_mul(&left))
@@ -139,25 +142,13 @@ const DEPENDENT: f64 = 1e-9;
 struct Holder {
     /// Place of the support in the body.
     support: usize,
-    holds: EdgeReaction,
+    holds: Directions,
 }
 
-/// Lists one or two unit vectors that span what the supports of a node hold.
-fn held_directions(holders: &[Holder]) -> impl Iterator<Item = Vector> + use<> {
-    let mut span = EdgeReaction::None;
-    for holder in holders {
-        span = match (span, holder.holds) {
-            (known, EdgeReaction::None) | (EdgeReaction::None, known) => known,
-            (EdgeReaction::Along(d), EdgeReaction::Along(e)) if cross(d, e).abs() <= DEPENDENT => span,
-            _ => EdgeReaction::Both,
-        };
-    }
-    let (first, second) = match span {
-        EdgeReaction::None => (None, None),
-        EdgeReaction::Along(d) => (Some(d), None),
-        EdgeReaction::Both => (Some(Vector::x()), Some(Vector::y())),
-    };
-    first.into_iter().chain(second)
+/// Computes the directions in which the supports of a node hold it.
+fn held_by(holders: &[Holder]) -> Directions {
+    let all = holders.iter().flat_map(|holder| holder.holds.basis());
+    all.fold(Directions::NONE, |span, d| span.with(*d, DEPENDENT))
 }
 
 /// Splits the force on a node between its supports: along the directions of the first, then of the next that holds another direction.
@@ -165,26 +156,13 @@ fn held_directions(holders: &[Holder]) -> impl Iterator<Item = Vector> + use<> {
 /// Two rollers with different normals take the components along their normals. Without a second support the part across the first is no
 /// reaction; the balance shows it.
 fn shares(force: Vector, holders: &[Holder]) -> impl Iterator<Item = (usize, Vector)> + use<> {
-    let along = |d: Vector, e: Option<Vector>| match e {
-        Some(e) => cross(force, e) / cross(d, e) * d,
-        None => force.dot(&d) * d,
-    };
-    let mut held = holders.iter().filter(|holder| holder.holds != EdgeReaction::None);
+    let mut held = holders.iter().filter(|holder| !holder.holds.is_none());
     let first = held.next();
-    let (first, second) = match first.map(|holder| (holder.support, holder.holds)) {
-        None | Some((_, EdgeReaction::None)) => (None, None),
-        Some((support, EdgeReaction::Both)) => (Some((support, force)), None),
-        Some((support, EdgeReaction::Along(d))) => {
-            let other = held.find_map(|holder| match holder.holds {
-                EdgeReaction::Both => Some((holder.support, None)),
-                EdgeReaction::Along(e) if cross(d, e).abs() > DEPENDENT => Some((holder.support, Some(e))),
-                _ => None,
-            });
-            let part = along(d, other.and_then(|(_, e)| e));
-            (Some((support, part)), other.map(|(support, _)| (support, force - part)))
-        }
-    };
-    first.into_iter().chain(second)
+    let other = first.and_then(|first| held.find(|other| held_by(&[*first, **other]) != first.holds));
+    let beside = other.map_or(Directions::NONE, |other| other.holds);
+    let part = first.map(|first| (first.support, first.holds.part_beside(&beside, force)));
+    let rest = part.zip(other).map(|((_, part), other)| (other.support, force - part));
+    part.into_iter().chain(rest)
 }
 
 /// Adds the reactions of a body's supports and of its rigid sides, and returns its balance.

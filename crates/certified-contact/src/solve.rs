@@ -270,6 +270,9 @@ pub(crate) fn prepare(
     })
 }
 
+/// Bodies whose compliances differ by less than this fraction are equal but for rounding: the first one carries λ.
+const STIFFER: f64 = 1e-9;
+
 /// Decides which body of each pair carries λ.
 fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, RoleReason) {
     let contacts = &problem.problem().contacts;
@@ -283,7 +286,8 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
             problem.bodies()[b].trace_from_force(&force, &mut w);
             w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()
         });
-        let roles = if compliance[1] < compliance[0] { Roles::SECOND } else { Roles::FIRST };
+        let is_stiffer = compliance[1] < (1.0 - STIFFER) * compliance[0];
+        let roles = if is_stiffer { Roles::SECOND } else { Roles::FIRST };
         return (vec![roles], RoleReason::Stiffer { compliance });
     }
     // Only the iteration depends on it.

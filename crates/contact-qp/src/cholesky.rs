@@ -1,8 +1,11 @@
 //! Cholesky factors of blocks of full matrices.
 
 use crate::error::QpError;
-use dense_cholesky::NotPositiveDefinite;
-use nalgebra::DMatrixView;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::cholesky::llt::solve::solve_in_place;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 
 /// A pivot below this fraction of its diagonal entry may be round-off.
 pub(crate) const PIVOT_FLOOR: f64 = 1e-9;
@@ -14,6 +17,19 @@ pub(crate) struct Factor {
 }
 
 impl Factor {
+    /// Factorises a matrix of `n` rows, column by column; only the lower triangle is read.
+    ///
+    /// # Errors
+    /// The first pivot that is not positive and finite, from 0.
+    pub(crate) fn new(n: usize, mut lower: Vec<f64>) -> Result<Self, usize> {
+        let matrix = MatMut::from_column_major_slice_mut(&mut lower, n, n);
+        let mut scratch = MemBuffer::new(cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default()));
+        let stack = MemStack::new(&mut scratch);
+        cholesky_in_place(matrix, Default::default(), Par::Seq, stack, Default::default())
+            .map_err(|LltError::NonPositivePivot { index }| index)?;
+        Ok(Self { lower, n })
+    }
+
     /// Factorises the rows and columns `block` (sorted, unique) of a matrix.
     ///
     /// * `n`: its rows; `values`: column by column; only the lower triangle is read.
@@ -29,10 +45,7 @@ impl Factor {
                 lower[j * size + i] = source[row];
             }
         }
-        dense_cholesky::factorise(&mut lower, size).map_err(|NotPositiveDefinite { column }| {
-            QpError::NotPositiveDefinite { index: block[column] }
-        })?;
-        Ok(Self { lower, n: size })
+        Self::new(size, lower).map_err(|pivot| QpError::NotPositiveDefinite { index: block[pivot] })
     }
 
     /// Lists the diagonal of `L`.
@@ -42,8 +55,10 @@ impl Factor {
 
     /// Overwrites the columns of `rhs`, each as long as `I`, with `P_II⁻¹ rhs`.
     pub(crate) fn solve(&self, rhs: &mut [f64]) {
-        dense_cholesky::forward(&self.lower, self.n, rhs);
-        dense_cholesky::backward(&self.lower, self.n, rhs);
+        let columns = rhs.len().checked_div(self.n).unwrap_or(0);
+        let rhs = MatMut::from_column_major_slice_mut(rhs, self.n, columns);
+        let lower = MatRef::from_column_major_slice(&self.lower, self.n, self.n);
+        solve_in_place(lower, rhs, Par::Seq, MemStack::new(&mut []));
     }
 }
 
@@ -60,9 +75,11 @@ pub(crate) fn eliminate(
     let size = coupling.len() / columns;
     let mut solved = coupling.to_vec();
     solve(&mut solved);
-    let [c, product] = [coupling, &solved].map(|values| DMatrixView::from_slice(values, size, columns));
-    let product = c.transpose() * product;
-    (solved, product.data.into())
+    let mut product = vec![0.0; columns * columns];
+    let [c, right] = [coupling, &solved].map(|values| MatRef::from_column_major_slice(values, size, columns));
+    let to = MatMut::from_column_major_slice_mut(&mut product, columns, columns);
+    matmul(to, Accum::Replace, c.transpose(), right, 1.0, Par::Seq);
+    (solved, product)
 }
 
 #[cfg(test)]

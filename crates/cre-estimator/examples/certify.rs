@@ -18,7 +18,7 @@
 #![allow(clippy::print_stdout)]
 
 use cre_estimator::{FieldCertificate, Relaxation};
-use fem_core::body::{Body, NodeConstraint};
+use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
@@ -69,12 +69,8 @@ fn read(text: &str, problem: &ContactProblem) -> Result<[Vec<Vector>; 2], Box<dy
 /// Refuses a field of other supports: the file has seven digits of the imposed displacements.
 fn check_supports(body: &Body, displacement: &[Vector]) -> Result<(), String> {
     for (node, (u, constraint)) in displacement.iter().zip(body.node_constraints()).enumerate() {
-        let (held, missed) = match *constraint {
-            NodeConstraint::Along { direction, value } => (value * direction, u.dot(&direction) - value),
-            NodeConstraint::Fixed { value } => (value, norm(*u - value)),
-            NodeConstraint::Free | NodeConstraint::Rigid { .. } => continue,
-        };
-        if missed.abs() > 1e-6 * PUSH.abs() {
+        if constraint.violation(*u) > 1e-6 * PUSH.abs() {
+            let held = constraint.displacement();
             return Err(format!("node {node} is held at {held:?}, and the file moves it by {u:?}"));
         }
     }

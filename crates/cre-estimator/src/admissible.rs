@@ -9,8 +9,9 @@ use crate::lift::{self, Lift, side_sign};
 use crate::openings;
 use crate::pressure;
 use crate::star_relaxation::RelaxationReport;
-use fem_core::body::{Body, EdgeCondition, EdgeReaction};
+use fem_core::body::{Body, EdgeCondition};
 use fem_core::condensation::CondensedBody;
+use fem_core::directions::Directions;
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, perpendicular};
@@ -334,7 +335,7 @@ pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<Edg
         for_contact_edges(body, interface, side, |place, contact, _| {
             let normal = interface.pairs()[interface.edges()[contact].pairs[0] as usize].normal;
             let friction = problem.contacts[k].friction.acts();
-            let reaction = if friction { EdgeReaction::Both } else { EdgeReaction::Along(normal) };
+            let reaction = if friction { Directions::ALL } else { Directions::along(normal) };
             conditions[place] = EdgeCondition { reaction, traction: [Vector::zeros(); 2] };
         });
     }

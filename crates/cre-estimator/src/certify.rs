@@ -5,7 +5,7 @@ use crate::error::EstimatorError;
 use crate::estimate::{Estimate, estimate_with};
 use crate::lift::{self, side_sign};
 use crate::star_relaxation::Relaxation;
-use fem_core::body::{Body, NodeConstraint};
+use fem_core::body::Body;
 use fem_core::field::nodal_residual;
 use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, LeftOut, NodePair, PairState};
@@ -168,32 +168,21 @@ struct Held {
 /// Puts supported nodes where their supports hold them, if they nearly are there.
 fn hold(body: &Body, field: &mut [Vector]) -> Held {
     let size = field.iter().map(|u| norm(*u)).fold(0.0, f64::max);
-    let imposed = body.node_constraints().iter().map(|constraint| match constraint {
-        NodeConstraint::Free | NodeConstraint::Rigid { .. } => 0.0,
-        NodeConstraint::Along { value, .. } => value.abs(),
-        NodeConstraint::Fixed { value } => norm(*value),
-    });
+    let held = || body.node_constraints().iter().enumerate().filter(|(_, node)| !node.supported().is_none());
+    let imposed = held().map(|(_, constraint)| norm(constraint.imposed));
     let allowed = HELD * imposed.fold(size, f64::max);
-    let mut held = Held { changed: 0.0, missed: None };
+    let mut changes = Held { changed: 0.0, missed: None };
     let mut put = |field: &mut [Vector], node: NodeId, to: Vector| {
         let change = norm(to - field[node]);
         if change <= allowed {
             field[node] = to;
-            held.changed = held.changed.max(change);
-        } else if held.missed.is_none_or(|(_, most)| change > most) {
-            held.missed = Some((node, change));
+            changes.changed = changes.changed.max(change);
+        } else if changes.missed.is_none_or(|(_, most)| change > most) {
+            changes.missed = Some((node, change));
         }
     };
-    for (k, constraint) in body.node_constraints().iter().enumerate() {
-        let node = NodeId::new(k);
-        let to = match *constraint {
-            NodeConstraint::Free | NodeConstraint::Rigid { .. } => continue,
-            NodeConstraint::Along { direction, value } => {
-                field[node] + (value - field[node].dot(&direction)) * direction
-            }
-            NodeConstraint::Fixed { value } => value,
-        };
-        put(field, node, to);
+    for (node, constraint) in held() {
+        put(field, NodeId::new(node), constraint.nearest(field[node]));
     }
     let points = body.mesh().points();
     for side in body.rigid_sides().iter().filter(|side| !side.motions.is_empty()) {
@@ -202,7 +191,7 @@ fn hold(body: &Body, field: &mut [Vector]) -> Held {
             put(field, node, motion.at(points[node]));
         }
     }
-    held
+    changes
 }
 
 /// Computes the openings at the pairs of a contact line, ≥ 0, m.

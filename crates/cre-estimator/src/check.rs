@@ -10,7 +10,7 @@ use crate::openings;
 use crate::round_off::Noise;
 pub use crate::size::SIGN_TOLERANCE;
 use crate::size::{larger, largest_displacement, largest_of};
-use fem_core::body::{Body, NodeConstraint, RigidMotion, RigidSide};
+use fem_core::body::{Body, RigidMotion, RigidSide};
 use fem_core::each_body;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
@@ -287,10 +287,9 @@ fn motion_size(motion: &RigidMotion, side: &RigidSide, mesh: &TriMesh) -> f64 {
 /// Compares a displacement with the values that the supports impose: the largest difference over the largest
 /// displacement.
 fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
-    let difference = |n: usize| match body.node_constraints()[n] {
-        NodeConstraint::Free | NodeConstraint::Rigid { .. } => 0.0,
-        NodeConstraint::Along { direction, value } => (displacement[n].dot(&direction) - value).abs(),
-        NodeConstraint::Fixed { value } => norm(displacement[n] - value),
+    let difference = |n: usize| {
+        let constraint = &body.node_constraints()[n];
+        if constraint.rigid_side.is_some() { 0.0 } else { constraint.violation(displacement[n]) }
     };
     let nodes = largest_of(displacement.len(), difference);
     let sides = body.rigid_sides().iter().map(|side| side.violation(body.mesh().points(), displacement));

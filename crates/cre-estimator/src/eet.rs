@@ -13,7 +13,8 @@
 
 use crate::atomic_slots::AtomicSlots;
 use crate::star::{Spoke, Star, StarList};
-use fem_core::body::{Body, EdgeCondition, EdgeReaction};
+use fem_core::body::{Body, EdgeCondition};
+use fem_core::directions::{Directions, with_products};
 use fem_core::geometry::{Vector, cross, perpendicular};
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::for_each_task;
@@ -159,30 +160,20 @@ impl Recovery<'_> {
             let (reaction, moment) = self.boundary(star.spokes[spoke]);
             // On the last spoke the triangle lies before it, so that the moment on it is −c.
             let value = sign * moment - relative[spoke];
-            match reaction {
-                EdgeReaction::None => {
-                    given.push((Vector::x(), value[0]));
-                    given.push((Vector::y(), value[1]));
-                }
-                EdgeReaction::Along(d) => given.push((perpendicular(d), perpendicular(d).dot(&value))),
-                EdgeReaction::Both => {}
-            }
+            given.extend(reaction.complement().basis().iter().map(|d| (*d, d.dot(&value))));
         }
         let Some(&(e, value)) = given.first() else { return mean };
         // Of the others the most perpendicular to the first; a parallel one is equivalent, by FE equilibrium.
         let other =
             given[1..].iter().copied().max_by(|a, b| cross(e, a.0).abs().total_cmp(&cross(e, b.0).abs()));
         match other {
-            Some((d, second)) if cross(e, d).abs() > 1e-6 => {
-                let sine = cross(e, d);
-                Vector::new(value * d[1] - second * e[1], e[0] * second - d[0] * value) / sine
-            }
+            Some((d, second)) if cross(e, d).abs() > 1e-6 => with_products([e, d], [value, second]),
             _ => mean + (value - e.dot(&mean)) * e,
         }
     }
 
     /// Returns the condition on a boundary edge: directions of reaction, and the moment about the vertex.
-    fn boundary(&self, Spoke { edge, ring, .. }: Spoke) -> (EdgeReaction, Vector) {
+    fn boundary(&self, Spoke { edge, ring, .. }: Spoke) -> (Directions, Vector) {
         let mesh = self.body.mesh();
         let place = mesh.topology().boundary_place(edge);
         let condition = &self.conditions[place];

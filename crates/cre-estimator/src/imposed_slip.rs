@@ -8,7 +8,7 @@
 //! ```
 //! the limit where the line slides.
 
-use fem_core::body::NodeConstraint;
+use fem_core::directions::Directions;
 use fem_core::interface::{ContactState, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
 
@@ -28,13 +28,11 @@ pub(crate) fn continued(
     let moves = |partner: Partner| prepared.rigid_motions().iter().any(|of| of.partner == partner);
     let holds = |partner: Partner, side: usize, pair: &NodePair| match partner {
         Partner::Obstacle(_) => !moves(partner),
-        Partner::Body(body) => match &problem.bodies[body].node_constraints()[pair.nodes[side]] {
-            NodeConstraint::Fixed { .. } => true,
-            NodeConstraint::Along { direction, .. } => {
-                direction.dot(&pair.normal).abs() <= PARALLEL * pair.normal.norm()
-            }
-            NodeConstraint::Free | NodeConstraint::Rigid { .. } => false,
-        },
+        Partner::Body(body) => {
+            let held = problem.bodies[body].node_constraints()[pair.nodes[side]].supported();
+            let tangents = Directions::along(pair.normal / pair.normal.norm()).complement();
+            tangents.basis().iter().all(|tangent| held.contains(*tangent, PARALLEL))
+        }
     };
     for (k, (of, friction)) in problem.contacts.iter().zip(friction).enumerate() {
         let (pairs, slip) = (of.interface.pairs(), state.contacts[k].slip);

@@ -42,7 +42,8 @@ use crate::equilibrated::EquilibratedStress;
 use crate::lanes::{LaneRow, MOST_LANES};
 use airy::{Gathered, Map, UNKNOWNS};
 use band::band_size;
-use fem_core::body::{Body, EdgeCondition, EdgeReaction};
+use fem_core::body::{Body, EdgeCondition};
+use fem_core::directions::Directions;
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::each_task;
 pub(crate) use memory::bytes_of_stars;
@@ -172,7 +173,7 @@ impl RelaxationReport {
 pub struct StarRelaxation<'a> {
     space: Space<'a>,
     stars: Stars,
-    reactions: Vec<EdgeReaction>,
+    reactions: Vec<Directions>,
 }
 
 impl<'a> StarRelaxation<'a> {

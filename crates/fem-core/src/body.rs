@@ -1,12 +1,14 @@
 //! A body: mesh, material and the boundary conditions evaluated on the mesh.
 
 mod conditions;
+mod constraint;
 mod curves;
 mod interpolation;
 mod motion;
 mod rigid;
 
 use crate::boundary::{BoundaryConditions, Support};
+use crate::directions::Directions;
 use crate::geometry::{Vector, perpendicular, shown};
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
@@ -16,6 +18,7 @@ use std::sync::OnceLock;
 use thiserror::Error;
 
 pub use crate::boundary::{ConditionList, ConditionPlace};
+pub use constraint::NodeConstraint;
 pub(crate) use curves::Piece;
 pub use curves::{CurveKind, CurvedSide};
 pub(crate) use interpolation::Sum as DifferenceSum;
@@ -23,48 +26,12 @@ pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::{FreeMotion, RigidMotion};
 pub use rigid::RigidSide;
 
-/// The displacement condition of one node.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum NodeConstraint {
-    /// No condition.
-    Free,
-    /// The component along a unit vector.
-    Along {
-        /// Unit vector.
-        direction: Vector,
-        /// Imposed component, m.
-        value: f64,
-    },
-    /// Both components.
-    Fixed {
-        /// Imposed displacement, m.
-        value: Vector,
-    },
-    /// Both components follow a rigid side that is free to move, see [`Body::rigid_sides`].
-    Rigid {
-        /// The number of the side.
-        side: u32,
-        /// Displacement that the imposed part of its motion gives, m.
-        value: Vector,
-    },
-}
-
-/// In which directions the traction of a boundary edge is an unknown reaction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EdgeReaction {
-    /// No direction: the whole traction is given (a Neumann edge).
-    None,
-    /// Along a unit vector (a roller, or one imposed component).
-    Along(Vector),
-    /// Both components (a clamped edge, or one of a rigid side).
-    Both,
-}
-
 /// The condition on one boundary edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeCondition {
-    /// Directions of unknown reaction.
-    pub reaction: EdgeReaction,
+    /// The directions in which the traction is an unknown reaction: none on a Neumann edge, one on a roller, all on a clamped edge or one of a
+    /// rigid side.
+    pub reaction: Directions,
     /// Given traction at the edge's two nodes (in the order of [`crate::mesh::topology::Topology::edges`]), Pa;
     /// linear between them. Zero in the directions of unknown reaction.
     pub traction: [Vector; 2],
@@ -78,7 +45,7 @@ pub struct SupportSet {
     /// Nodes, ascending.
     pub nodes: Vec<NodeId>,
     /// The directions in which it holds each node.
-    pub reactions: Vec<EdgeReaction>,
+    pub reactions: Vec<Directions>,
 }
 
 /// Why boundary conditions are invalid on a mesh.
@@ -334,8 +301,7 @@ impl Body {
 
     /// Tells whether nothing but contact holds the body: no support, no rigid side, and it is one piece.
     pub fn has_no_support(&self) -> bool {
-        let free = |constraint: &NodeConstraint| *constraint == NodeConstraint::Free;
-        self.node_constraints.iter().all(free)
+        self.node_constraints.iter().all(|constraint| constraint.held.is_none())
             && self.rigid_sides.is_empty()
             && self.mesh.topology().pieces().1 == 1
     }
@@ -395,7 +361,7 @@ impl Body {
 
     /// Tells whether an edge has neither a load nor an imposed displacement.
     pub fn is_free(&self, edge: EdgeId) -> bool {
-        let free = |c: &EdgeCondition| c.reaction == EdgeReaction::None && c.traction == [Vector::zeros(); 2];
+        let free = |c: &EdgeCondition| c.reaction.is_none() && c.traction == [Vector::zeros(); 2];
         self.edge_condition(edge).is_none_or(free)
     }
 

@@ -1,7 +1,7 @@
 //! Sparse Cholesky factorisation `K = L Lᵀ` in a given order: the multifrontal method on a given tree.
 //!
 //! The caller gives the order: [`crate::ordering`] computes a good one with the interface last, so that
-//! the trailing block of `L` is the factor of the interface's Schur complement. [`dense_cholesky`] does the dense
+//! the trailing block of `L` is the factor of the interface's Schur complement. faer does the dense
 //! algebra of the fronts; independent subtrees are factorised in parallel.
 
 mod numeric;

@@ -14,11 +14,11 @@ pub use refinement::InterfaceLoad;
 
 use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};
+use crate::dense::triangular;
 use crate::dof::{DofMap, IMPOSED};
 use crate::geometry::{Vector, shown};
 use crate::memory::fits_in_memory;
 use crate::mesh::id::NodeId;
-use dense_cholesky::Triangle;
 use thiserror::Error;
 
 /// A pivot below this fraction of its diagonal entry has lost all its digits.
@@ -98,7 +98,7 @@ impl CondensedBody {
             return Err(CondensationError::OutOfMemory { pairs: n_c });
         }
         let interface_factor = factor.trailing_block(n_c);
-        let schur = dense_cholesky::square_of_triangle(&interface_factor, n_c, Triangle::Lower);
+        let schur = triangular::square(&interface_factor, n_c);
         let none = Self {
             dofs,
             factor,
@@ -186,7 +186,7 @@ impl CondensedBody {
     pub fn apply_schur(&self, v: &[f64], r: &mut [f64]) {
         self.check("the trace", v);
         self.check("the reaction", r);
-        dense_cholesky::multiply(&self.schur, v, r);
+        triangular::multiply(&self.schur, v, r);
     }
 
     /// Computes the trace of a correction under a normal force, `w = S⁻¹ r` (m), by two triangular solves.
@@ -197,14 +197,13 @@ impl CondensedBody {
         self.check("the force", r);
         self.check("the trace", w);
         w.copy_from_slice(r);
-        let n = self.len();
-        dense_cholesky::forward(&self.interface_factor, n, w);
-        dense_cholesky::backward(&self.interface_factor, n, w);
+        triangular::forward(&self.interface_factor, w);
+        triangular::backward(&self.interface_factor, w);
     }
 
     /// Computes `S⁻¹`, column-major, both triangles, m²/N: all traces under unit forces at once.
     pub fn flexibility(&self) -> Vec<f64> {
-        dense_cholesky::invert(&self.interface_factor, self.len())
+        triangular::invert(&self.interface_factor, self.len())
     }
 
     /// Recovers the displacement (Cartesian, m) with an imposed normal trace `v` and the body's loads: the
@@ -232,9 +231,8 @@ impl CondensedBody {
         self.check("the force", r);
         let mut x = self.forward_load.clone();
         let start = x.len() - self.len();
-        let n = self.len();
         let mut y = r.to_vec();
-        dense_cholesky::forward(&self.interface_factor, n, &mut y);
+        triangular::forward(&self.interface_factor, &mut y);
         for (x, y) in x[start..].iter_mut().zip(&y) {
             *x += y;
         }

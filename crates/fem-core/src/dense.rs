@@ -1,4 +1,8 @@
-//! Least squares with dense matrices, compiled once for all crates.
+//! Dense matrices: Cholesky factors of fronts and interfaces, and least squares, compiled once for all crates.
+
+pub(crate) mod triangular;
+
+pub use triangular::square;
 
 use nalgebra::{DMatrix, DVector};
 

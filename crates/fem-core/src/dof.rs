@@ -4,6 +4,7 @@ mod fronts;
 
 use crate::body::{Body, NodeConstraint, RigidMotion};
 use crate::cholesky::Front;
+use crate::directions::dual;
 use crate::geometry::{PARALLEL, Vector, cross, norm, perpendicular};
 use crate::interface::{InterfaceSide, Retained};
 use crate::mesh::id::NodeId;
@@ -394,7 +395,10 @@ impl Frames {
             frames.constrain(node, constraint, second.contains_key(&NodeId::new(node)));
         }
         for (node, direction) in second {
-            frames.make_dual(node, direction);
+            if frames.fixed[node.index()] == [false; 2] {
+                frames.kept[node.index()] = [true; 2];
+                frames.make_dual(node, direction);
+            }
         }
         frames.oblique.sort_unstable_by_key(|(node, _)| *node);
         frames.scale(side);
@@ -405,34 +409,31 @@ impl Frames {
     ///
     /// * `two`: whether the node has two retained directions.
     fn constrain(&mut self, node: usize, constraint: &NodeConstraint, two: bool) {
-        match *constraint {
-            NodeConstraint::Free => {}
-            NodeConstraint::Along { direction, value } if self.kept[node][0] && !two => {
+        let value = constraint.imposed[0];
+        match *constraint.held.basis() {
+            [] => {}
+            [direction] if self.kept[node][0] && !two => {
                 self.fixed[node][1] = true;
                 let axis = self.axes[node];
-                let tangent = perpendicular(axis);
-                let along = direction.dot(&tangent);
                 if direction.dot(&axis).abs() <= PARALLEL {
-                    self.imposed[node][1] = value * along.signum();
+                    self.imposed[node][1] = value * direction.dot(&perpendicular(axis)).signum();
                     return;
                 }
                 // The pairing has checked that the support is far enough from the normal.
-                let free = perpendicular(direction);
-                self.axes[node] = 1.0 / free.dot(&axis) * free;
-                self.oblique.push((NodeId::new(node), 1.0 / along * tangent));
+                self.make_dual(NodeId::new(node), direction);
                 self.imposed[node][1] = value;
             }
-            NodeConstraint::Along { direction, value } => {
+            [direction] => {
                 self.axes[node] = direction;
                 self.fixed[node][0] = true;
                 self.imposed[node][0] = value;
                 // Of two retained directions one unknown remains.
                 self.kept[node] = [false, two];
             }
-            NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => {
+            _ => {
                 self.axes[node] = Vector::x();
                 self.fixed[node] = [true; 2];
-                self.imposed[node] = value.into();
+                self.imposed[node] = constraint.imposed.into();
             }
         }
     }
@@ -456,16 +457,11 @@ impl Frames {
         self.oblique.sort_unstable_by_key(|(node, _)| *node);
     }
 
-    /// Gives a free node the frame dual to its two retained directions.
+    /// Gives a node the frame dual to its first axis and another vector.
     fn make_dual(&mut self, node: NodeId, second: Vector) {
-        let place = node.index();
-        if self.fixed[place] != [false; 2] {
-            return;
-        }
-        let first = self.axes[place];
-        let across = [perpendicular(second), perpendicular(first)];
-        self.kept[place] = [true; 2];
-        self.axes[place] = 1.0 / across[0].dot(&first) * across[0];
-        self.oblique.push((node, 1.0 / across[1].dot(&second) * across[1]));
+        let axis = &mut self.axes[node.index()];
+        let frame = dual([*axis, second]);
+        *axis = frame[0];
+        self.oblique.push((node, frame[1]));
     }
 }

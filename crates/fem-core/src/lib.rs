@@ -58,6 +58,7 @@ pub mod cholesky;
 pub mod condensation;
 pub mod contact_system;
 pub mod dense;
+pub mod directions;
 pub mod dof;
 pub mod double_double;
 pub mod element;

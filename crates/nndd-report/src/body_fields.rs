@@ -5,7 +5,8 @@ use crate::solved::Fields;
 use case_io::Case;
 use case_io::case::MaterialLaw;
 use cre_estimator::Estimate;
-use fem_core::body::{Body, NodeConstraint};
+use fem_core::body::Body;
+use fem_core::directions::Directions;
 use fem_core::field;
 use fem_core::geometry::{Vector, norm};
 use fem_core::interface::Partner;
@@ -134,14 +135,8 @@ impl BodyFields<'_> {
     fn reactions(&self) -> Vec<Vector> {
         let (solution, model) = (self.solution, self.model());
         let residual = field::nodal_residual(model, &self.estimate.pair.bodies[self.body].displacement);
-        let along = |direction: Vector, force: Vector| direction.dot(&force) * direction;
-        let held =
-            model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
-                NodeConstraint::Free => Vector::zeros(),
-                NodeConstraint::Along { direction, .. } => along(*direction, *force),
-                NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => *force,
-            });
-        let mut forces: Vec<Vector> = held.collect();
+        let held = model.node_constraints().iter().zip(&residual);
+        let mut forces: Vec<Vector> = held.map(|(node, force)| node.held.project(*force)).collect();
         for side in model.rigid_sides() {
             for (node, load) in side.nodes.iter().zip(&side.forces) {
                 forces[*node] += load;
@@ -151,10 +146,11 @@ impl BodyFields<'_> {
             for pair in solution.problem.contacts[k].interface.pairs() {
                 let node = pair.nodes[side].index();
                 let slides = !solution.problem.contacts[k].friction.acts();
-                forces[node] = match model.node_constraints()[node] {
-                    NodeConstraint::Free if slides => along(pair.normal / norm(pair.normal), residual[node]),
-                    _ => residual[node],
+                let held = match model.node_constraints()[node].held.is_none() && slides {
+                    true => Directions::along(pair.normal / norm(pair.normal)),
+                    false => Directions::ALL,
                 };
+                forces[node] = held.project(residual[node]);
             }
         }
         forces

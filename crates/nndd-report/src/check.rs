@@ -8,7 +8,7 @@ use case_io::Case;
 use case_io::case::{BodyCase, Factors};
 use certified_contact::SolveError;
 use fem_core::assembly::{AssemblyError, external_forces};
-use fem_core::body::{Body, NodeConstraint, RigidMotion, RigidSide};
+use fem_core::body::{Body, RigidMotion, RigidSide};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, Partner};
 use fem_core::prepared::PrepareError;
@@ -42,7 +42,6 @@ pub struct CheckedBody {
 /// Bodies that the loads move and nothing holds.
 pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, Failure> {
     balancing(case, problem)?;
-    let held = |c: &NodeConstraint| !matches!(c, NodeConstraint::Free | NodeConstraint::Rigid { .. });
     let checked = |(k, (body, model)): (usize, (&BodyCase, &Body))| {
         let loaded = |side: &&RigidSide| side.force != Vector::zeros() || side.moment != 0.0;
         Ok(CheckedBody {
@@ -50,7 +49,7 @@ pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, 
             sides: model.mesh().groups().iter().map(|(name, edges)| (name.clone(), edges.len())).collect(),
             supports: model.supports().len(),
             rigid_sides: model.rigid_sides().len(),
-            held_nodes: model.node_constraints().iter().filter(|c| held(c)).count(),
+            held_nodes: model.node_constraints().iter().filter(|node| !node.supported().is_none()).count(),
             loads: body.tractions.len()
                 + model.rigid_sides().iter().filter(loaded).count()
                 + usize::from(model.body_force() != Vector::zeros()),

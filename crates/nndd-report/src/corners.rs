@@ -19,7 +19,7 @@
 use crate::solved::Fields;
 use crate::words::place;
 use case_io::Case;
-use fem_core::body::{Body, EdgeReaction};
+use fem_core::body::Body;
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactProblem, Partner};
 use fem_core::material::LinearElastic;
@@ -182,11 +182,9 @@ fn held(problem: &ContactProblem, b: usize, edge: EdgeId) -> Held {
         return Held::Other;
     }
     match body.edge_condition(edge).map(|condition| condition.reaction) {
-        Some(EdgeReaction::None) => Held::Free,
-        Some(EdgeReaction::Both) => Held::Clamped,
-        Some(EdgeReaction::Along(d)) if cross(d, body.mesh().edge_normal(edge)).abs() <= NORMAL => {
-            Held::Roller
-        }
+        Some(held) if held.is_none() => Held::Free,
+        Some(held) if held.is_all() => Held::Clamped,
+        Some(held) if held.contains(body.mesh().edge_normal(edge), NORMAL) => Held::Roller,
         _ => Held::Other,
     }
 }

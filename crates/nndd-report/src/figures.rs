@@ -13,7 +13,8 @@ use case_io::case::{BodyCase, Target};
 use case_io::report::{AdaptiveRow, Report, StepSummary};
 use case_io::table::ContactRow;
 use cre_estimator::{AdmissibleBody, Estimate};
-use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidSide};
+use fem_core::body::{Body, RigidSide};
+use fem_core::directions::Directions;
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactPair, NodePair, Partner};
 use fem_core::mesh::id::{EdgeId, NodeId};
@@ -354,12 +355,12 @@ fn rigid_load(body: &Body, side: &RigidSide) -> Option<SketchLoad> {
     (force != Vector::zeros() || moment != 0.0).then_some(SketchLoad { at, normal, force, moment })
 }
 
-/// The displacement that is imposed on a node.
-fn imposed_on(body: &Body, node: NodeId) -> Vector {
-    match body.node_constraints()[node] {
-        NodeConstraint::Free => Vector::zeros(),
-        NodeConstraint::Along { direction, value } => value * direction,
-        NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => value,
+/// The sign of a support that holds some directions.
+fn sign_of(held: &Directions) -> Held {
+    match (held.is_none(), held.is_all()) {
+        (true, _) => Held::Free,
+        (_, true) => Held::Fixed,
+        _ => Held::Roller,
     }
 }
 
@@ -369,16 +370,11 @@ fn sketch_nodes(body: &Body) -> impl Iterator<Item = SketchEdge> + '_ {
     body.supports().iter().filter_map(move |set| {
         let ([node], [reaction]) = (&set.nodes[..], &set.reactions[..]) else { return None };
         let around = topology.boundary_edges().iter().filter(|edge| topology.edges()[**edge].contains(node));
-        let held = match reaction {
-            EdgeReaction::None => Held::Free,
-            EdgeReaction::Along(_) => Held::Roller,
-            EdgeReaction::Both => Held::Fixed,
-        };
         Some(SketchEdge {
             ends: [mesh.points()[*node]; 2],
             normal: around.map(|edge| mesh.edge_normal(*edge)).sum(),
-            held,
-            displacement: imposed_on(body, *node),
+            held: sign_of(reaction),
+            displacement: body.node_constraints()[*node].displacement(),
             traction: Vector::zeros(),
         })
     })
@@ -399,7 +395,7 @@ fn between_materials(body: &Body) -> Vec<[Vector; 2]> {
 fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
     let mesh = body.mesh();
     let nodes_of = mesh.topology().edges();
-    let imposed = |node: NodeId| imposed_on(body, node);
+    let imposed = |node: NodeId| body.node_constraints()[node].displacement();
     let mean = |[a, b]: [Vector; 2]| 0.5 * (a + b);
     let free = |side: &&RigidSide| !side.motions.is_empty();
     let rigid: BTreeSet<EdgeId> =
@@ -410,19 +406,9 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
         .filter_map(|edge| {
             let condition = body.edge_condition(*edge)?;
             let nodes = nodes_of[*edge];
-            let held = match condition.reaction {
-                EdgeReaction::None => Held::Free,
-                EdgeReaction::Along(_) => Held::Roller,
-                EdgeReaction::Both if rigid.contains(edge) => Held::Rigid,
-                EdgeReaction::Both => Held::Fixed,
-            };
+            let held = if rigid.contains(edge) { Held::Rigid } else { sign_of(&condition.reaction) };
             // Only what the edge itself imposes: its ends may belong to another side too.
-            let mean_imposed = mean(nodes.map(imposed));
-            let displacement = match condition.reaction {
-                EdgeReaction::None => Vector::zeros(),
-                EdgeReaction::Along(d) => d.dot(&mean_imposed) * d,
-                EdgeReaction::Both => mean_imposed,
-            };
+            let displacement = condition.reaction.project(mean(nodes.map(imposed)));
             Some(SketchEdge {
                 ends: nodes.map(|v| mesh.points()[v]),
                 normal: mesh.edge_normal(*edge),

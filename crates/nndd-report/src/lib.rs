@@ -16,7 +16,7 @@
 //! | say how it ended, in two sentences | [`verdict::verdict`] |
 //! | compare values of one setting | [`sweep::sweep`] |
 //! | bound the error of another code's field | [`certify::certify`], [`certify::of_fields`] |
-//! | answer how much memory there is, as a [`Host`] | [`room::smallest`] |
+//! | answer how much memory there is, as a [`Host`] | [`memory_limit::smallest`] |
 //! | convert the settings of a case to the library's | [`convert::settings`] |
 //!
 //! Nothing is printed here, no signal and no clock is read, and the process is never ended. A run gets everything

@@ -39,7 +39,7 @@ fn address_space(threads: usize, resident: f64) -> Option<MemoryLimit> {
     let taken = size(Path::new("/proc/self/status"), "VmSize:")? as f64 - resident;
     let words = |left| format!("the limit of the address space (ulimit -v) leaves {left}");
     let fix = "raise that limit, or use --threads 1: each thread reserves address space";
-    Some(limit_of(limit - taken - threads as f64 * RESERVED_BY_THREAD, words, Some(fix)))
+    Some(limit_of(limit - taken - threads as f64 * reserved_by_thread(), words, Some(fix)))
 }
 
 /// Reads a soft limit; `None` if it is unlimited.
@@ -47,8 +47,15 @@ fn soft_limit(table: &str, name: &str) -> Option<u64> {
     table.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.parse().ok()
 }
 
-/// Address space that a thread will reserve and hardly use, bytes: an arena of the allocator.
-const RESERVED_BY_THREAD: f64 = 64.0 * 1048576.0;
+/// Estimates the address space that a thread will reserve and hardly use, bytes: an arena of the allocator, and the packing buffers of
+/// the dense kernels, twice the largest cache.
+fn reserved_by_thread() -> f64 {
+    const ARENA: f64 = 64.0 * 1048576.0;
+    const CACHE: f64 = 32.0 * 1048576.0;
+    let text = fs::read_to_string("/sys/devices/system/cpu/cpu0/cache/index3/size").ok();
+    let cache = text.and_then(|text| text.trim().strip_suffix('K')?.parse::<f64>().ok());
+    ARENA + 2.0 * cache.map_or(CACHE, |kibibytes| 1024.0 * kibibytes)
+}
 
 /// A version of control groups: its mark in `/proc/self/cgroup`, where it is mounted, and its files.
 struct Version {

@@ -12,7 +12,7 @@ use case_io::Case;
 use case_io::case::{BodyCase, MaterialLaw, Method};
 use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
-use fem_core::body::{Body, NodeConstraint};
+use fem_core::body::Body;
 use fem_core::geometry::{Vector, norm, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::material::Hypothesis;
@@ -63,11 +63,7 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
         )),
     }
     for (given, body) in case.bodies.iter().zip(&problem.bodies) {
-        let imposed = body.node_constraints().iter().map(|constraint| match constraint {
-            NodeConstraint::Free => 0.0,
-            NodeConstraint::Along { value, .. } => value.abs(),
-            NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => norm(*value),
-        });
+        let imposed = body.node_constraints().iter().map(|constraint| norm(constraint.imposed));
         let largest = imposed.fold(0.0, f64::max);
         let [low, high] = body.mesh().bounding_box();
         let size = norm(high - low);

@@ -1,6 +1,7 @@
 //! The peaks of the machine: products of dense matrices, passes over memory, and files.
 
-use nalgebra::DMatrix;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde_json::json;
@@ -38,13 +39,15 @@ fn fastest(mut run: impl FnMut()) -> f64 {
 /// Measures operations per second of `C ← A B + C`, each thread with matrices of its own.
 fn multiplication(pool: &ThreadPool) -> f64 {
     let threads = pool.current_num_threads();
-    let matrix = |seed: f64| DMatrix::from_fn(SIZE, SIZE, |i, j| (seed + i as f64 + 0.7 * j as f64).sin());
-    let mut all: Vec<[DMatrix<f64>; 3]> =
+    let matrix = |seed: f64| Mat::from_fn(SIZE, SIZE, |i, j| (seed + i as f64 + 0.7 * j as f64).sin());
+    let mut all: Vec<[Mat<f64>; 3]> =
         (0..threads).map(|k| [0.0, 1.0, 2.0].map(|s| matrix(s + k as f64))).collect();
     let seconds = fastest(|| {
         pool.broadcast(|_| ());
         pool.install(|| {
-            all.par_iter_mut().with_max_len(1).for_each(|[a, b, c]| black_box(c).gemm(1.0, a, b, 1.0));
+            let multiply =
+                |[a, b, c]: &mut [Mat<f64>; 3]| matmul(black_box(c), Accum::Add, &*a, &*b, 1.0, Par::Seq);
+            all.par_iter_mut().with_max_len(1).for_each(multiply);
         });
     });
     threads as f64 * 2.0 * (SIZE as f64).powi(3) / seconds

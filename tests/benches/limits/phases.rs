@@ -146,7 +146,7 @@ fn of_factors(record: &Recorder, problem: &ContactProblem) {
 fn condense(factor: &Cholesky, system: &System, mut load: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     let n = system.dofs.interface_len();
     let block = factor.trailing_block(n);
-    let schur = dense_cholesky::square_of_triangle(&block, n, dense_cholesky::Triangle::Lower);
+    let schur = fem_core::dense::square(&block, n);
     factor.forward(&mut load);
     (schur, load)
 }

@@ -26,7 +26,7 @@ struct Round {
 /// Measures, and writes page and table.
 pub(super) fn run(workspace: &Workspace, command: &str, runs: u32) -> Outcome<()> {
     let load = load_average();
-    // Only tests use faer; its threads are a feature that they do not ask for, so no other build has it.
+    // faer's threads are a feature that no other build asks for.
     let bench = ["bench", "--package", "tests", "--bench", SUITE, "--features", "faer/rayon"];
     if stream(workspace.cargo(&bench).arg("--no-run"))? != Some(0) {
         return Err(format!("the benchmark {SUITE} does not build"));

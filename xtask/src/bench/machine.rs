@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::process::Command;
 
 /// The packages whose versions decide the numbers.
-const NUMERIC: [&str; 4] = ["matrixmultiply", "clarabel", "nalgebra", "rayon"];
+const NUMERIC: [&str; 4] = ["faer", "clarabel", "nalgebra", "rayon"];
 
 /// The machine, without its name.
 pub(super) struct Machine {

@@ -87,13 +87,10 @@ impl Kept {
         };
         let small = DMatrix::from_fn(rows.len(), rows.len(), entry);
         // Positive definite with the rows that join, and so without those that leave.
-        let mut joining: Vec<f64> = small.view((0, 0), (joined, joined)).iter().copied().collect();
-        dense_cholesky::factorise(&mut joining, joined).ok()?;
-        let round_off = |j: usize| {
-            let pivot = joining[j * (joined + 1)];
-            pivot * pivot <= PIVOT_FLOOR * values[rows[j] * (n + 1)]
-        };
-        if (0..joined).any(round_off) {
+        let joining = small.view((0, 0), (joined, joined)).iter().copied().collect();
+        let joining = Factor::new(joined, joining).ok()?;
+        let round_off = |(pivot, row): (f64, &usize)| pivot * pivot <= PIVOT_FLOOR * values[row * (n + 1)];
+        if joining.pivots().zip(&rows).any(round_off) {
             return None;
         }
         let small = small.lu();

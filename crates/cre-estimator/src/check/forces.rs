@@ -8,9 +8,9 @@ use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::CellStress;
 use crate::lanes::{LaneRow, MOST_LANES};
 use crate::size::larger;
-use fem_core::body::{Body, EdgeReaction};
+use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
-use fem_core::geometry::{Vector, perpendicular};
+use fem_core::geometry::Vector;
 use fem_core::mesh::id::EdgeId;
 use fem_core::parallel::each_task;
 use fem_core::tensor::SymTensor2;
@@ -250,13 +250,8 @@ impl Block<'_> {
         for (force, traction) in own.into_iter().zip(condition.traction) {
             let given = length * traction;
             worst.scale = larger(worst.scale, square(given));
-            let difference = force - given;
-            let residual = match condition.reaction {
-                EdgeReaction::None => square(difference),
-                EdgeReaction::Along(d) => difference.dot(&perpendicular(d)).powi(2),
-                EdgeReaction::Both => 0.0,
-            };
-            worst.boundary = larger(worst.boundary, residual);
+            let difference = condition.reaction.complement().components(force - given);
+            worst.boundary = larger(worst.boundary, square(difference));
         }
     }
 

@@ -1,7 +1,8 @@
 //! Which Airy functions the boundary allows: the functions whose stress does not change given tractions.
 
 use crate::equilibrated::EquilibratedStress;
-use fem_core::body::{Body, EdgeCondition, EdgeReaction};
+use fem_core::body::{Body, EdgeCondition};
+use fem_core::directions::Directions;
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
 use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::norm::sum_over_triangles;
@@ -64,14 +65,13 @@ impl<'a> Space<'a> {
             let length = norm(b - a);
             let normal = 1.0 / length * rotated(b - a);
             let mut keep_value = true;
-            let freedom = match condition.reaction {
-                EdgeReaction::None => {
+            let freedom = match condition.reaction.basis() {
+                [] => {
                     keep_value = false;
                     [0.0, 0.0]
                 }
-                EdgeReaction::Both => [0.0, 1.0],
-                EdgeReaction::Along(d) => {
-                    let (n, t) = (d.dot(&normal), cross(normal, d));
+                [d] => {
+                    let (n, t) = (d.dot(&normal), cross(normal, *d));
                     keep_value = n.abs() >= NEARLY_TANGENTIAL;
                     // d·m = 0 with m = t (φ_b − φ_a)/L + L n q, t and n unit vectors.
                     let tangential = n.abs() <= SAME_DIRECTION;
@@ -81,6 +81,7 @@ impl<'a> Space<'a> {
                         [0.0, f64::from(u8::from(tangential))]
                     }
                 }
+                _ => [0.0, 1.0],
             };
             boundary.push(freedom);
             for node in mesh.topology().edges()[edge] {
@@ -197,11 +198,8 @@ impl<'a> Space<'a> {
             let mut added = [rotated(m - ga), rotated(gb - m)];
             if let Ok(place) = topology.boundary_edges().binary_search(&e) {
                 // Removes round-off from the given components.
-                match conditions[place].reaction {
-                    EdgeReaction::None => added = [Vector::zeros(); 2],
-                    EdgeReaction::Along(d) => added = added.map(|b| d.dot(&b) / d.dot(&d) * d),
-                    EdgeReaction::Both => {}
-                }
+                let held = conditions[place].reaction;
+                added = added.map(|b| held.basis().iter().map(|d| d.dot(&b) / d.dot(d) * d).sum());
             }
             if topology.edges()[e][0].index() != nodes[0] {
                 added.reverse();
@@ -214,18 +212,13 @@ impl<'a> Space<'a> {
 }
 
 /// Restricts the gradient at a node to the directions that an edge through it allows.
-fn restrict(slopes: &mut [Vector; 2], reaction: EdgeReaction) {
+fn restrict(slopes: &mut [Vector; 2], reaction: Directions) {
     let zero = [Vector::zeros(); 2];
-    match reaction {
-        EdgeReaction::Both => {}
-        EdgeReaction::None => *slopes = zero,
-        EdgeReaction::Along(d) => {
-            if slopes[1] != Vector::zeros() {
-                *slopes = [perpendicular(1.0 / norm(d) * d), Vector::zeros()];
-            } else if slopes[0].dot(&d).abs() > SAME_DIRECTION {
-                *slopes = zero;
-            }
-        }
+    match reaction.basis() {
+        [] => *slopes = zero,
+        [d] if slopes[1] != Vector::zeros() => *slopes = [perpendicular(1.0 / norm(*d) * d), Vector::zeros()],
+        [d] if slopes[0].dot(d).abs() > SAME_DIRECTION => *slopes = zero,
+        _ => {}
     }
 }
 

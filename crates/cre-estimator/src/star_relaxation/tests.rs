@@ -6,7 +6,7 @@ use fem_core::assembly::System;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::condensation::CondensedBody;
 use fem_core::field;
-use fem_core::geometry::{Vector, cross, perpendicular};
+use fem_core::geometry::{Vector, cross};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap, InterfaceSide};
 use fem_core::material::Materials;
 use fem_core::material::{Hypothesis, LinearElastic};
@@ -159,12 +159,8 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
         rows.extend(balance);
     }
     for (&edge, condition) in topology.boundary_edges().iter().zip(&eet.conditions) {
-        let given = match condition.reaction {
-            EdgeReaction::Both => vec![],
-            EdgeReaction::Along(d) => vec![perpendicular(d)],
-            EdgeReaction::None => vec![Vector::x(), Vector::y()],
-        };
-        for (direction, end) in given.into_iter().flat_map(|d| [(d, 0), (d, 1)]) {
+        for (direction, end) in condition.reaction.complement().basis().iter().flat_map(|d| [(d, 0), (d, 1)])
+        {
             let mut row = DVector::zeros(unknowns);
             row[4 * edge.index() + 2 * end] = direction[0];
             row[4 * edge.index() + 2 * end + 1] = direction[1];
@@ -288,7 +284,7 @@ fn prepared_stars_refuse_other_supports() {
     let mut stress = eet.clone();
     let prepared = StarRelaxation::new(&body, &eet.conditions);
     for condition in &mut stress.conditions {
-        condition.reaction = EdgeReaction::None;
+        condition.reaction = Directions::NONE;
     }
     prepared.relax(&mut stress, Relaxation::Steps(1));
 }

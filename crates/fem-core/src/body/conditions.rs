@@ -5,10 +5,9 @@ mod single_node;
 
 use super::interpolation::{gauss_points, linear_by_moments};
 use super::rigid::{Equation, Given, RigidSide};
-use super::{
-    Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, EdgeReaction, NodeConstraint, SupportSet,
-};
+use super::{Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, NodeConstraint, SupportSet};
 use crate::boundary::{BoundaryConditions, EdgeSelection, Load, RigidCondition, ScalarData, Support};
+use crate::directions::Directions;
 use crate::geometry::{Vector, cross, norm};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
@@ -48,11 +47,11 @@ pub(super) fn evaluate(
         return Err(BodyError::BodyForce { force });
     }
     let mut work = Evaluation {
-        constraints: vec![NodeConstraint::Free; mesh.points().len()],
+        constraints: vec![NodeConstraint::FREE; mesh.points().len()],
         magnitudes: vec![0.0; mesh.points().len()],
         turned: Vec::new(),
         edges: vec![
-            EdgeCondition { reaction: EdgeReaction::None, traction: [Vector::zeros(); 2] };
+            EdgeCondition { reaction: Directions::NONE, traction: [Vector::zeros(); 2] };
             mesh.topology().boundary_edges().len()
         ],
         mesh: &mesh,
@@ -179,29 +178,21 @@ impl Evaluation<'_> {
         let piece = piece_of[topology.edges()[edges[0]][0]];
         let mut equations = Vec::new();
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
-            if self.edges[position].reaction != EdgeReaction::None {
+            if !self.edges[position].reaction.is_none() {
                 return Err(BodyError::RigidOccupied { place, point: middle(edge) });
             }
             for node in topology.edges()[edge] {
                 let point = points[node];
-                let mut equation =
-                    |direction: Vector, value| equations.push(Equation { point, direction, value });
-                match self.constraints[node] {
-                    NodeConstraint::Free => {}
-                    NodeConstraint::Along { direction, value } => equation(direction, value),
-                    NodeConstraint::Fixed { value } => {
-                        equation(Vector::x(), value[0]);
-                        equation(Vector::y(), value[1]);
-                    }
-                    NodeConstraint::Rigid { .. } => return Err(BodyError::RigidOccupied { place, point }),
-                }
-                if piece_of[node] != piece {
+                let constraint = &self.constraints[node];
+                if constraint.rigid_side.is_some() || piece_of[node] != piece {
                     return Err(BodyError::RigidOccupied { place, point });
                 }
+                let imposed = constraint.components();
+                equations.extend(imposed.map(|(direction, value)| Equation { point, direction, value }));
             }
         }
         for (_, position) in self.places(edges).collect::<Vec<_>>() {
-            self.edges[position].reaction = EdgeReaction::Both;
+            self.edges[position].reaction = Directions::ALL;
         }
         let given = Given { condition, edges: edges.to_vec(), equations, piece };
         let side = RigidSide::new(self.mesh, given).map_err(|(equation, found)| BodyError::Conflict {
@@ -210,11 +201,9 @@ impl Evaluation<'_> {
             values: [equation.value, found],
         })?;
         for &node in &side.nodes {
-            let value = side.imposed.at(points[node]);
-            self.constraints[node] = match side.motions.is_empty() {
-                true => NodeConstraint::Fixed { value },
-                false => NodeConstraint::Rigid { side: place.index as u32, value },
-            };
+            let imposed = side.imposed.at(points[node]);
+            let rigid_side = (!side.motions.is_empty()).then_some(place.index as u32);
+            self.constraints[node] = NodeConstraint { held: Directions::ALL, imposed, rigid_side };
         }
         Ok(side)
     }
@@ -287,7 +276,7 @@ impl Evaluation<'_> {
         place: ConditionPlace,
         edges: &[EdgeId],
         support: &Support,
-    ) -> Result<BTreeMap<NodeId, EdgeReaction>, BodyError> {
+    ) -> Result<BTreeMap<NodeId, Directions>, BodyError> {
         let mut holds = BTreeMap::new();
         let normals = match support {
             Support::Normal(_) => rollers::straightened(self.mesh, edges),
@@ -302,13 +291,12 @@ impl Evaluation<'_> {
             Support::Normal(data) => [Some((data, magnitude(data))); 2],
             Support::Components(all) => all.each_ref().map(|d| d.as_ref().map(|d| (d, magnitude(d)))),
         };
-        let axes = [Vector::x(), Vector::y()];
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
-            let directions = normals.get(&edge).map_or(axes.as_slice(), std::slice::from_ref);
+            let directions = normals.get(&edge).map_or(Directions::ALL.basis(), std::slice::from_ref);
             for (&direction, known) in directions.iter().zip(magnitudes) {
                 let Some((data, magnitude)) = known else { continue };
                 let reaction = &mut self.edges[position].reaction;
-                *reaction = add_reaction(*reaction, direction);
+                *reaction = reaction.with(direction, SAME_DIRECTION);
                 for node in self.mesh.topology().edges()[edge] {
                     let held = at_nodes.get(&node).map_or(direction, |all| rollers::mean(all, direction));
                     let value = self.constrain(place, node, &Imposed { direction: held, data, magnitude })?;
@@ -316,8 +304,8 @@ impl Evaluation<'_> {
                     if sine > 0.0 {
                         self.turned.push(Turned { node, normal: direction, value, sine });
                     }
-                    let reaction = holds.entry(node).or_insert(EdgeReaction::None);
-                    *reaction = add_reaction(*reaction, held);
+                    let reaction = holds.entry(node).or_insert(Directions::NONE);
+                    *reaction = reaction.with(held, SAME_DIRECTION);
                 }
             }
         }
@@ -335,37 +323,29 @@ impl Evaluation<'_> {
         let value = finite(place, point, imposed.data.at(point))?;
         let magnitude = &mut self.magnitudes[node];
         *magnitude = magnitude.max(imposed.magnitude);
-        let agree = |known: f64, magnitude: f64| {
-            let close = (known - value).abs() <= SAME_VALUE * magnitude;
-            if close { Ok(value) } else { Err(BodyError::Conflict { place, point, values: [known, value] }) }
-        };
         let constraint = &mut self.constraints[node];
-        match *constraint {
-            NodeConstraint::Free => *constraint = NodeConstraint::Along { direction, value },
-            NodeConstraint::Along { direction: d, value: v } => {
-                let sine = cross(d, direction);
-                if sine.abs() <= SAME_DIRECTION {
-                    return agree(v * d.dot(&direction).signum(), *magnitude);
-                }
-                // Solve d·u = v, direction·u = value: round-off grows as the directions come near each other.
-                let u = Vector::new(v * direction[1] - value * d[1], d[0] * value - direction[0] * v) / sine;
-                *constraint = NodeConstraint::Fixed { value: u };
-                *magnitude /= sine.abs();
-            }
-            NodeConstraint::Fixed { value: u } | NodeConstraint::Rigid { value: u, .. } => {
-                return agree(u.dot(&direction), *magnitude);
-            }
+        let sine = norm(constraint.held.complement().components(direction));
+        if sine <= SAME_DIRECTION {
+            let known = constraint.imposed.dot(&constraint.held.components(direction));
+            let close = (known - value).abs() <= SAME_VALUE * *magnitude;
+            return if close {
+                Ok(value)
+            } else {
+                Err(BodyError::Conflict { place, point, values: [known, value] })
+            };
         }
+        // Round-off grows as the directions come near each other.
+        *magnitude /= sine;
+        constraint.impose(direction, value);
         Ok(value)
     }
 
     /// Computes [`Body::roller_turn`] when all conditions are imposed.
     fn roller_turn(&self) -> f64 {
-        let violates = |t: &&Turned| match self.constraints[t.node] {
-            NodeConstraint::Fixed { value: u } => {
-                (u.dot(&t.normal) - t.value).abs() > SAME_VALUE * self.magnitudes[t.node]
-            }
-            _ => true,
+        let violates = |t: &&Turned| {
+            let constraint = &self.constraints[t.node];
+            let difference = (constraint.displacement().dot(&t.normal) - t.value).abs();
+            !constraint.is_clamped() || difference > SAME_VALUE * self.magnitudes[t.node]
         };
         self.turned.iter().filter(violates).fold(0.0, |largest, t| largest.max(t.sine))
     }
@@ -374,24 +354,14 @@ impl Evaluation<'_> {
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let traction = self.edge_traction(place, edge, load)?;
             let condition = &mut self.edges[position];
-            let blocked = match condition.reaction {
-                EdgeReaction::None => false,
-                EdgeReaction::Along(d) => {
-                    traction.iter().any(|&t| t.dot(&d).abs() > SAME_DIRECTION * norm(t))
-                }
-                EdgeReaction::Both => traction.iter().any(|&t| t != Vector::zeros()),
-            };
-            if blocked {
+            let held = condition.reaction;
+            if traction.iter().any(|&t| norm(held.components(t)) > SAME_DIRECTION * norm(t)) {
                 let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n]);
                 let point = 0.5 * (ends[0] + ends[1]);
                 return Err(BodyError::LoadOnSupport { place, point });
             }
             for (total, t) in condition.traction.iter_mut().zip(traction) {
-                let along = match condition.reaction {
-                    EdgeReaction::Along(d) => t.dot(&d) * d,
-                    _ => Vector::zeros(),
-                };
-                *total += t - along;
+                *total += t - held.project(t);
             }
         }
         Ok(())
@@ -439,14 +409,6 @@ impl Evaluation<'_> {
 
 fn finite(place: ConditionPlace, point: Vector, value: f64) -> Result<f64, BodyError> {
     if value.is_finite() { Ok(value) } else { Err(BodyError::NotFinite { place, point, value }) }
-}
-
-fn add_reaction(present: EdgeReaction, direction: Vector) -> EdgeReaction {
-    match present {
-        EdgeReaction::None => EdgeReaction::Along(direction),
-        EdgeReaction::Along(d) if cross(d, direction).abs() <= SAME_DIRECTION => present,
-        _ => EdgeReaction::Both,
-    }
 }
 
 #[cfg(test)]

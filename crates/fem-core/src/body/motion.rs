@@ -1,6 +1,6 @@
 //! Finds the rigid motions that the supports of a body leave free.
 
-use super::{Body, NodeConstraint};
+use super::Body;
 use crate::geometry::{Vector, norm, perpendicular, shown};
 use nalgebra::Matrix3;
 use std::fmt;
@@ -156,18 +156,10 @@ fn grams(body: &Body) -> (Vec<Matrix3<f64>>, Vec<Vector>) {
         let piece = piece_of[node] as usize;
         let x = 1.0 / size * (points[node] - middle);
         near[piece].get_or_insert(points[node]);
-        let mut impose = |d: Vector| {
+        // Rigid sides as a whole below.
+        for d in constraint.supported().basis() {
             let row = nalgebra::RowVector3::new(d[0], d[1], -d[0] * x[1] + d[1] * x[0]);
             gram[piece] += row.transpose() * row;
-        };
-        match *constraint {
-            // Rigid sides as a whole below.
-            NodeConstraint::Free | NodeConstraint::Rigid { .. } => {}
-            NodeConstraint::Along { direction, .. } => impose(direction),
-            NodeConstraint::Fixed { .. } => {
-                impose(Vector::x());
-                impose(Vector::y());
-            }
         }
     }
     for side in body.rigid_sides() {

@@ -7,8 +7,8 @@
 use super::CholeskyError;
 use super::symbolic::{Layout, SymbolicCholesky, column_start};
 use super::workspace::{Run, SmallestPivot, Workspace};
+use crate::dense::triangular;
 use crate::sparse::SymmetricCsc;
-use dense_cholesky::NotPositiveDefinite;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
@@ -72,8 +72,8 @@ impl Job<'_> {
         for (child, update) in self.updates(s, from, other) {
             self.add_to_panel(child, update, layout, panel, runs);
         }
-        // L₁₁ L₁₁ᵀ = A₁₁, L₂₁ = A₂₁ L₁₁⁻ᵀ.
-        dense_cholesky::factorise(panel, layout.height()).map_err(|NotPositiveDefinite { column }| {
+        let size = [layout.height(), layout.width];
+        triangular::eliminate(panel, size).map_err(|column| {
             let (pivot, dimension) = (layout.first + column, self.symbolic.dimension());
             CholeskyError::NotPositiveDefinite { pivot, dimension }
         })?;
@@ -84,7 +84,7 @@ impl Job<'_> {
         store(layout, panel, columns);
         let b = layout.rows.len();
         let own = &mut stack[top[side]..top[side] + b * b];
-        multiply(layout, panel, own);
+        triangular::update(panel, size, own);
         for (child, update) in self.updates(s, from, other) {
             self.add_to_update(child, update, layout, own, runs);
         }
@@ -250,13 +250,5 @@ fn store(layout: &Layout, panel: &[f64], columns: &mut [f64]) {
     for (k, column) in panel.chunks_exact(height).enumerate() {
         let start = column_start(k, height);
         columns[start..start + height - k].copy_from_slice(&column[k..]);
-    }
-}
-
-/// Computes `U = −L₂₁ L₂₁ᵀ`, lower part.
-fn multiply(layout: &Layout, panel: &[f64], own: &mut [f64]) {
-    let (w, b) = (layout.width, layout.rows.len());
-    if b > 0 {
-        dense_cholesky::add_square(-1.0, (&panel[w..], w + b), [b, w], 0.0, (own, b), b);
     }
 }

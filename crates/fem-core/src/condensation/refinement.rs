@@ -2,6 +2,7 @@
 
 use super::CondensedBody;
 use crate::body::Body;
+use crate::dense::triangular;
 use crate::double_double::{DoubleDouble, PreciseVector};
 use crate::geometry::Vector;
 use crate::mesh::id::NodeId;
@@ -127,7 +128,7 @@ impl CondensedBody {
     pub fn replace_condensed_load(&mut self, load: Vec<f64>) -> InterfaceLoad {
         self.check("the load", &load);
         let mut forward = load.clone();
-        dense_cholesky::forward(&self.interface_factor, load.len(), &mut forward);
+        triangular::forward(&self.interface_factor, &mut forward);
         self.swap_load(InterfaceLoad { condensed: load, forward })
     }
 

@@ -6,7 +6,7 @@
 
 use super::profile::Profile;
 use super::{ClampedEnd, ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
-use crate::body::{Body, NodeConstraint};
+use crate::body::Body;
 use crate::geometry::{Vector, norm};
 use crate::mesh::topology::NONE;
 
@@ -31,9 +31,9 @@ pub(super) struct UntrimmedLine {
 
 /// Returns the displacements imposed on the two nodes of a pair; `None` unless both bodies clamp it.
 pub(super) fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[Vector; 2]> {
-    let imposed = |b: usize| match bodies[b].node_constraints()[pair.nodes[b]] {
-        NodeConstraint::Fixed { value } => Some(value),
-        _ => None,
+    let imposed = |b: usize| {
+        let constraint = &bodies[b].node_constraints()[pair.nodes[b]];
+        constraint.is_clamped().then(|| constraint.displacement())
     };
     Some([imposed(0)?, imposed(1)?])
 }

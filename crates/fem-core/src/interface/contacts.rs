@@ -128,7 +128,7 @@ impl ContactProblem {
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// # let steel = LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain)?;
     /// # let body = |y: f64, cells: usize| -> Result<Body, Box<dyn std::error::Error>> {
-    /// #     Ok(Body::new(block([0.0, y], [2.0, 1.0], [cells, 2])?, steel, &BoundaryConditions::new())?)
+    /// #     Ok(Body::new(block([0.0, y], [2.0, 1.0], [cells, 2])?, steel.clone(), &BoundaryConditions::new())?)
     /// # };
     /// let (upper, lower) = (body(1.0, 4)?, body(0.0, 3)?);
     /// let surfaces = ["bottom", "top"].map(str::to_owned);

@@ -8,8 +8,8 @@ use super::common_refinement::Facing;
 use super::common_refinement::curve::{smooth_beyond, turns_into};
 use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, clamped_ends, outline};
-use crate::body::{Body, NodeConstraint};
-use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm, perpendicular};
+use crate::body::Body;
+use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm};
 use crate::mesh::id::EdgeId;
 use std::collections::HashMap;
 
@@ -217,7 +217,7 @@ fn turns(pairs: &[NodePair], edges: &[ContactEdge]) -> Vec<f64> {
 /// Rejects nodes on rollers whose normal displacement is imposed, or nearly so. Otherwise the normal is the line's,
 /// and the node's frame is not orthogonal, see [`crate::dof::DofMap`].
 fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<(), InterfaceError> {
-    let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b]];
+    let constraint = |b: usize| &bodies[b].node_constraints()[pair.nodes[b]];
     let refused = |b: usize| {
         Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[pair.nodes[b]] })
     };
@@ -226,25 +226,23 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
     }
     let mut normal = pair.normal;
     for b in 0..2 {
-        match constraint(b) {
-            NodeConstraint::Free => {}
-            // Only the other body has an unknown there.
-            NodeConstraint::Fixed { .. } => {}
-            NodeConstraint::Rigid { .. } => return refused(b),
-            NodeConstraint::Along { direction, .. } => {
-                let free = perpendicular(direction);
-                let free = free.dot(&pair.normal).signum() * free;
-                // The other body's support may have turned the normal already.
-                if normal == pair.normal && turns_into(normal, free, turn) {
-                    normal = free;
-                }
-            }
+        if constraint(b).rigid_side.is_some() {
+            return refused(b);
+        }
+        let held = constraint(b).held;
+        // The other body's support may have turned the normal already.
+        if !held.is_none()
+            && normal == pair.normal
+            && let Some(free) = held.complement().nearest(normal)
+            && turns_into(normal, free, turn)
+        {
+            normal = free;
         }
     }
     for b in 0..2 {
-        if let NodeConstraint::Along { direction, .. } = constraint(b)
-            && direction.dot(&normal).abs() > SUPPORT * norm(normal)
-        {
+        let held = constraint(b).held;
+        // If it is clamped, only the other body has an unknown there.
+        if !held.is_all() && norm(held.components(normal)) > SUPPORT * norm(normal) {
             return refused(b);
         }
     }

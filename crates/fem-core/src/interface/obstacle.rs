@@ -5,7 +5,7 @@ use super::matching::{TOLERANCE, walk};
 use super::normals::SUPPORT;
 use super::refinement::measure_arc;
 use super::{ContactEdge, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
-use crate::body::{Body, NodeConstraint, RigidMotion};
+use crate::body::{Body, RigidMotion};
 use crate::geometry::{self, Vector, cross, norm, perpendicular};
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::topology::NONE;
@@ -142,8 +142,9 @@ impl Obstacle {
 
     /// Returns what is imposed on a node of a body and on the obstacle's point that faces it, if a support clamps the node, m.
     pub(super) fn clamped(&self, body: &Body, pair: &NodePair) -> Option<[Vector; 2]> {
-        let NodeConstraint::Fixed { value } = body.node_constraints()[pair.nodes[0]] else { return None };
-        Some([value, self.imposed_at(self.point_facing(body, pair))])
+        let constraint = &body.node_constraints()[pair.nodes[0]];
+        let facing = || self.imposed_at(self.point_facing(body, pair));
+        constraint.is_clamped().then(|| [constraint.displacement(), facing()])
     }
 
     fn point_facing(&self, body: &Body, pair: &NodePair) -> Vector {
@@ -385,13 +386,9 @@ impl Chained {
     ) -> Result<NodePair, InterfaceError> {
         let point = body.mesh().points()[node];
         let (distance, normal) = line.distance(point);
-        let blocked = match body.node_constraints()[node] {
-            NodeConstraint::Free => false,
-            NodeConstraint::Along { direction, .. } => direction.dot(&normal).abs() > SUPPORT,
-            NodeConstraint::Fixed { .. } => !self.may_be_clamped,
-            NodeConstraint::Rigid { .. } => true,
-        };
-        if blocked {
+        let constraint = &body.node_constraints()[node];
+        let allowed = self.may_be_clamped && constraint.is_clamped();
+        if !allowed && norm(constraint.held.components(normal)) > SUPPORT {
             return Err(InterfaceError::SupportedNode { body: 0, point });
         }
         let gap = match gap {

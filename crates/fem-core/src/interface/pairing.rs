@@ -6,7 +6,7 @@ use super::geometric_gap::{self, GeometricGap, Surfaces};
 use super::matching::{self, Stretch};
 use super::outline::Radial;
 use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
-use crate::body::{Body, EdgeReaction};
+use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
 use crate::mesh::id::{EdgeId, NodeId};
@@ -103,7 +103,7 @@ pub(super) fn check_free(
     for &edge in edges {
         let condition = body.edge_condition(edge).ok_or_else(|| fault("has an edge inside the body"))?;
         let point = body.mesh().edge_middle(edge);
-        if condition.reaction != EdgeReaction::None {
+        if !condition.reaction.is_none() {
             return Err(InterfaceError::Occupied { body: number, point, what: "an imposed displacement" });
         }
         if condition.traction != [Vector::zeros(); 2] {

@@ -4,7 +4,7 @@ use super::{
     ContactInterface, Friction, InterfaceError, InterfaceSide, NodePair, Obstacle, Partner, Retained,
     RigidLine, Roles, SlipBefore,
 };
-use crate::body::{Body, BodyError, ConditionPlace, Difference, NodeConstraint, RigidMotion};
+use crate::body::{Body, BodyError, ConditionPlace, Difference, RigidMotion};
 use crate::geometry::Vector;
 use std::ops::Range;
 use thiserror::Error;
@@ -270,8 +270,7 @@ impl ContactProblem {
     pub fn has_held_nodes(&self, pair: &ContactPair) -> bool {
         let held = |(side, b): (usize, usize)| {
             let constraints = self.bodies[b].node_constraints();
-            let of = |p: &NodePair| constraints[p.nodes[side]];
-            pair.interface.pairs().iter().any(|p| matches!(of(p), NodeConstraint::Fixed { .. }))
+            pair.interface.pairs().iter().any(|p| constraints[p.nodes[side]].is_clamped())
         };
         pair.elastic_sides().any(held)
     }

@@ -1,8 +1,9 @@
 //! Supports on single nodes.
 
-use super::{Evaluation, Imposed, add_reaction, finite};
-use crate::body::{BodyError, ConditionPlace, EdgeReaction};
+use super::{Evaluation, Imposed, SAME_DIRECTION, finite};
+use crate::body::{BodyError, ConditionPlace};
 use crate::boundary::Support;
+use crate::directions::Directions;
 use crate::geometry::{self, Vector};
 use crate::mesh::id::NodeId;
 use std::collections::BTreeMap;
@@ -33,14 +34,14 @@ impl Evaluation<'_> {
         place: ConditionPlace,
         node: NodeId,
         support: &Support,
-    ) -> Result<BTreeMap<NodeId, EdgeReaction>, BodyError> {
+    ) -> Result<BTreeMap<NodeId, Directions>, BodyError> {
         let Support::Components(components) = support else { return Err(BodyError::SingleNode { place }) };
-        let mut held = EdgeReaction::None;
-        for (direction, data) in [Vector::x(), Vector::y()].into_iter().zip(components) {
+        let mut held = Directions::NONE;
+        for (direction, data) in Directions::ALL.basis().iter().copied().zip(components) {
             let Some(data) = data else { continue };
             let magnitude = data.at(self.mesh.points()[node]).abs();
             self.constrain(place, node, &Imposed { direction, data, magnitude })?;
-            held = add_reaction(held, direction);
+            held = held.with(direction, SAME_DIRECTION);
         }
         Ok(BTreeMap::from([(node, held)]))
     }

@@ -1,6 +1,6 @@
 //! The stretches (connected parts) of a contact surface, oriented with their body on the left.
 
-use crate::body::{Body, NodeConstraint};
+use crate::body::Body;
 use crate::geometry::{self, Vector};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
@@ -100,7 +100,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain], fixed: &Fixed) -> HashMap<N
     for chain in chains {
         for (k, &node) in chain.nodes.iter().enumerate() {
             let inner = k > 0 && k + 1 < chain.nodes.len();
-            let held = body.node_constraints()[node] != NodeConstraint::Free;
+            let held = !body.node_constraints()[node].held.is_none();
             let cells = topology.triangles_around(node);
             let first = body.material(cells[0] as usize);
             let mixed = cells.iter().any(|&t| body.material(t as usize) != first);

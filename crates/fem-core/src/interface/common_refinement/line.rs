@@ -2,8 +2,8 @@
 
 use super::chain::Chain;
 use super::curve::Curve;
-use crate::body::{Body, NodeConstraint, Piece};
-use crate::geometry::{Vector, bounding_box, norm, perpendicular, right_normal};
+use crate::body::{Body, Piece};
+use crate::geometry::{Vector, bounding_box, norm, right_normal};
 use crate::interface::{ContactNormal, outline};
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::smooth::STRAIGHT;
@@ -64,8 +64,8 @@ impl<'a> Line<'a> {
         } else if !own.is_closed() {
             // As in pairing: at a support the normal is the direction left free.
             for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
-                if let NodeConstraint::Along { direction, .. } = body.node_constraints()[node] {
-                    curve.turn_end(last, perpendicular(direction));
+                if let [free] = body.node_constraints()[node].held.complement().basis() {
+                    curve.turn_end(last, *free);
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! The sparse Cholesky of fem-core beside faer's, on the stiffness of the paper's lower body.
+//! The sparse Cholesky of fem-core beside faer's, on the stiffness of the paper's lower body and of boxes of tetrahedra.
 //!
 //! `cargo xtask bench --factor` runs it and writes the page. It is a plain program, since criterion records times only.
 //! Each line has the cells, the number of unknowns, the method, its threads, the seconds of order and analysis, of the
@@ -10,6 +10,8 @@
 //! Without the feature faer has one thread.
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // The data are fixed and valid; the lines are for a reader.
 
+mod solid;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{
     LltRef, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
@@ -19,18 +21,22 @@ use faer::{Conj, MatMut, Par, Side};
 use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::cholesky::{Cholesky, SymbolicCholesky};
+use fem_core::cholesky::{Cholesky, Front, SymbolicCholesky};
 use fem_core::dof::DofMap;
 use fem_core::interface::{ContactInterface, Gap, InterfaceSide};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::sparse::SymmetricCsc;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use solid::Solid;
+use std::fmt::Display;
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
 const CELLS: [[usize; 2]; 3] = [[80, 36], [320, 160], [640, 320]];
+/// Cells along each axis of a box.
+const BOXES: [usize; 3] = [10, 16, 24];
 /// Largest residual over the largest entry of the right-hand side.
 const TOLERANCE: f64 = 1e-9;
 
@@ -52,30 +58,53 @@ fn main() {
         .into_iter()
         .map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap())
         .collect();
-    let mut of_faer = vec![Par::Seq];
-    of_faer.extend(Some(faer::get_global_parallelism()).filter(|par| par.degree() > 1));
-    for cells in CELLS {
-        let (body, side) = lower_body(cells);
+    for [a, b] in CELLS {
+        let (body, side) = lower_body([a, b]);
         let dofs = DofMap::new(&body, &side);
         let matrix = System::with_dofs(&body, dofs.clone()).unwrap().stiffness;
-        let natural = in_node_order(&matrix, &dofs);
-        // The first round warms up and is not printed.
-        for round in 0..=rounds {
-            let print = |threads: usize, matrix: &SymmetricCsc, m: &Measured| {
-                check(matrix, &m.solution);
-                if round > 0 {
-                    let ([a, b], [symbolic, numeric, solve]) = (cells, m.seconds);
-                    let n = matrix.dimension();
-                    println!("{a}x{b},{n},{},{threads},{symbolic},{numeric},{solve},{}", m.method, m.stored);
-                }
-            };
-            for pool in &pools {
-                let measured = pool.install(|| multifrontal(&body, &side, &matrix));
-                print(pool.current_num_threads(), &matrix, &measured);
+        let mut order: Vec<usize> = (0..matrix.dimension()).collect();
+        order.sort_by_key(|&number| dofs.unknown(number));
+        let natural = permuted(&matrix, &places(&order));
+        let fronts = || DofMap::new(&body, &side).fronts().to_vec();
+        compare(format_args!("{a}x{b}"), [&matrix, &natural], &fronts, &pools, rounds);
+    }
+    for cells in BOXES {
+        let solid = Solid { cells };
+        let natural = solid.stiffness();
+        let matrix = permuted(&natural, &places(&solid.dissection().0));
+        let fronts = || solid.dissection().1;
+        compare(format_args!("{cells}x{cells}x{cells}"), [&matrix, &natural], &fronts, &pools, rounds);
+    }
+}
+
+/// Prints the rounds of one matrix.
+///
+/// * `[matrix, natural]`: it in the order of elimination, and as another program would have it.
+/// * `fronts`: computes that order's tree.
+fn compare(
+    cells: impl Display,
+    [matrix, natural]: [&SymmetricCsc; 2],
+    fronts: &(dyn Fn() -> Vec<Front> + Sync),
+    pools: &[ThreadPool],
+    rounds: usize,
+) {
+    let mut of_faer = vec![Par::Seq];
+    of_faer.extend(Some(faer::get_global_parallelism()).filter(|par| par.degree() > 1));
+    // The first round warms up and is not printed.
+    for round in 0..=rounds {
+        let print = |threads: usize, matrix: &SymmetricCsc, m: &Measured| {
+            check(matrix, &m.solution);
+            if round > 0 {
+                let (n, [symbolic, numeric, solve]) = (matrix.dimension(), m.seconds);
+                println!("{cells},{n},{},{threads},{symbolic},{numeric},{solve},{}", m.method, m.stored);
             }
-            for &par in &of_faer {
-                print(par.degree(), &natural, &of_library(&natural, par));
-            }
+        };
+        for pool in pools {
+            let measured = pool.install(|| multifrontal(fronts, matrix));
+            print(pool.current_num_threads(), matrix, &measured);
+        }
+        for &par in &of_faer {
+            print(par.degree(), natural, &of_library(natural, par));
         }
     }
 }
@@ -94,15 +123,18 @@ fn lower_body(cells: [usize; 2]) -> (Body, InterfaceSide) {
     (lower, side)
 }
 
-/// The same matrix with the unknowns in the order of the mesh's nodes, as another program would have it.
-fn in_node_order(matrix: &SymmetricCsc, dofs: &DofMap) -> SymmetricCsc {
-    let n = matrix.dimension();
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by_key(|&number| dofs.unknown(number));
-    let mut place = vec![0; n];
+/// The place of each unknown in an order.
+fn places(order: &[usize]) -> Vec<usize> {
+    let mut places = vec![0; order.len()];
     for (new, &old) in order.iter().enumerate() {
-        place[old] = new;
+        places[old] = new;
     }
+    places
+}
+
+/// The same matrix with the unknowns in other places.
+fn permuted(matrix: &SymmetricCsc, place: &[usize]) -> SymmetricCsc {
+    let n = matrix.dimension();
     let mut columns = vec![vec![]; n];
     for j in 0..n {
         for (i, value) in matrix.column(j) {
@@ -133,10 +165,9 @@ fn check(matrix: &SymmetricCsc, solution: &[f64]) {
 }
 
 /// The factor of fem-core: nested dissection of the mesh, then the multifrontal method.
-fn multifrontal(body: &Body, side: &InterfaceSide, matrix: &SymmetricCsc) -> Measured {
+fn multifrontal(fronts: &dyn Fn() -> Vec<Front>, matrix: &SymmetricCsc) -> Measured {
     let start = Instant::now();
-    let dofs = DofMap::new(body, side);
-    let symbolic = Arc::new(SymbolicCholesky::analyse(matrix, dofs.fronts()).unwrap());
+    let symbolic = Arc::new(SymbolicCholesky::analyse(matrix, &fronts()).unwrap());
     let analysed = start.elapsed();
     let factor = Cholesky::factorise(symbolic, matrix).unwrap();
     let factorised = start.elapsed();
