@@ -62,6 +62,18 @@ impl Factor {
     }
 }
 
+/// Subtracts `L L_1ᵀ` from a matrix, with the first rows `L_1` of `L`, as many as it has columns.
+///
+/// * `matrix`: as many rows as `L` has from `first` on, column by column; `lower`: `height` rows, column by column.
+pub(crate) fn subtract_square(matrix: &mut [f64], lower: &[f64], (height, first): (usize, usize)) {
+    let rows = height - first;
+    let lower = MatRef::from_column_major_slice(lower, height, lower.len() / height).subrows(first, rows);
+    let columns = matrix.len() / rows;
+    let top = lower.subrows(0, columns).transpose();
+    let matrix = MatMut::from_column_major_slice_mut(matrix, rows, columns);
+    matmul(matrix, Accum::Add, lower, top, -1.0, Par::Seq);
+}
+
 /// Returns `P⁻¹ C` and `Cᵀ P⁻¹ C`, column by column.
 ///
 /// * `solve`: overwrites columns with `P⁻¹` of them.

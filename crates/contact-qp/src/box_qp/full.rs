@@ -1,7 +1,7 @@
 //! The equations of a set with a full matrix: a factor of `P_FF + c G_Fᵀ G_F` and the eigenvalues of the Schur complement of the rows.
 
 use super::kept::{DEPENDENT_COLUMN, Kept};
-use crate::cholesky::{Factor, PIVOT_FLOOR, eliminate};
+use crate::cholesky::{Factor, PIVOT_FLOOR, eliminate, subtract_square};
 use crate::dense::{SemiDefinite, dot, largest};
 use crate::error::QpError;
 use crate::programme::BoxQp;
@@ -16,6 +16,8 @@ const DEPENDENT: f64 = 1e-10;
 
 /// Corrections of a solution on one set.
 const REFINEMENTS: usize = 2;
+/// Columns that an elimination takes at once.
+const COLUMNS: usize = 64;
 
 /// A full matrix with what all sets share.
 pub(super) struct Full<'a> {
@@ -132,26 +134,81 @@ impl<'a> Full<'a> {
         let (first, last): (Vec<usize>, Vec<usize>) =
             free.iter().partition(|i| self.qp.upper[**i].is_infinite() || self.qp.lower[**i].is_infinite());
         let order = [first, last].concat();
-        let (mut kept, mut skipped): (Vec<(usize, Vec<f64>)>, Vec<usize>) = (Vec::new(), Vec::new());
-        for (k, &i) in order.iter().enumerate() {
-            // The column of L below its pivot, in the order.
-            let mut column: Vec<f64> = order[k..].iter().map(|j| self.matrix[i * n + j]).collect();
-            for (start, earlier) in &kept {
-                let part = &earlier[k - start..];
-                let factor = part[0];
-                column.iter_mut().zip(part).for_each(|(c, l)| *c -= factor * l);
+        let height = order.len();
+        // The columns of L that are kept, zero above their pivots.
+        let (mut lower, mut skipped): (Vec<f64>, Vec<usize>) = (Vec::new(), Vec::new());
+        for start in (0..height).step_by(COLUMNS) {
+            let rows = height - start;
+            let columns = &order[start..height.min(start + COLUMNS)];
+            let entries =
+                columns.iter().flat_map(|i| order[start..].iter().map(move |j| self.matrix[i * n + j]));
+            let mut panel: Vec<f64> = entries.collect();
+            subtract_square(&mut panel, &lower, (height, start));
+            let earlier = lower.len();
+            for (k, (&i, column)) in columns.iter().zip(panel.chunks_exact_mut(rows)).enumerate() {
+                for beside in lower[earlier..].chunks_exact(height).map(|beside| &beside[start + k..]) {
+                    let factor = beside[0];
+                    column[k..].iter_mut().zip(beside).for_each(|(c, l)| *c -= factor * l);
+                }
+                let (pivot, diagonal) = (column[k], self.matrix[i * (n + 1)]);
+                if pivot < -PIVOT_FLOOR * diagonal {
+                    return None;
+                }
+                if pivot <= DEPENDENT_COLUMN * diagonal {
+                    skipped.push(i);
+                    continue;
+                }
+                let pivot = pivot.sqrt();
+                lower.extend(std::iter::repeat_n(0.0, start + k));
+                lower.extend(column[k..].iter().map(|c| c / pivot));
             }
-            if column[0] < -PIVOT_FLOOR * self.matrix[i * (n + 1)] {
-                return None;
-            }
-            if column[0] <= DEPENDENT_COLUMN * self.matrix[i * (n + 1)] {
-                skipped.push(i);
-                continue;
-            }
-            let pivot = column[0].sqrt();
-            column.iter_mut().for_each(|c| *c /= pivot);
-            kept.push((k, column));
         }
         Some(skipped)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::MatrixView;
+    use crate::sparse::SparseRows;
+
+    #[test]
+    fn columns_beyond_the_rank_depend_on_others_and_unknowns_with_two_bounds_come_last() {
+        let mut state = 1u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        for (n, rank) in [(40, 25), (150, 64), (300, 130)] {
+            let factor: Vec<Vec<f64>> = (0..n).map(|_| (0..rank).map(|_| random()).collect()).collect();
+            let entry = |k: usize| dot(&factor[k / n], &factor[k % n]);
+            let values: Vec<f64> = (0..n * n).map(entry).collect();
+            let (linear, lower) = (vec![0.0; n], vec![0.0; n]);
+            // Every third unknown has two bounds.
+            let two = |i: &usize| i.is_multiple_of(3);
+            let upper: Vec<f64> = (0..n).map(|i| if two(&i) { 1.0 } else { f64::INFINITY }).collect();
+            let rows = SparseRows::new(n);
+            let qp = BoxQp {
+                matrix: MatrixView::Dense { n, values: &values },
+                linear: &linear,
+                lower: &lower,
+                upper: &upper,
+                rows: &rows,
+                right_side: &[],
+            };
+            let full = Full::new(&qp, &values, 1.0, &[]);
+            let free: Vec<usize> = (0..n).collect();
+            let (last, first): (Vec<usize>, Vec<usize>) = free.iter().copied().partition(two);
+            let order = [first, last].concat();
+            assert_eq!(full.dependent(&free).unwrap(), order[rank..], "n = {n}");
+            // Without them none is left.
+            assert_eq!(full.dependent(&order[..rank]), Some(Vec::new()));
+            // A negative direction.
+            let mut negative = values.clone();
+            negative[n + 1] = -1.0;
+            let qp = BoxQp { matrix: MatrixView::Dense { n, values: &negative }, ..qp };
+            assert_eq!(Full::new(&qp, &negative, 1.0, &[]).dependent(&free), None);
+        }
     }
 }
