@@ -142,8 +142,8 @@ fn on_its_active_set(
     right_side: &[f64],
 ) -> Result<Option<Balanced>, QpError> {
     let n = target.len();
-    let (starts, states): (Vec<usize>, Vec<usize>) = ((0..=n).collect(), (0..n).collect());
-    let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &states, values: weights };
+    let (starts, places): (Vec<usize>, Vec<usize>) = ((0..=n).collect(), (0..n).collect());
+    let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: weights };
     let linear: Vec<f64> = target.iter().zip(weights).map(|(t, w)| -w * t).collect();
     let qp = BoxQp { matrix, linear: &linear, lower, upper, rows, right_side };
     let found = solve_box(&qp, None, &QpSettings::default().active_sets_first())?;
@@ -274,12 +274,12 @@ impl<'a> Projection<'a> {
         let bounds = |bounds: &[f64], free: f64| [bounds, &vec![free; m]].concat();
         let (lower, upper) = (bounds(self.lower, f64::NEG_INFINITY), bounds(self.upper, f64::INFINITY));
         let starts: Vec<usize> = (0..=n + m).map(|j| j.saturating_sub(n)).collect();
-        let states: Vec<usize> = (n..n + m).collect();
+        let places: Vec<usize> = (n..n + m).collect();
         let (values, linear) = (vec![1.0; m], vec![0.0; n + m]);
         let matrix = MatrixView::SparseUpper {
             n: n + m,
             column_starts: &starts,
-            row_indices: &states,
+            row_indices: &places,
             values: &values,
         };
         let right_side = self.right_side;

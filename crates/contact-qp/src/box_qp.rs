@@ -116,7 +116,7 @@ fn first_set(qp: &BoxQp<'_>, start: Option<&[BoundState]>, method: QpMethod) -> 
         (_, Some(start)) => Some(start.to_vec()),
         // A system of equations needs no interior-point method.
         (QpMethod::Auto, None) if is_bounded => None,
-        (QpMethod::Auto | QpMethod::ActiveSet, None) => Some(qp.places_at_rest()),
+        (QpMethod::Auto | QpMethod::ActiveSet, None) => Some(qp.states_at_rest()),
     }
 }
 
@@ -178,7 +178,7 @@ impl Search<'_> {
     fn descent(&mut self) -> Option<ActiveSetPoint> {
         let point = self.point.as_ref().filter(|_| self.is_small())?;
         // The second one passes all bounds on its way, but finds no set on which the rows cannot hold.
-        for states in [point.states.clone(), self.near.places_at_rest()] {
+        for states in [point.states.clone(), self.near.states_at_rest()] {
             let limit = MOST_DESCENTS + 4 * states.len();
             let (found, steps) = self.system.descend(&point.x, states, limit);
             self.counts.descent_steps += steps;
@@ -223,7 +223,7 @@ impl Search<'_> {
             None => ActiveSetPoint {
                 x: vec![0.0; n],
                 a: vec![0.0; qp.right_side.len()],
-                states: qp.places_at_rest(),
+                states: qp.states_at_rest(),
             },
         };
         Ok(BoxSolution { status, ..self.answer(qp, candidate) })

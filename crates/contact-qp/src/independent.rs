@@ -140,10 +140,10 @@ mod tests {
     #[test]
     fn a_beam_on_many_supports_is_held() {
         // Motions: along x, along y, and the rotation about the middle; supports below, from 0 to 2; a load at 1.33.
-        let states: Vec<f64> = (0..=20).map(|k| 0.1 * f64::from(k)).collect();
+        let places: Vec<f64> = (0..=20).map(|k| 0.1 * f64::from(k)).collect();
         let mut rows = vec![0.0; 21];
-        rows.extend(states.iter().map(|_| -1.0));
-        rows.extend(states.iter().map(|x| -(x - 1.0) / 2.1));
+        rows.extend(places.iter().map(|_| -1.0));
+        rows.extend(places.iter().map(|x| -(x - 1.0) / 2.1));
         let e = [0.0, -24.8, -24.8 * 0.33 / 2.1];
         let found = IndependentRows::new(&rows, &e);
         assert_eq!(found.kernel().len(), 1);

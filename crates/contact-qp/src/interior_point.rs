@@ -48,25 +48,25 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
     let (below, above) = (bounded(qp.lower), bounded(qp.upper));
     let [first_below, first_above] = [m + fixed.len(), m + fixed.len() + below.len()];
     // Column by column: the equality rows, then x = l, then −x ≤ −l, then x ≤ u.
-    let (mut starts, mut states, mut entries) = (vec![0], Vec::new(), Vec::new());
+    let (mut starts, mut places, mut entries) = (vec![0], Vec::new(), Vec::new());
     let columns = qp.rows.transposed();
     for i in 0..n {
         for (k, g) in columns.row(i) {
-            states.push(k);
+            places.push(k);
             entries.push(g / roots[i] / norms[k]);
         }
         for (list, first, entry) in
             [(&fixed, m, 1.0), (&below, first_below, -1.0), (&above, first_above, 1.0)]
         {
             if let Ok(place) = list.binary_search(&i) {
-                states.push(first + place);
+                places.push(first + place);
                 entries.push(entry);
             }
         }
-        starts.push(states.len());
+        starts.push(places.len());
     }
     let bounds = below.len() + above.len();
-    let matrix = CscMatrix::new(first_below + bounds, n, starts, states, entries);
+    let matrix = CscMatrix::new(first_below + bounds, n, starts, places, entries);
     let scaled = |i: usize, bound: f64| bound * roots[i] / load;
     let rhs: Vec<f64> = (0..m)
         .map(|k| qp.right_side[k] / norms[k] / load)

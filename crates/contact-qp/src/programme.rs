@@ -87,7 +87,7 @@ impl BoxQp<'_> {
     }
 
     /// Places unknowns between equal bounds there, and all others between their bounds.
-    pub(crate) fn places_at_rest(&self) -> Vec<BoundState> {
+    pub(crate) fn states_at_rest(&self) -> Vec<BoundState> {
         let place = |(l, u): (&f64, &f64)| if l == u { BoundState::Lower } else { BoundState::Free };
         self.lower.iter().zip(self.upper).map(place).collect()
     }

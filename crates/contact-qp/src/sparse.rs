@@ -10,7 +10,7 @@ pub struct SparseRows {
     columns: usize,
     /// End of each row among the entries.
     ends: Vec<usize>,
-    states: Vec<usize>,
+    places: Vec<usize>,
     values: Vec<f64>,
 }
 
@@ -30,7 +30,7 @@ impl SparseRows {
     /// Appends a row: entries with their columns, in ascending order. Zeros are left out.
     pub fn push(&mut self, entries: impl IntoIterator<Item = (usize, f64)>) {
         for (place, value) in entries.into_iter().filter(|(_, value)| *value != 0.0) {
-            self.states.push(place);
+            self.places.push(place);
             self.values.push(value);
         }
         self.ends.push(self.values.len());
@@ -60,7 +60,7 @@ impl SparseRows {
     pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let start = if k == 0 { 0 } else { self.ends[k - 1] };
         let entries = start..self.ends[k];
-        self.states[entries.clone()].iter().copied().zip(self.values[entries].iter().copied())
+        self.places[entries.clone()].iter().copied().zip(self.values[entries].iter().copied())
     }
 
     /// Lists all rows.
@@ -105,17 +105,17 @@ impl SparseRows {
     #[must_use]
     pub fn transposed(&self) -> Self {
         let mut next = vec![0; self.columns + 1];
-        self.states.iter().for_each(|j| next[j + 1] += 1);
+        self.places.iter().for_each(|j| next[j + 1] += 1);
         (0..self.columns).for_each(|j| next[j + 1] += next[j]);
         let ends = next[1..].to_vec();
-        let (mut states, mut values) = (vec![0; self.values.len()], vec![0.0; self.values.len()]);
+        let (mut places, mut values) = (vec![0; self.values.len()], vec![0.0; self.values.len()]);
         for (k, row) in self.rows().enumerate() {
             for (j, g) in row {
-                (states[next[j]], values[next[j]]) = (k, g);
+                (places[next[j]], values[next[j]]) = (k, g);
                 next[j] += 1;
             }
         }
-        Self { columns: self.len(), ends, states, values }
+        Self { columns: self.len(), ends, places, values }
     }
 
     /// Returns the full matrix, row after row.

@@ -343,7 +343,7 @@ impl ContactInterface {
         self.edges.iter().any(|edge| edge.bent)
     }
 
-    /// Finds the corner of the first body's contact surface that turns most: where, and by how many degrees. Corners that end a stretch do not count.
+    /// Finds the corner of the first body's contact surface that turns most: its point, and the angle in degrees. Corners that end a stretch do not count.
     ///
     /// * `first`: the first body.
     pub fn sharpest_corner(&self, first: &Body) -> Option<(Vector, f64)> {

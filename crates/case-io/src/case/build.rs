@@ -308,11 +308,11 @@ impl Case {
         let (mut key, mut message) = (key, self.with_name(contact, error, side));
         let (mut expected, mut fix) = fixes::of_interface(error);
         if given.obstacle.is_some()
-            && let Some((said, cure)) = fixes::against_obstacle(error)
+            && let Some((said, of_obstacle)) = fixes::against_obstacle(error)
         {
             let name = given.bodies.first().and_then(|b| self.bodies.get(*b)).map_or("", |body| &body.name);
             message = format!("body \"{name}\" {said}");
-            (expected, fix) = cure;
+            (expected, fix) = of_obstacle;
             if matches!(error, InterfaceError::Overlap { .. }) {
                 key = "obstacle".to_owned();
             }

@@ -6,18 +6,18 @@ use fem_core::interface::InterfaceError;
 use fem_core::interface::common_refinement::CommonRefinementError;
 
 /// The expected input, and one fix.
-type Cure = (&'static str, &'static str);
+type Fix = (&'static str, &'static str);
 
-const SIDE: Cure = (
+const SIDE: Fix = (
     "the name of one of them",
     "look at the sides with `nndd mesh FILE`; a generator's are in `nndd new paper`",
 );
-const BOUNDARY: Cure = (
+const BOUNDARY: Fix = (
     "edges of the boundary, at least one",
     "take the edges inside the body out of the group, or name another side",
 );
 
-pub(super) fn of_body(error: &BodyError) -> Cure {
+pub(super) fn of_body(error: &BodyError) -> Fix {
     match error {
         BodyError::UnknownGroup { .. } => SIDE,
         BodyError::EmptySelection { .. } => {
@@ -64,7 +64,7 @@ pub(super) fn of_body(error: &BodyError) -> Cure {
     }
 }
 
-pub(super) fn of_interface(error: &InterfaceError) -> Cure {
+pub(super) fn of_interface(error: &InterfaceError) -> Fix {
     match error {
         InterfaceError::UnknownSurface { .. } => SIDE,
         InterfaceError::NoSurface { .. } => BOUNDARY,
@@ -126,8 +126,8 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
     }
 }
 
-/// Returns message and cure for an error between a body and an obstacle, if the error's own words are about two bodies.
-pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Cure)> {
+/// Returns message and fix for an error between a body and an obstacle, if the error's own words are about two bodies.
+pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Fix)> {
     let at = |point: &Vector| format!("({}, {})", shown(point[0]), shown(point[1]));
     Some(match error {
         InterfaceError::NotFacing { point } => (
@@ -183,7 +183,7 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Cure)>
     })
 }
 
-pub(super) fn of_refinement(error: &CommonRefinementError) -> Cure {
+pub(super) fn of_refinement(error: &CommonRefinementError) -> Fix {
     match error {
         CommonRefinementError::NoSurface { .. } => BOUNDARY,
         CommonRefinementError::NoOverlap { .. } => (

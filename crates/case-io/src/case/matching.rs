@@ -29,7 +29,8 @@ impl Case {
     /// See [`Case::build_bodies`]; surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda`
     /// that is not finite at one of their nodes.
     pub fn build(&self) -> Result<(ContactProblem, Notes), CaseError> {
-        let contacts: Vec<interface::Contact> = (0..self.contacts.len()).map(|k| self.contact(k)).collect();
+        let contacts = (0..self.contacts.len()).map(|k| self.contact(k));
+        let contacts = contacts.collect::<Result<Vec<interface::Contact>, CaseError>>()?;
         let paired = ContactProblem::of_contacts(self.build_bodies()?, &contacts);
         let Paired { problem, refined, .. } =
             paired.map_err(|error| self.pairing_diagnostic(&contacts, &error))?;
@@ -50,7 +51,10 @@ impl Case {
     }
 
     /// Describes a pair for fem-core.
-    fn contact(&self, contact: usize) -> interface::Contact {
+    ///
+    /// # Errors
+    /// Numbers of bodies and surfaces that the reader would have refused: a program may have changed them since.
+    fn contact(&self, contact: usize) -> Result<interface::Contact, CaseError> {
         let given = &self.contacts[contact];
         let (gap, normal) = self.gap_and_normal(contact);
         let sides = match (&given.obstacle, &given.bodies[..], &given.surfaces[..]) {
@@ -61,10 +65,15 @@ impl Case {
                 let gap = self.is_given(&format!("{}.gap", given.path)).then_some(gap);
                 Sides::Obstacle { body, surface: surface.clone(), obstacle: obstacle.of_core(), gap }
             }
-            _ => unreachable!("the reader has refused a pair of {:?}", given.bodies),
+            (_, bodies, surfaces) => {
+                let message = format!("a pair of the bodies {bodies:?} and the surfaces {surfaces:?}");
+                let fault = self.diagnostic(code::CONTACT, &given.path, message);
+                let fault = fault.expected("a surface of each of two bodies, or of one against an obstacle");
+                return Err(fault.fix("give as many bodies as surfaces").into());
+            }
         };
         let friction = given.friction.as_ref().map(Friction::of_core);
-        interface::Contact { name: given.name.clone(), sides, friction }
+        Ok(interface::Contact { name: given.name.clone(), sides, friction })
     }
 
     /// Attributes an error of the pairing to the key that causes it.

@@ -27,7 +27,7 @@ const OUTSIDE: usize = usize::MAX;
 pub(super) struct Kept {
     rows: Vec<usize>,
     /// The place of each row of the matrix in the block.
-    states: Vec<usize>,
+    places: Vec<usize>,
     factor: Factor,
     /// The columns of `C` and `K_BB⁻¹ C` of the rows in which the last block differed.
     columns: HashMap<usize, (Vec<f64>, Vec<f64>)>,
@@ -49,17 +49,17 @@ impl Kept {
         if factor.pivots().zip(rows).any(depends) {
             return None;
         }
-        let mut states = vec![OUTSIDE; n];
-        rows.iter().enumerate().for_each(|(place, row)| states[*row] = place);
-        Some(Self { rows: rows.to_vec(), states, factor, columns: HashMap::new() })
+        let mut places = vec![OUTSIDE; n];
+        rows.iter().enumerate().for_each(|(place, row)| places[*row] = place);
+        Some(Self { rows: rows.to_vec(), places, factor, columns: HashMap::new() })
     }
 
     /// Prepares solutions on a block; `None` if it is better factorised.
     pub(super) fn changes(&mut self, values: &[f64], block: &[usize]) -> Option<Changes> {
-        let (n, size) = (self.states.len(), self.rows.len());
+        let (n, size) = (self.places.len(), self.rows.len());
         let mut stays = vec![false; n];
         block.iter().for_each(|row| stays[*row] = true);
-        let mut rows: Vec<usize> = block.iter().copied().filter(|row| self.states[*row] == OUTSIDE).collect();
+        let mut rows: Vec<usize> = block.iter().copied().filter(|row| self.places[*row] == OUTSIDE).collect();
         let joined = rows.len();
         rows.extend(self.rows.iter().filter(|row| !stays[**row]));
         if rows.is_empty() {
@@ -71,7 +71,7 @@ impl Kept {
         self.columns.retain(|row, _| rows.contains(row));
         let new: Vec<usize> = rows.iter().copied().filter(|row| !self.columns.contains_key(row)).collect();
         let column = |row: &usize| -> Vec<f64> {
-            match self.states[*row] {
+            match self.places[*row] {
                 OUTSIDE => self.rows.iter().map(|i| values[row * n + i]).collect(),
                 place => (0..size).map(|i| if i == place { 1.0 } else { 0.0 }).collect(),
             }
@@ -105,13 +105,13 @@ impl Kept {
         let (size, count) = (self.rows.len(), block.len().max(1));
         let mut inside = vec![0.0; sides.len() / count * size];
         for (inside, side) in inside.chunks_exact_mut(size).zip(sides.chunks_exact(count)) {
-            for (row, value) in block.iter().zip(side).filter(|(row, _)| self.states[**row] != OUTSIDE) {
-                inside[self.states[*row]] = *value;
+            for (row, value) in block.iter().zip(side).filter(|(row, _)| self.places[**row] != OUTSIDE) {
+                inside[self.places[*row]] = *value;
             }
         }
         self.factor.solve(&mut inside);
         for (inside, side) in inside.chunks_exact_mut(size).zip(sides.chunks_exact_mut(count)) {
-            let joins = block.iter().zip(&*side).filter(|(row, _)| self.states[**row] == OUTSIDE);
+            let joins = block.iter().zip(&*side).filter(|(row, _)| self.places[**row] == OUTSIDE);
             let mut forces = DVector::zeros(changes.rows.len());
             forces.iter_mut().zip(joins).for_each(|(force, (_, value))| *force = *value);
             for (row, force) in changes.rows.iter().zip(forces.iter_mut()) {
@@ -123,7 +123,7 @@ impl Kept {
             }
             let mut joins = forces.iter();
             for (row, value) in block.iter().zip(side) {
-                *value = match self.states[*row] {
+                *value = match self.places[*row] {
                     OUTSIDE => joins.next().copied().unwrap_or_default(),
                     place => inside[place],
                 };

@@ -128,15 +128,15 @@ fn sparse_programmes_have_the_solution_of_full_ones() {
             (matrix[i * n + i - 1], matrix[(i - 1) * n + i]) = (-0.7, -0.7);
         }
     }
-    let (mut starts, mut states, mut values) = (vec![0], Vec::new(), Vec::new());
+    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
     for j in 0..n {
         for i in (0..=j).filter(|i| matrix[j * n + i] != 0.0) {
-            states.push(i);
+            places.push(i);
             values.push(matrix[j * n + i]);
         }
-        starts.push(states.len());
+        starts.push(places.len());
     }
-    let sparse = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &states, values: &values };
+    let sparse = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: &values };
     let linear: Vec<f64> = (0..n).map(|_| random.number()).collect();
     let load: Vec<f64> =
         (0..m).map(|k| if k % 3 == 1 { -1.0 - 0.3 * random.number() } else { 0.0 }).collect();

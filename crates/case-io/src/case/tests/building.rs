@@ -31,6 +31,14 @@ fn the_paper_has_380_nodes_and_19_pairs() {
 }
 
 #[test]
+fn a_pair_that_a_program_has_broken_is_refused() {
+    let mut broken = case(&[]);
+    broken.contacts[0].surfaces.pop();
+    let fault = broken.build().unwrap_err().to_string();
+    assert!(fault.contains("a pair of the bodies [0, 1] and the surfaces [\"bottom\"]"), "{fault}");
+}
+
+#[test]
 fn unknown_groups_are_found_at_their_condition() {
     let fault = body_fault("on = \"right\"", "on = \"rigth\"");
     assert!(
