@@ -2,7 +2,7 @@
 
 use crate::args::{Certify, Format};
 use crate::console;
-use crate::deadline::{Deadline, MESHES};
+use crate::deadline::Deadline;
 use crate::machine::Machine;
 use nndd_report::failure::NOT_CERTIFIED;
 use nndd_report::{Failure, certify, run};
@@ -11,8 +11,7 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let machine = Machine::start();
     let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
     let for_people = options.format == Format::Human;
-    let limit = case.limits.time.as_ref().map(|limit| limit.value);
-    let mut deadline = Deadline::watch(limit, machine.started, MESHES, !for_people);
+    let mut deadline = Deadline::watch(&case, machine.started, !for_people);
     let (problem, notes) = run::build_last(&case, &machine)?;
     deadline.next("the certificate of the field");
     let found = certify::certify(&case, &problem, &options.displacement)?;

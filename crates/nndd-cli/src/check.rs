@@ -2,7 +2,7 @@
 
 use crate::args::{Check, Format};
 use crate::console;
-use crate::deadline::{Deadline, MESHES};
+use crate::deadline::Deadline;
 use crate::machine::Machine;
 use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
@@ -48,8 +48,7 @@ fn components(force: Vector) -> String {
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let machine = Machine::start();
     let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let limit = case.limits.time.as_ref().map(|limit| limit.value);
-    let mut deadline = Deadline::watch(limit, machine.started, MESHES, options.format == Format::Json);
+    let mut deadline = Deadline::watch(&case, machine.started, options.format == Format::Json);
     let (problem, mut notes) = run::build(&case, &machine)?;
     deadline.next("the checks of loads, supports and free motions");
     console::warnings(&case.warnings());

@@ -1,6 +1,7 @@
 //! The time limit of work without a result that could be kept: a thread ends the program, whatever loop it is in.
 
 use crate::console;
+use case_io::Case;
 use nndd_report::Failure;
 use std::process;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
@@ -11,8 +12,8 @@ use std::time::{Duration, Instant};
 /// The limit may be exceeded by this: steps that look at the clock themselves end the work before.
 const GRACE: f64 = 1.0;
 
-/// The step in which bodies and pairs are made.
-pub(crate) const MESHES: &str = "making the bodies and their contact lines";
+/// The first step.
+const MESHES: &str = "making the bodies and their contact lines";
 
 /// Ends the program at a time limit, until it is dropped.
 pub(crate) struct Deadline {
@@ -22,17 +23,12 @@ pub(crate) struct Deadline {
 }
 
 impl Deadline {
-    /// Begins to watch; without a limit nothing is watched.
+    /// Begins to watch the time limit of a case whose bodies are made next; without a limit nothing is watched.
     ///
-    /// * `limit`: seconds after `started`; `step`: the present step, for the message.
-    /// * `for_programs`: whether a failure is also an object on stdout.
-    pub(crate) fn watch(
-        limit: Option<f64>,
-        started: Instant,
-        step: &'static str,
-        for_programs: bool,
-    ) -> Self {
-        let step = Arc::new(Mutex::new(step));
+    /// * `started`: the time from which it counts; `for_programs`: whether a failure is also an object on stdout.
+    pub(crate) fn watch(case: &Case, started: Instant, for_programs: bool) -> Self {
+        let limit = case.limits.time.as_ref().map(|limit| limit.value);
+        let step = Arc::new(Mutex::new(MESHES));
         // A limit beyond the clock is not watched.
         let end = limit.and_then(|limit| {
             Some((limit, started.checked_add(Duration::try_from_secs_f64(limit + GRACE).ok()?)?))

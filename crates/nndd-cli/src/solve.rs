@@ -1,7 +1,7 @@
 //! `nndd solve`: solves a case, certifies it, writes everything down.
 
 use crate::args::{Format, Solve};
-use crate::deadline::{Deadline, MESHES};
+use crate::deadline::Deadline;
 use crate::machine::{Machine, Showing};
 use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
@@ -17,8 +17,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let mut watch = Stopwatch::start(machine.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
     let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let limit = case.limits.time.as_ref().map(|limit| limit.value);
-    let mut deadline = Deadline::watch(limit, machine.started, MESHES, options.format == Format::Json);
+    let mut deadline = Deadline::watch(&case, machine.started, options.format == Format::Json);
     let (mut problem, notes) = run::build(&case, &machine)?;
     deadline.next("the question whether the bodies are held");
     check::held(&case, &mut problem)?;
