@@ -15,7 +15,7 @@ use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
-use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::id::{FacetId, NodeId};
 use nndd::Iterate;
 use proptest::prelude::*;
 use tests::prepare;
@@ -108,21 +108,21 @@ impl Motion {
             }
             order
         };
-        let (nodes, cells) = (order(points.len()), order(mesh.triangles().len()));
+        let (nodes, cells) = (order(points.len()), order(mesh.cells().len()));
         let mut placed = vec![Vector::zeros(); points.len()];
         for (old, &new) in nodes.iter().enumerate() {
             placed[new] = points[old];
         }
         let number = |n: NodeId| NodeId::new(nodes[n]);
         let triangle = |&t: &usize| {
-            let [a, b, c] = mesh.triangles()[t].map(number);
+            let [a, b, c] = mesh.cells()[t].map(number);
             // A mirrored triangle runs the other way round.
             let mut corners = if self.mirror { [a, c, b] } else { [a, b, c] };
             corners.rotate_left(if self.renumber.is_some() { t % 3 } else { 0 });
             corners
         };
-        let edges = mesh.topology().edges();
-        let group = |(name, group): (&String, &Vec<EdgeId>)| {
+        let edges = mesh.topology().facets();
+        let group = |(name, group): (&String, &Vec<FacetId>)| {
             (name.clone(), group.iter().map(|&e| edges[e].map(number)).collect())
         };
         let groups = mesh.groups().iter().map(group).collect();

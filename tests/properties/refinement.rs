@@ -30,7 +30,7 @@ fn refinement_never_raises_the_energy_error() {
         let (mut coarse, energy) = bounds(&problem);
         for _ in 0..3 {
             let marked = [0, 1].map(|b| {
-                let count = problem.bodies[b].mesh().topology().edges().len();
+                let count = problem.bodies[b].mesh().topology().facets().len();
                 (0..count).map(|_| random.unit() < share).collect::<Vec<bool>>()
             });
             let finer = problem.refined(&edges, &marked).unwrap();

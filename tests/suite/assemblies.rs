@@ -10,7 +10,7 @@ use fem_core::interface::{
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{block, disc, ring};
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::FacetId;
 use fem_core::norm::energy_norm_squared;
 use nndd::stopping::Never;
 use nndd::{ExactSolution, NewtonSettings, NnddError, NnddSettings, NnddStatus, Recovery, solve_exactly};
@@ -173,8 +173,8 @@ fn forces_that_balanced_other_loads_hold_nothing() {
 fn twisted_roller() -> ContactProblem {
     let centre = Vector::new(0.0, 1.0);
     let mesh = disc(centre, 1.0, 4, -97.5).unwrap();
-    let rim = |edge: &EdgeId| mesh.topology().edges()[*edge];
-    let middle = |edge: &EdgeId| mesh.edge_middle(*edge) - centre;
+    let rim = |edge: &FacetId| mesh.topology().facets()[*edge];
+    let middle = |edge: &FacetId| mesh.facet_middle(*edge) - centre;
     let side = |wanted: &dyn Fn(Vector) -> bool| -> Vec<_> {
         mesh.group("rim").unwrap().iter().filter(|edge| wanted(middle(edge))).map(rim).collect()
     };
@@ -185,7 +185,7 @@ fn twisted_roller() -> ContactProblem {
     ];
     assert_eq!(groups.iter().map(|(_, edges)| edges.len()).collect::<Vec<_>>(), [1, 1, 22]);
     let (height, half) = (7.5f64.to_radians().cos(), 7.5f64.to_radians().sin());
-    let roller = TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups).unwrap();
+    let roller = TriMesh::new(mesh.points().to_vec(), mesh.cells().to_vec(), groups).unwrap();
     let torque = |c: usize| ScalarData::function(move |x: Vector| [1.0 - x[1], x[0]][c]);
     let steel = || LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     let twisted = BoundaryConditions::new().traction("rest", [torque(0), torque(1)]);
@@ -246,7 +246,7 @@ fn a_roller_in_a_bore_turns_freely_on_every_mesh() {
             }
             // So no pressure on any edge has a moment.
             let pressure: Vec<[f64; 2]> =
-                (0..interface.edges().len()).map(|k| [1.0 + (k % 3) as f64; 2]).collect();
+                (0..interface.facets().len()).map(|k| [1.0 + (k % 3) as f64; 2]).collect();
             let forces = interface.pressure_forces(&pressure);
             let moment: f64 = forces.iter().enumerate().map(|(k, force)| cross(arm(k), *force)).sum();
             assert!(moment.abs() < 1e-12, "{count} {mesh}: {moment}");

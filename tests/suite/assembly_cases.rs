@@ -196,8 +196,8 @@ fn a_clamped_node_on_an_obstacle_is_checked_on_its_data() {
     for (up, opening) in [(0.0, 0.0), (-0.001, 0.001)] {
         let problem = problem(CLAMPED_ON_OBSTACLE, &set(up));
         let interface = &problem.contacts[0].interface;
-        assert_eq!((interface.pairs().len(), interface.edges().len()), (18, 18));
-        let clamped: Vec<_> = interface.edges().iter().filter_map(|edge| edge.clamped).collect();
+        assert_eq!((interface.pairs().len(), interface.facets().len()), (18, 18));
+        let clamped: Vec<_> = interface.facets().iter().filter_map(|edge| edge.clamped).collect();
         assert!(clamped.len() == 1 && (clamped[0].opening - opening).abs() < 1e-15, "{clamped:?}");
         let [bound, error] = bound_and_error(problem);
         assert!(bound >= error, "{up}: {bound} {error}");

@@ -130,7 +130,7 @@ impl Full {
         }
         let mut entries = Vec::new();
         for (body, number) in problem.bodies.iter().zip(&number) {
-            for (t, nodes) in body.mesh().triangles().iter().enumerate() {
+            for (t, nodes) in body.mesh().cells().iter().enumerate() {
                 let x = nodes.map(|n| body.mesh().points()[n]);
                 let twice = (x[1] - x[0])[0] * (x[2] - x[0])[1] - (x[1] - x[0])[1] * (x[2] - x[0])[0];
                 // Strains (xx, yy, 2xy) of the unknown `c` at corner `i`.

@@ -124,7 +124,7 @@ fn the_effectivity_without_relaxation_is_the_prototypes() {
 fn mixed_contact_terms(problem: &ContactProblem, materials: Materials, e: &Estimate) -> f64 {
     let points = problem.bodies[0].mesh().points();
     let mut sum = 0.0;
-    for edge in problem.contacts[0].interface.edges() {
+    for edge in problem.contacts[0].interface.facets() {
         let [i, j] = edge.pairs.map(|k| k as usize);
         let at = |k: usize| points[problem.contacts[0].interface.pairs()[k].nodes[0]][0];
         for part in 0..8 {

@@ -112,7 +112,7 @@ fn eta_dis_is_the_error_bound_of_the_two_frozen_problems() {
         let distance = energy_distance_squared(&frozen, &u, &e.pair.bodies[0].displacement).sqrt();
         assert!(distance < 1e-10 * norm, "{distance:e}");
         let stress =
-            EquilibratedStress::recover(&frozen, stresses(&frozen, &u), frozen.edge_conditions().to_vec());
+            EquilibratedStress::recover(&frozen, stresses(&frozen, &u), frozen.facet_conditions().to_vec());
         let first: f64 = (0..stress.finite_element.len())
             .map(|t| stress.cell_distance_squared(&frozen, t, stress.finite_element[t]))
             .sum();

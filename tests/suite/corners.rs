@@ -160,7 +160,7 @@ fn a_corner_of_surfaces_that_do_not_match_ends_the_line() {
                 .collect();
             let [a, b] = corner[..] else { panic!("{degrees}, {exchanged}: {corner:?}") };
             assert!((angle_between(a, b).to_degrees() - degrees.abs()).abs() < 1e-9);
-            assert_eq!(interface.edges().len() + 2, interface.pairs().len());
+            assert_eq!(interface.facets().len() + 2, interface.pairs().len());
             let found = outcome(problem, 2).unwrap();
             println!("{degrees} degrees, exchanged {exchanged}: {found:?}");
             let Outcome::Certified { bound, error } = found else { panic!("{found:?}") };
@@ -215,7 +215,7 @@ fn a_corner_on_a_straight_side_has_the_normal_of_that_side() {
             if first { ([above, below], SIDES) } else { ([below, above], ["top", "bottom"]) };
         let (problem, _) = paired_in_common(bodies, sides, &Gap::Geometric, ContactNormal::Averaged).unwrap();
         let interface = &problem.contacts[0].interface;
-        assert_eq!(interface.pairs().len(), interface.edges().len() + 1);
+        assert_eq!(interface.pairs().len(), interface.facets().len() + 1);
         let lower = usize::from(first);
         let points = problem.bodies[lower].mesh().points();
         let corner = interface.pairs().iter().find(|p| points[p.nodes[lower]] == Vector::zeros()).unwrap();
@@ -242,7 +242,7 @@ fn corners_at_a_distance_end_the_line_too() {
         let problem =
             paired_in_common([above, below], SIDES, &Gap::Geometric, ContactNormal::Averaged).unwrap().0;
         let interface = &problem.contacts[0].interface;
-        assert_eq!(interface.pairs().len(), interface.edges().len() + 2);
+        assert_eq!(interface.pairs().len(), interface.facets().len() + 2);
         let found = outcome(problem, 2).unwrap();
         println!("{degrees} {cells:?} {found:?}");
         let Outcome::Certified { bound, error } = found else { panic!("{found:?}") };
@@ -288,7 +288,7 @@ fn a_closed_line_with_one_corner_begins_and_ends_there() {
                 .0
         };
         let interface = &problem.contacts[0].interface;
-        assert_eq!(interface.pairs().len(), interface.edges().len() + 1);
+        assert_eq!(interface.pairs().len(), interface.facets().len() + 1);
         let ends = [0, interface.pairs().len() - 1].map(|k| interface.pairs()[k]);
         assert_eq!(ends[0].nodes, ends[1].nodes);
         assert!(angle_between(ends[0].normal, ends[1].normal).to_degrees() > 20.0);

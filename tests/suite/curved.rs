@@ -10,7 +10,7 @@ use fem_core::interface::{
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{Facing, block, half_disc, ring};
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::FacetId;
 use fem_core::norm::energy_error_squared;
 use fem_core::prepared::PreparedProblem;
 use nndd::{Iterate, NnddSettings, NnddStatus};
@@ -30,7 +30,8 @@ pub(crate) fn relaxed(prepared: &PreparedProblem, iterate: &Iterate) -> Estimate
     assert!(e.cre.by_contact_edge[0].iter().all(|t| *t >= 0.0));
     // A quadratic is nowhere negative if its middle coefficient is at least minus the mean of the others.
     let contact = &e.pair.contacts[0];
-    for (edge, middle) in prepared.problem().contacts[0].interface.edges().iter().zip(&contact.middle_opening)
+    for (edge, middle) in
+        prepared.problem().contacts[0].interface.facets().iter().zip(&contact.middle_opening)
     {
         let [a, b] = edge.openings(&contact.opening);
         assert!(!edge.bent || *middle >= -(a * b).sqrt() - 1e-15, "{a} {middle} {b}");
@@ -85,7 +86,7 @@ fn whole_rings_close_and_turn_without_friction() {
     for n in [24, 48] {
         let problem = rings::whole(TWO, [d, 0.003], [n, n / 6]).unwrap();
         let interface = &problem.contacts[0].interface;
-        assert_eq!((interface.pairs().len(), interface.edges().len()), (n, n));
+        assert_eq!((interface.pairs().len(), interface.facets().len()), (n, n));
         for pair in interface.pairs() {
             let x = problem.bodies[0].mesh().points()[pair.nodes[0]];
             assert!((pair.normal[0] - x[0] / rings::B).abs() < 1e-13);
@@ -240,9 +241,9 @@ fn what_has_no_gap_or_no_normal_is_refused() {
     // A block whose bottom and right side are one contact line, around a right angle.
     let corner = |origin: [f64; 2], names: [&str; 2]| {
         let b = block(origin, [1.0, 1.0], [4, 4]).unwrap();
-        let nodes = |e: &EdgeId| b.topology().edges()[*e];
+        let nodes = |e: &FacetId| b.topology().facets()[*e];
         let edges = names.iter().flat_map(|n| b.group(n).unwrap().iter().map(nodes)).collect();
-        TriMesh::new(b.points().to_vec(), b.triangles().to_vec(), vec![("line".to_string(), edges)]).unwrap()
+        TriMesh::new(b.points().to_vec(), b.cells().to_vec(), vec![("line".to_string(), edges)]).unwrap()
     };
     let e = refused(
         corner([0.0, 0.0], ["bottom", "right"]),

@@ -64,7 +64,7 @@ fn whole_rings_with_unequal_counts_converge_to_lames_solution() {
             let (problem, _) =
                 paired_in_common(bodies, SIDES, &Gap::Given(0.0.into()), ContactNormal::Averaged).unwrap();
             let interface = &problem.contacts[0].interface;
-            assert_eq!(interface.pairs().len(), interface.edges().len());
+            assert_eq!(interface.pairs().len(), interface.facets().len());
             for pair in interface.pairs() {
                 let x = problem.bodies[0].mesh().points()[pair.nodes[0]];
                 let r = x[0].hypot(x[1]);

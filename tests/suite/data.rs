@@ -107,7 +107,7 @@ fn expressions_give_the_problem_that_closures_give() {
         b.unchecked().e_cre
     );
     for body in 0..2 {
-        for (x, y) in told.bodies[body].edge_conditions().iter().zip(built.bodies[body].edge_conditions()) {
+        for (x, y) in told.bodies[body].facet_conditions().iter().zip(built.bodies[body].facet_conditions()) {
             assert_eq!(x.reaction, y.reaction);
             for (s, t) in x.traction.iter().flatten().zip(y.traction.iter().flatten()) {
                 assert!((s - t).abs() < 1e-14, "{s} {t}");
@@ -215,7 +215,7 @@ fn adaptive_refinement_keeps_materials_and_evaluates_expressions_anew() {
     let area = |problem: &ContactProblem, k: usize| -> f64 {
         let body = &problem.bodies[1];
         let material = &body.materials().list()[k];
-        let cells = 0..body.mesh().triangles().len();
+        let cells = 0..body.mesh().cells().len();
         cells.filter(|t| body.material(*t) == material).map(|t| body.mesh().area(t)).sum()
     };
     for k in 0..3 {

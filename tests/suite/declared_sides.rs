@@ -7,7 +7,7 @@ use fem_core::interface::{ContactNormal, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{block, ring};
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::FacetId;
 use fem_core::mesh::refine::RefinementEdges;
 use tests::run::paired_in_common;
 use tests::shapes::moved;
@@ -23,7 +23,7 @@ fn body(mesh: TriMesh, side: &str, is_round: impl Fn(Vector) -> bool, fixed: Opt
     };
     let mut body = Body::new(mesh, steel, &conditions).unwrap();
     let edges = body.mesh().group(side).unwrap().iter().copied();
-    let round: Vec<EdgeId> = edges.filter(|edge| is_round(body.mesh().edge_middle(*edge))).collect();
+    let round: Vec<FacetId> = edges.filter(|edge| is_round(body.mesh().facet_middle(*edge))).collect();
     body.add_group("round", round);
     body.with_curves(&[CurvedSide { on: "round".to_owned(), kind: CurveKind::Arc }]).unwrap()
 }
@@ -87,7 +87,7 @@ fn check(name: &str, problem: ContactProblem, radius: f64, exact: [&dyn Fn(Vecto
         assert!(pairs > 4 && least(gaps) < 1e-9, "{name}, {finer}: {gaps:?}");
         assert!(least(turned) < 1e-9, "{name}, {finer}: {turned:?}");
         let marked: Vec<Vec<bool>> =
-            problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
+            problem.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
         let found = problem.refined(&edges, &marked).unwrap();
         edges = found.refinements.into_iter().map(|found| found.refinement_edges).collect();
         problem = found.problem;

@@ -8,7 +8,7 @@ use fem_core::field;
 use fem_core::geometry::{Vector, norm};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
-use fem_core::norm::{energy_error_squared, energy_norm_squared, l2_error_squared, sum_over_triangles};
+use fem_core::norm::{energy_error_squared, energy_norm_squared, l2_error_squared, sum_over_cells};
 use fem_core::tensor::SymTensor2;
 use std::f64::consts::PI;
 use tests::run::{cell_imbalance, rate, solve_alone, stress_error_squared};
@@ -17,10 +17,11 @@ use tests::{cook, corner, smooth};
 
 /// Recovers an equilibrated stress, checks the equilibrium of every triangle, and returns it with `‖τ − σ_h‖²`.
 fn recover(body: &Body, u: &[Vector]) -> (EquilibratedStress, f64) {
-    let stress = EquilibratedStress::recover(body, field::stresses(body, u), body.edge_conditions().to_vec());
+    let stress =
+        EquilibratedStress::recover(body, field::stresses(body, u), body.facet_conditions().to_vec());
     let [force, moment] = cell_imbalance(body, &stress);
     assert!(force < 1e-10 && moment < 1e-10, "{force:e} {moment:e}");
-    let distance = sum_over_triangles(stress.finite_element.len(), |t| {
+    let distance = sum_over_cells(stress.finite_element.len(), |t| {
         stress.cell_distance_squared(body, t, stress.finite_element[t])
     });
     (stress, distance)

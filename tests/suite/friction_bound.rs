@@ -248,8 +248,8 @@ fn closed_contact_that_sticks_is_a_bond() {
     // The same cells as in the two blocks on each other.
     let mesh = block([0.0, 0.0], [2.0, 2.0], [12, 12]).unwrap();
     let above = |t: usize| mesh.corners(t).iter().map(|x| x[1]).sum::<f64>() > 3.0;
-    let of_triangle = (0..mesh.triangles().len()).map(|t| u32::from(above(t))).collect();
-    let materials = Materials::by_triangle(vec![of(1000.0), of(2000.0)], of_triangle);
+    let of_triangle = (0..mesh.cells().len()).map(|t| u32::from(above(t))).collect();
+    let materials = Materials::by_cell(vec![of(1000.0), of(2000.0)], of_triangle);
     let moved = || Some(ScalarData::from(0.004));
     let down = || Some(ScalarData::function(|x: Vector| -0.02 - 0.002 * x[0]));
     let top = BoundaryConditions::new().displace("top", moved(), down());

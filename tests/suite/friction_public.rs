@@ -5,7 +5,7 @@ use certified_contact::nndd::{CoulombSettings, CoulombStatus};
 use certified_contact::{CoulombResult, Silent, SolveError, solve_coulomb};
 use cre_estimator::Relaxation;
 use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, EdgeSelection};
+use fem_core::boundary::{BoundaryConditions, FacetSelection};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Friction, Obstacle, RigidLine};
 use fem_core::material::{Hypothesis, LinearElastic};
@@ -53,7 +53,7 @@ fn shoe(push: f64, moved: Option<f64>) -> ContactProblem {
         BoundaryConditions::new().pressure("top", 300.0).traction("left", [push.into(), 0.0.into()]);
     if let Some(moved) = moved {
         // Not down to the contact: there the support would take what friction does.
-        let above = EdgeSelection::group("right").within([[39.0, 41.0], [2.4, 21.0]]);
+        let above = FacetSelection::group("right").within([[39.0, 41.0], [2.4, 21.0]]);
         conditions = conditions.displace(above, Some(moved.into()), None);
     }
     let steel = LinearElastic::isotropic(210e3, 0.3, Hypothesis::PlaneStrain).unwrap();

@@ -132,7 +132,7 @@ fn finer(problem: ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec
     let edges: Vec<RefinementEdges> =
         from_rest.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
     let marked: Vec<Vec<bool>> =
-        from_rest.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
+        from_rest.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
     let found = from_rest.refined(&edges, &marked).unwrap();
     let u = found.refinements.iter().zip(u).map(|(refinement, u)| refinement.prolong(u)).collect();
     let mut problem = found.problem;
@@ -147,7 +147,7 @@ fn finer(problem: ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec
             let [a, b] = edge.pairs.map(|i| nodes[i as usize]);
             [a, 0.5 * (a + b), b]
         };
-        let edges = problem.contacts[k].interface.edges().iter().map(of_edge).collect();
+        let edges = problem.contacts[k].interface.facets().iter().map(of_edge).collect();
         problem = problem.with_slip(k, SlipBefore::new(nodes, edges)).unwrap();
     }
     (problem, u)
@@ -244,7 +244,7 @@ fn slip_that_does_not_fit_and_refinement_of_a_later_step_are_refused() {
     let edges: Vec<RefinementEdges> =
         problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
     let marked: Vec<Vec<bool>> =
-        problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
+        problem.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
     let error = problem.refined(&edges, &marked).unwrap_err().to_string();
     assert!(error.contains("refine the problem before its first step"), "{error}");
     // Factors that contradict each other.

@@ -154,7 +154,7 @@ fn any_two_random_meshes_have_a_sound_common_refinement() {
     let material = fem_core::material::LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     let shortest = |body: &Body, group: &str| {
         let mesh = body.mesh();
-        mesh.group(group).unwrap().iter().map(|&e| mesh.edge_length(e)).fold(f64::INFINITY, f64::min)
+        mesh.group(group).unwrap().iter().map(|&e| mesh.facet_measure(e)).fold(f64::INFINITY, f64::min)
     };
     for trial in 0..300 {
         let mut count = || 1 + (random.unit() * 24.0) as usize;
@@ -170,10 +170,10 @@ fn any_two_random_meshes_have_a_sound_common_refinement() {
         let case = format!("{trial}: {m} {n} at {angle}: {changes:?}");
         for (b, group) in [(0, "bottom"), (1, "top")] {
             let mesh = problem.bodies[b].mesh();
-            let area: f64 = (0..mesh.triangles().len()).map(|t| mesh.area(t)).sum();
+            let area: f64 = (0..mesh.cells().len()).map(|t| mesh.area(t)).sum();
             assert!((area - 2.0).abs() < 1e-12, "{case}: area {area}");
             // A disc whose boundary is one line: no crack, no hole.
-            let euler = mesh.points().len() + mesh.triangles().len() - mesh.topology().edges().len();
+            let euler = mesh.points().len() + mesh.cells().len() - mesh.topology().facets().len();
             assert_eq!(euler, 1, "{case}");
             assert_eq!(
                 mesh.group(group).unwrap().len() + 1,

@@ -3,7 +3,7 @@
 use case_io::Case;
 use certified_contact::{AdaptSettings, CertifiedSolution, Settings, Silent, solve, solve_adaptively};
 use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, EdgeSelection, ScalarData};
+use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 use fem_core::geometry::norm;
 use fem_core::interface::ContactProblem;
 use fem_core::material::{Hypothesis, LinearElastic};
@@ -20,8 +20,8 @@ fn square(cells: usize, more: f64, right: f64) -> ContactProblem {
     let material = LinearElastic::isotropic(YOUNG, 0.3, Hypothesis::PlaneStress).unwrap();
     let bending = move |factor: f64| ScalarData::function(move |x| factor * (12.0 * x[1] - 6.0 + more));
     let conditions = BoundaryConditions::new()
-        .displace(EdgeSelection::node("first", [0.0, 0.0]), Some(0.0.into()), Some(0.0.into()))
-        .displace(EdgeSelection::node("second", [0.0, 1.0]), Some(0.0.into()), None)
+        .displace(FacetSelection::node("first", [0.0, 0.0]), Some(0.0.into()), Some(0.0.into()))
+        .displace(FacetSelection::node("second", [0.0, 1.0]), Some(0.0.into()), None)
         .traction("left", [bending(-1.0), 0.0.into()])
         .traction("right", [bending(right), 0.0.into()]);
     ContactProblem::new(vec![Body::new(mesh, material, &conditions).unwrap()])
@@ -142,7 +142,7 @@ fn conditions_on_a_single_node_are_checked() {
         let mesh = block([0.0, 0.0], [1.0, 1.0], [4, 4]).unwrap();
         Body::new(mesh, LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStress).unwrap(), &conditions)
     };
-    let pin = |at: [f64; 2]| EdgeSelection::node("pin", at);
+    let pin = |at: [f64; 2]| FacetSelection::node("pin", at);
     let refused = |conditions| body(conditions).unwrap_err().to_string();
     assert!(body(BoundaryConditions::new().fix(pin([0.25 + 1e-7, 0.0]))).is_ok());
     // A node inside the body is no place for a support.

@@ -13,7 +13,7 @@ use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
-use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::norm::energy_norm_squared;
 use fem_core::tensor::SymTensor2;
 use tests::blocks::Blocks;
@@ -51,7 +51,7 @@ fn a_traction_that_jumps_between_triangles_is_refused() {
         let topology = problem.bodies[b].mesh().topology();
         let forces = pair.bodies[b].equilibrated.edge_moments.as_flattened().iter().map(|m| norm(*m));
         let largest = forces.fold(0.0, f64::max);
-        let inner = (0..topology.edges().len()).filter(|&e| !topology.is_boundary(EdgeId::new(e)));
+        let inner = (0..topology.facets().len()).filter(|&e| !topology.is_boundary(FacetId::new(e)));
         for edge in inner.step_by(37) {
             let mut wrong = pair.clone();
             wrong.bodies[b].equilibrated.edge_moments[edge][0][1] += 1e-6 * largest;
@@ -74,9 +74,9 @@ fn a_shear_traction_on_a_roller_is_refused() {
         let rough = held().traction("left", [0.0.into(), friction.into()]);
         let rough = Body::new(mesh(), steel(), &rough).unwrap();
         let fields = stresses(&rough, &solve_alone(&rough));
-        let mut stress = EquilibratedStress::recover(&rough, fields, rough.edge_conditions().to_vec());
+        let mut stress = EquilibratedStress::recover(&rough, fields, rough.facet_conditions().to_vec());
         assert!(check_stress(&rough, &stress).is_valid());
-        stress.conditions = smooth.edge_conditions().to_vec();
+        stress.conditions = smooth.facet_conditions().to_vec();
         let found = check_stress(&smooth, &stress);
         assert!(found.failed().any(|(what, _)| what == "boundary_traction"), "{friction}: {found:?}");
     }
@@ -156,7 +156,7 @@ fn moved(poisson: f64, [width, height]: [f64; 2]) -> (ContactProblem, Estimate) 
 /// 32 ε; the stiffest direction turns this into a force, and the softest one carries it.
 fn model(body: &Body, displacement: &[Vector]) -> f64 {
     let mesh = body.mesh();
-    let triangles = mesh.triangles().len();
+    let triangles = mesh.cells().len();
     let of_triangle = |t: usize| {
         let c = mesh.corners(t);
         let lengths = [0, 1, 2].map(|k| norm(c[(k + 1) % 3] - c[k]));

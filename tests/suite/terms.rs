@@ -3,7 +3,7 @@
 use certified_contact::{Settings, Silent, solve};
 use cre_estimator::{Estimate, Relaxation, check, estimate_with, friction};
 use fem_core::assembly::external_forces;
-use fem_core::boundary::{BoundaryConditions, EdgeSelection, RigidCondition, ScalarData};
+use fem_core::boundary::{BoundaryConditions, FacetSelection, RigidCondition, ScalarData};
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactProblem, Friction};
 use fem_core::norm::energy_norm_squared;
@@ -109,7 +109,7 @@ fn a_floating_body_that_turns_far_fails_the_check() {
 #[test]
 fn a_rigid_side_whose_traction_has_another_resultant_fails_the_check() {
     let plate = RigidCondition {
-        edges: EdgeSelection::group("top"),
+        edges: FacetSelection::group("top"),
         translation: [Some(0.0), None],
         rotation: Some(0.0),
         force: Vector::new(0.0, -20.0),

@@ -91,7 +91,7 @@ fn named(
     let mesh = block(origin, size, cells)?;
     let ends = |side: &str| -> Vec<[NodeId; 2]> {
         let edges = mesh.group(side).unwrap_or_default();
-        edges.iter().map(|edge| mesh.topology().edges()[*edge]).collect()
+        edges.iter().map(|edge| mesh.topology().facets()[*edge]).collect()
     };
     let mut groups: Vec<(String, Vec<[NodeId; 2]>)> =
         ["bottom", "right", "top", "left"].map(|side| (side.to_string(), ends(side))).into();
@@ -103,7 +103,7 @@ fn named(
         };
         groups.push((name.to_string(), ends(side).into_iter().filter(inside).collect()));
     }
-    Ok(TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups)?)
+    Ok(TriMesh::new(mesh.points().to_vec(), mesh.cells().to_vec(), groups)?)
 }
 
 /// Energies of the cycle of three.

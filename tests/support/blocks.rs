@@ -12,7 +12,7 @@
 //! `pressed = 2`, `pull = 30`. No reference values: problems for counts and for bounds.
 
 use crate::model::{
-    Body, BoundaryConditions, ContactProblem, EdgeSelection, Made, block, isotropic, stacked,
+    Body, BoundaryConditions, ContactProblem, FacetSelection, Made, block, isotropic, stacked,
 };
 
 /// One member of the family.
@@ -75,14 +75,14 @@ impl Blocks {
         let rows = |height: f64| ((self.cells as f64 * height / 2.0).round() as usize).max(2);
         let material = |b: usize| isotropic(self.young[b], self.poisson[b]);
         let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
-        let pressed = EdgeSelection::group("top").within([[0.0, self.pressed], everywhere]);
+        let pressed = FacetSelection::group("top").within([[0.0, self.pressed], everywhere]);
         let mut conditions = BoundaryConditions::new().displace("left", Some(0.0.into()), None).displace(
             pressed,
             None,
             Some((-0.02).into()),
         );
         if self.pressed < 2.0 && self.lift != 0.0 {
-            let rest = EdgeSelection::group("top").within([[self.pressed, 2.0], everywhere]);
+            let rest = FacetSelection::group("top").within([[self.pressed, 2.0], everywhere]);
             conditions = conditions.traction(rest, [0.0.into(), self.lift.into()]);
         }
         if self.pull != 0.0 {

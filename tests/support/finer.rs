@@ -11,7 +11,7 @@ use fem_core::mesh::refine::RefinementEdges;
 pub fn halve(problem: &ContactProblem) -> Made<RefinedProblem> {
     let meshes = || problem.bodies.iter().map(Body::mesh);
     let edges: Vec<RefinementEdges> = meshes().map(RefinementEdges::longest).collect();
-    let marked: Vec<Vec<bool>> = meshes().map(|mesh| vec![true; mesh.topology().edges().len()]).collect();
+    let marked: Vec<Vec<bool>> = meshes().map(|mesh| vec![true; mesh.topology().facets().len()]).collect();
     Ok(problem.refined(&edges, &marked)?)
 }
 

@@ -14,7 +14,7 @@
 //! (the answer does not depend on the angle) and equilibrium (reactions carry the loads), both exact.
 
 use crate::model::{
-    Body, BoundaryConditions, ContactProblem, EdgeSelection, Gap, Made, ScalarData, TriMesh, Vector, block,
+    Body, BoundaryConditions, ContactProblem, FacetSelection, Gap, Made, ScalarData, TriMesh, Vector, block,
     isotropic, pair, sides,
 };
 use crate::shapes::{turn, turned};
@@ -48,7 +48,7 @@ pub fn problem(angle: f64, n: usize) -> Made<ContactProblem> {
         material(500.0)?,
         &BoundaryConditions::new()
             .roller("left", 0.0)
-            .roller(EdgeSelection::group("bottom"), 0.0)
+            .roller(FacetSelection::group("bottom"), 0.0)
             .traction("right", traction)
             .body_force(turn(angle, BODY_FORCES[1])),
     )?;
@@ -61,11 +61,11 @@ pub fn problem(angle: f64, n: usize) -> Made<ContactProblem> {
 
 /// Splits the group `top` at x = ½ into `held` and `pressed`.
 fn split_top(mesh: &TriMesh) -> Made<TriMesh> {
-    let edges = mesh.topology().edges();
+    let edges = mesh.topology().facets();
     let mut groups = sides(mesh);
     let top = mesh.group("top").unwrap_or_default().iter().map(|&e| edges[e]);
     let (held, pressed) = top.partition(|e| e.iter().all(|&i| mesh.points()[i][0] <= 0.5 + 1e-9));
     groups.push(("held".into(), held));
     groups.push(("pressed".into(), pressed));
-    Ok(TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups)?)
+    Ok(TriMesh::new(mesh.points().to_vec(), mesh.cells().to_vec(), groups)?)
 }

@@ -39,14 +39,14 @@ pub fn mesh(above: bool, angle: f64, cells: [usize; 2]) -> Made<TriMesh> {
     let mut groups: Vec<(String, Vec<[NodeId; 2]>)> =
         PARTS.iter().map(|part| ((*part).to_owned(), Vec::new())).collect();
     for (name, edges) in mesh.groups() {
-        let ends = edges.iter().map(|edge| mesh.topology().edges()[*edge]);
+        let ends = edges.iter().map(|edge| mesh.topology().facets()[*edge]);
         if name == line {
             for (edge, ends) in edges.iter().zip(ends) {
-                groups[usize::from(mesh.edge_middle(*edge)[0] > 0.0)].1.push(ends);
+                groups[usize::from(mesh.facet_middle(*edge)[0] > 0.0)].1.push(ends);
             }
         } else {
             groups.push((name.clone(), ends.collect()));
         }
     }
-    Ok(TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups)?)
+    Ok(TriMesh::new(mesh.points().to_vec(), mesh.cells().to_vec(), groups)?)
 }

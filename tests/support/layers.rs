@@ -15,7 +15,7 @@
 //! `u_x = e x + ∫ 2ε_xy dy` and `u_y = ∫ ε_yy dy`, both 0 at the origin and continuous; `e_CRE = 0`.
 
 use crate::model::{
-    Body, BoundaryConditions, ContactProblem, EdgeSelection, LinearElastic, Made, ScalarData, SymTensor2,
+    Body, BoundaryConditions, ContactProblem, FacetSelection, LinearElastic, Made, ScalarData, SymTensor2,
     Vector, block, stacked,
 };
 use fem_core::material::Materials;
@@ -77,18 +77,18 @@ pub fn problem(layers: [&[LinearElastic]; 2]) -> Made<ContactProblem> {
             let limits = if upper { [from, from + HEIGHT] } else { [-from - HEIGHT, -from] };
             let s = state(layer).0.xx;
             for (side, sign) in [("left", -1.0), ("right", 1.0)] {
-                let edges = EdgeSelection::group(side).within([[f64::NEG_INFINITY, f64::INFINITY], limits]);
+                let edges = FacetSelection::group(side).within([[f64::NEG_INFINITY, f64::INFINITY], limits]);
                 conditions = conditions.traction(edges, [(sign * s).into(), 0.0.into()]);
             }
         }
-        let of_triangle = (0..mesh.triangles().len())
+        let of_triangle = (0..mesh.cells().len())
             .map(|t| {
                 let corners = mesh.corners(t);
                 let y = (corners[0][1] + corners[1][1] + corners[2][1]) / 3.0;
                 (y.abs() / HEIGHT) as u32
             })
             .collect();
-        Ok(Body::new(mesh, Materials::by_triangle(layers.to_vec(), of_triangle), &conditions)?)
+        Ok(Body::new(mesh, Materials::by_cell(layers.to_vec(), of_triangle), &conditions)?)
     };
     let upper = body(layers[0], true)?;
     let lower = body(layers[1], false)?;

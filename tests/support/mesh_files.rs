@@ -81,7 +81,7 @@ fn blocks(bodies: &[(&str, &TriMesh)]) -> Vec<Block> {
     for (name, mesh) in bodies {
         let number = |n: &NodeId| n.index() as u64 + first;
         for (side, edges) in mesh.groups() {
-            let elements = edges.iter().map(|e| mesh.topology().edges()[*e].iter().map(number).collect());
+            let elements = edges.iter().map(|e| mesh.topology().facets()[*e].iter().map(number).collect());
             let tag = sides.len() as i32 + 1;
             sides.push(Block {
                 dimension: 1,
@@ -90,7 +90,7 @@ fn blocks(bodies: &[(&str, &TriMesh)]) -> Vec<Block> {
                 elements: elements.collect(),
             });
         }
-        let elements = mesh.triangles().iter().map(|t| t.iter().map(number).collect()).collect();
+        let elements = mesh.cells().iter().map(|t| t.iter().map(number).collect()).collect();
         regions.push(Block {
             dimension: 2,
             tag: regions.len() as i32 + 1,
@@ -288,7 +288,7 @@ pub fn deck_elements(bodies: &[(&str, &TriMesh)], quads: bool) -> String {
     let (mut first_node, mut first_cell) = (1u64, 1u64);
     for (name, mesh) in bodies {
         let _ = writeln!(text, "*ELEMENT, TYPE={}, ELSET={name}", if quads { "CPE4" } else { "CPE3" });
-        let t = mesh.triangles();
+        let t = mesh.cells();
         let cells: Vec<Vec<NodeId>> = if quads {
             t.chunks(2).map(|pair| vec![pair[0][0], pair[0][1], pair[0][2], pair[1][2]]).collect()
         } else {
@@ -302,7 +302,7 @@ pub fn deck_elements(bodies: &[(&str, &TriMesh)], quads: bool) -> String {
         for (side, edges) in mesh.groups() {
             let _ = writeln!(text, "*SURFACE, TYPE=ELEMENT, NAME={name}.{side}");
             for edge in edges {
-                let [a, b] = mesh.topology().edges()[*edge];
+                let [a, b] = mesh.topology().facets()[*edge];
                 let face = |cell: &Vec<NodeId>| {
                     (0..cell.len()).find(|k| {
                         let ends = [cell[*k], cell[(k + 1) % cell.len()]];

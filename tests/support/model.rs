@@ -2,7 +2,7 @@
 //! which their problems are made.
 
 pub(crate) use fem_core::body::Body;
-pub(crate) use fem_core::boundary::{BoundaryConditions, EdgeSelection, ScalarData};
+pub(crate) use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 pub(crate) use fem_core::geometry::Vector;
 pub(crate) use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
 pub(crate) use fem_core::material::{Hypothesis, LinearElastic};
@@ -32,7 +32,7 @@ pub(crate) fn components(
 
 /// Returns the sides of a mesh, each with the edges by their two nodes.
 pub(crate) fn sides(mesh: &TriMesh) -> Vec<(String, Vec<[NodeId; 2]>)> {
-    let edges = mesh.topology().edges();
+    let edges = mesh.topology().facets();
     let side = |(name, ids): (&String, &Vec<_>)| (name.clone(), ids.iter().map(|id| edges[*id]).collect());
     mesh.groups().iter().map(side).collect()
 }

@@ -125,13 +125,13 @@ impl Overkill {
 /// Finds the coarse triangle in which each fine one lies, by its centroid.
 fn parents_of(fine: &TriMesh, coarse: &TriMesh) -> Made<Vec<u32>> {
     let [low, high] = bounding_box(coarse.points());
-    let bins = ((coarse.triangles().len() as f64 / 2.0).sqrt().ceil() as usize).max(1);
+    let bins = ((coarse.cells().len() as f64 / 2.0).sqrt().ceil() as usize).max(1);
     let bin = |x: f64, c: usize| {
         let part = (x - low[c]) / (high[c] - low[c]) * bins as f64;
         (part.max(0.0) as usize).min(bins - 1)
     };
     let mut inside: Vec<Vec<u32>> = vec![vec![]; bins * bins];
-    for t in 0..coarse.triangles().len() {
+    for t in 0..coarse.cells().len() {
         let [a, b] = bounding_box(&coarse.corners(t));
         for i in bin(a[0], 0)..=bin(b[0], 0) {
             for j in bin(a[1], 1)..=bin(b[1], 1) {
@@ -149,7 +149,7 @@ fn parents_of(fine: &TriMesh, coarse: &TriMesh) -> Made<Vec<u32>> {
         let found = inside[bin(x[0], 0) * bins + bin(x[1], 1)].iter().find(|&&t| holds(t, x));
         found.copied().ok_or_else(|| format!("no coarse triangle holds {x:?}").into())
     };
-    (0..fine.triangles().len()).map(parent).collect()
+    (0..fine.cells().len()).map(parent).collect()
 }
 
 /// Finds the coarse contact edge on which each fine pair lies.
@@ -158,7 +158,7 @@ fn pairs_of(fine: &ContactProblem, coarse: &ContactProblem) -> Vec<(usize, usize
         p.bodies[0].mesh().points()[p.contacts[0].interface.pairs()[k].nodes[0]]
     };
     let on = |x: Vector| {
-        let candidates = coarse.contacts[0].interface.edges().iter().map(|edge| {
+        let candidates = coarse.contacts[0].interface.facets().iter().map(|edge| {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let [to_i, to_j] = [i, j].map(|k| norm(at(coarse, k) - x));
             (to_i + to_j - edge.length, (i, j, to_i / (to_i + to_j)))

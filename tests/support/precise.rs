@@ -75,10 +75,10 @@ pub fn energy(body: &Body, d: &[Precise]) -> Quad {
     let mesh = body.mesh();
     let of_triangle = |t: usize| {
         let cell = Cell::new(mesh.corners(t).map(precise));
-        let strain = cell.strain(mesh.triangles()[t].map(|n| d[n]));
+        let strain = cell.strain(mesh.cells()[t].map(|n| d[n]));
         cell.area * energy_product(body.material(t), strain, strain)
     };
-    (0..mesh.triangles().len()).map(of_triangle).fold(Quad::ZERO, |sum, e| sum + e)
+    (0..mesh.cells().len()).map(of_triangle).fold(Quad::ZERO, |sum, e| sum + e)
 }
 
 /// Rounds to double precision.

@@ -35,7 +35,7 @@ struct Quadratic<'a> {
 impl<'a> Quadratic<'a> {
     fn new(body: &'a Body) -> Made<Self> {
         let mesh = body.mesh();
-        let (points, edges) = (mesh.points().len(), mesh.topology().edges());
+        let (points, edges) = (mesh.points().len(), mesh.topology().facets());
         let mut components = vec![[Component::Free; 2]; points + edges.len()];
         let mut load = vec![Vector::zeros(); points + edges.len()];
         let mut known = vec![Vector::zeros(); points];
@@ -49,7 +49,7 @@ impl<'a> Quadratic<'a> {
                 components[n][c] = Component::Imposed(known[n][c]);
             }
         }
-        for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(body.edge_conditions()) {
+        for (&edge, condition) in mesh.topology().boundary_facets().iter().zip(body.facet_conditions()) {
             let ends = edges[edge].map(|n| n.index());
             let middle = points + edge.index();
             let held = |c: usize| Component::Imposed(0.5 * (known[ends[0]][c] + known[ends[1]][c]));
@@ -58,14 +58,14 @@ impl<'a> Quadratic<'a> {
                 components[middle][c] = held(c);
             }
             // ∫ F φ of a traction linear along the edge, by Simpson's rule: exact for cubics.
-            let length = mesh.edge_length(edge);
+            let length = mesh.facet_measure(edge);
             let [a, b] = condition.traction;
             load[ends[0]] += length / 6.0 * a;
             load[ends[1]] += length / 6.0 * b;
             load[middle] += length / 3.0 * (a + b);
         }
         // ∫ φ is zero at the corners and a third of the area at the middles.
-        for (t, triangle) in mesh.topology().triangle_edges().iter().enumerate() {
+        for (t, triangle) in mesh.topology().cell_facets().iter().enumerate() {
             for &edge in triangle {
                 let share = mesh.area(t) / 3.0 * body.body_force();
                 load[points + edge.index()] += share;
@@ -77,7 +77,7 @@ impl<'a> Quadratic<'a> {
     /// Nodes of a triangle: its corners, then the middles of its edges.
     fn nodes(&self, t: usize) -> [usize; 6] {
         let mesh = self.body.mesh();
-        let (corners, edges) = (mesh.triangles()[t], mesh.topology().triangle_edges()[t]);
+        let (corners, edges) = (mesh.cells()[t], mesh.topology().cell_facets()[t]);
         std::array::from_fn(|k| match k {
             0..3 => corners[k].index(),
             _ => mesh.points().len() + edges[k - 3].index(),
@@ -201,7 +201,7 @@ pub fn potential_energy(problem: &ContactProblem) -> Made<f64> {
 /// Calls `act` with the nodes of each triangle, two of its unknowns as corner and component, and their stiffness.
 fn for_entries(quadratic: &Quadratic<'_>, mut act: impl FnMut(&[usize; 6], [usize; 2], [usize; 2], f64)) {
     let mesh = quadratic.body.mesh();
-    for t in 0..mesh.triangles().len() {
+    for t in 0..mesh.cells().len() {
         let (nodes, gradients) = (quadratic.nodes(t), quadratic.gradients(t));
         let (weight, material) = (mesh.area(t) / 3.0, quadratic.body.material(t));
         for column in 0..12 {
@@ -227,7 +227,7 @@ fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Made<Vec<
         facing.insert(pair.nodes[1].index(), pair.nodes[0].index());
     }
     let points = [0, 1].map(|b| problem.bodies[b].mesh().points().len());
-    let edges = problem.contacts[0].interface.edges().iter();
+    let edges = problem.contacts[0].interface.facets().iter();
     let middles: Vec<[usize; 2]> = edges.map(|e| [0, 1].map(|b| points[b] + e.edges[b].index())).collect();
     facing.extend(middles.iter().map(|[first, second]| (*second, *first)));
     for (second, first) in facing {

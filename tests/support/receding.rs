@@ -12,7 +12,7 @@
 //! Plane strain. No reference values: a problem on which the iteration is slow, as the contact nodes move far.
 
 use crate::model::{
-    Body, BoundaryConditions, ContactProblem, EdgeSelection, Made, block, isotropic, stacked,
+    Body, BoundaryConditions, ContactProblem, FacetSelection, Made, block, isotropic, stacked,
 };
 
 /// Makes the problem.
@@ -25,7 +25,7 @@ use crate::model::{
 pub fn problem(ratio: f64, cells: usize) -> Made<ContactProblem> {
     let material = |young| isotropic(young, 0.3);
     let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
-    let pressed = EdgeSelection::group("top").within([[0.0, 1.0 / cells as f64], everywhere]);
+    let pressed = FacetSelection::group("top").within([[0.0, 1.0 / cells as f64], everywhere]);
     let symmetric = || BoundaryConditions::new().displace("left", Some(0.0.into()), None);
     let layer = Body::new(
         block([0.0, 0.0], [10.0, 1.0], [10 * cells, cells])?,

@@ -208,7 +208,7 @@ pub fn stress_error_squared(
 ) -> f64 {
     let mesh = body.mesh();
     let mut sum = 0.0;
-    for t in 0..mesh.triangles().len() {
+    for t in 0..mesh.cells().len() {
         let corners = mesh.corners(t);
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
         for (k, values) in stress.cell(body, t).iter().enumerate() {
@@ -229,7 +229,7 @@ pub fn stress_error_squared(
 pub fn cell_imbalance(body: &Body, stress: &EquilibratedStress) -> [f64; 2] {
     let mesh = body.mesh();
     let (mut force, mut moment, mut largest, mut size) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
-    for t in 0..mesh.triangles().len() {
+    for t in 0..mesh.cells().len() {
         let corners = mesh.corners(t);
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
         let mut total = mesh.area(t) * body.body_force();

@@ -4,7 +4,7 @@ use crate::model::{NodeId, TriMesh, Vector, block, sides};
 use crate::random::Random;
 use fem_core::geometry::angle_between;
 use fem_core::mesh::MeshError;
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::FacetId;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// A motion that turns a triangle inside out.
 pub fn moved(mesh: &TriMesh, motion: impl Fn(Vector) -> Vector) -> Result<TriMesh, MeshError> {
     let points = mesh.points().iter().map(|x| motion(*x)).collect();
-    TriMesh::new(points, mesh.triangles().to_vec(), sides(mesh))
+    TriMesh::new(points, mesh.cells().to_vec(), sides(mesh))
 }
 
 /// Turns a vector by an angle, radians.
@@ -43,7 +43,7 @@ pub fn l_shape(n: usize) -> Result<TriMesh, MeshError> {
         let [x, y] = [0, 1].map(|c| t.iter().map(|&i| whole.points()[i][c]).sum::<f64>());
         !(x > 0.0 && y < 0.0)
     };
-    let triangles: Vec<[NodeId; 3]> = whole.triangles().iter().filter(missing).copied().collect();
+    let triangles: Vec<[NodeId; 3]> = whole.cells().iter().filter(missing).copied().collect();
     let mut number = vec![NodeId::NONE; whole.points().len()];
     let mut points = Vec::new();
     let mut renumber = |i: NodeId| {
@@ -56,12 +56,12 @@ pub fn l_shape(n: usize) -> Result<TriMesh, MeshError> {
     };
     let triangles: Vec<[NodeId; 3]> = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
     let bare = TriMesh::new(points.clone(), triangles.clone(), Vec::new())?;
-    let edge = |e: &EdgeId| bare.topology().edges()[*e];
+    let edge = |e: &FacetId| bare.topology().facets()[*e];
     let outside = |e: &[NodeId; 2]| {
         let middle = [0, 1].map(|c| 0.5 * (points[e[0]][c] + points[e[1]][c]));
         middle[0].abs().max(middle[1].abs()) > 1.0 - 0.25 / n as f64
     };
-    let (outer, faces) = bare.topology().boundary_edges().iter().map(edge).partition(outside);
+    let (outer, faces) = bare.topology().boundary_facets().iter().map(edge).partition(outside);
     TriMesh::new(points.clone(), triangles, vec![("outer".into(), outer), ("faces".into(), faces)])
 }
 
@@ -109,7 +109,7 @@ pub fn unstructured(
             *x = Vector::new(x[0] + shift + shake * random.signed(), x[1] + shake * random.signed());
         }
     }
-    let triangles = delaunay(&points, squares.triangles().to_vec());
+    let triangles = delaunay(&points, squares.cells().to_vec());
     let place = |x: &Vector| origin + Vector::new(size[0] * (x[0] / nx), size[1] * (x[1] / ny));
     TriMesh::new(points.iter().map(place).collect(), triangles, sides(&squares))
 }

@@ -184,7 +184,7 @@ impl Stack {
             let row = (c[0][1] + c[1][1] + c[2][1]).abs() / 3.0;
             ends.iter().filter(|&&end| row > end as f64).count() as u32
         };
-        let of_triangle = (0..squares.triangles().len()).map(layer).collect();
+        let of_triangle = (0..squares.cells().len()).map(layer).collect();
         Ok((mesh, of_triangle))
     }
 
@@ -211,7 +211,7 @@ impl Stack {
             if self.poisson != 0.0 {
                 conditions = conditions.roller("left", 0.0).roller("right", 0.0);
             }
-            Ok(Body::new(mesh, Materials::by_triangle(materials?, of_triangle), &conditions)?)
+            Ok(Body::new(mesh, Materials::by_cell(materials?, of_triangle), &conditions)?)
         };
         let bodies = [body(0)?, body(1)?];
         let surfaces = ["bottom", "top"];

@@ -57,7 +57,7 @@ impl Checkpoint {
                 return Err(SolveError::Checkpoint { what: "it has another number of bodies" });
             }
             let unknown = |(body, cells): (&Body, &Vec<u32>)| {
-                cells.iter().any(|&cell| cell as usize >= body.mesh().triangles().len())
+                cells.iter().any(|&cell| cell as usize >= body.mesh().cells().len())
             };
             if problem.bodies.iter().zip(round).any(unknown) {
                 return Err(SolveError::Checkpoint { what: "it refines a cell that the mesh does not have" });

@@ -22,7 +22,7 @@ use fem_core::each_body;
 use fem_core::element::Triangle;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, Partner};
-use fem_core::norm::{energy_norm_squared, from_squared, sum_over_triangles};
+use fem_core::norm::{energy_norm_squared, from_squared, sum_over_cells};
 use fem_core::prepared::{BodyMotion, PreparedProblem};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -217,8 +217,8 @@ fn of_trace(problem: &PreparedProblem, estimate: &Estimate, b: usize, k: usize) 
     }
     let w = condensed.correction_from_trace(&unknowns);
     let (mesh, stress) = (body.mesh(), &estimate.pair.bodies[b].stress);
-    let inner = sum_over_triangles(mesh.triangles().len(), |t| {
-        let strain = Triangle::new(mesh.corners(t)).strain(mesh.triangles()[t].map(|n| w[n]));
+    let inner = sum_over_cells(mesh.cells().len(), |t| {
+        let strain = Triangle::new(mesh.corners(t)).strain(mesh.cells()[t].map(|n| w[n]));
         mesh.area(t) * stress[t].contract(strain)
     });
     let squared = energy_norm_squared(body, &w).max(0.0);

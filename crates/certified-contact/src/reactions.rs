@@ -66,7 +66,7 @@ fn centroid(mesh: &TriMesh) -> Vector {
     let mut area = 0.0;
     // Relative to a point of the mesh, to avoid cancellation far from the origin.
     let origin = mesh.points()[0];
-    for (t, corners) in mesh.triangles().iter().enumerate() {
+    for (t, corners) in mesh.cells().iter().enumerate() {
         let middle: Vector = corners.iter().map(|&v| mesh.points()[v] - origin).sum();
         sum += mesh.area(t) / 3.0 * middle;
         area += mesh.area(t);

@@ -91,7 +91,7 @@ fn levelled(
         let [p, q] = edge.ends(&pressure);
         (edge.pairs, 0.25 * edge.length * (q - p))
     };
-    let flows: Vec<([u32; 2], f64)> = interface.edges().iter().filter(between).map(flow).collect();
+    let flows: Vec<([u32; 2], f64)> = interface.facets().iter().filter(between).map(flow).collect();
     for ([i, j], force) in flows {
         let [i, j] = [i, j].map(|k| k as usize);
         pressure[i] += force / interface.pairs()[i].tributary_length;
@@ -150,7 +150,7 @@ fn chains(interface: &ContactInterface, own: &[bool]) -> Vec<Box<Chain>> {
     let count = interface.pairs().len();
     let mut next = vec![None; count];
     let mut has_previous = vec![false; count];
-    for edge in interface.edges().iter().filter(|edge| edge.clamped.is_none()) {
+    for edge in interface.facets().iter().filter(|edge| edge.clamped.is_none()) {
         let [i, j] = edge.pairs.map(|k| k as usize);
         next[i] = Some((j, edge.length));
         has_previous[j] = true;
@@ -389,7 +389,7 @@ mod tests {
         let mut edges = longest_edges(&problem);
         for _ in 0..2 {
             let marked: Vec<Vec<bool>> =
-                problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
+                problem.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
             let finer = problem.refined(&edges, &marked).unwrap();
             edges = finer.refinements.iter().map(|r| r.refinement_edges.clone()).collect();
             problem = finer.problem;

@@ -183,9 +183,9 @@ fn cells_of(bodies: usize, ranked: &[Contribution]) -> Vec<Vec<u32>> {
 pub(crate) fn edges_of_cells(problem: &ContactProblem, cells: &[Vec<u32>]) -> Vec<Vec<bool>> {
     let of_body = |(body, cells): (&Body, &Vec<u32>)| {
         let topology = body.mesh().topology();
-        let mut marked = vec![false; topology.edges().len()];
+        let mut marked = vec![false; topology.facets().len()];
         for &cell in cells {
-            for edge in topology.triangle_edges()[cell as usize] {
+            for edge in topology.cell_facets()[cell as usize] {
                 marked[edge] = true;
             }
         }

@@ -327,7 +327,7 @@ impl<'a> Line<'a> {
                 last.min_opening = last.min_opening.min(self.opening[k] / p.normal_length());
             }
         }
-        for edge in self.interface.edges() {
+        for edge in self.interface.facets() {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let stretch = &mut found[number[i]];
             stretch.length += edge.length;
@@ -358,7 +358,7 @@ impl<'a> Line<'a> {
             }
             open = carries(k);
         }
-        for edge in self.interface.edges() {
+        for edge in self.interface.facets() {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let end = pairs[i].arc_length;
             // The pressure reaches a clamped end.
@@ -385,7 +385,7 @@ impl<'a> Line<'a> {
 /// Tells for each pair whether an edge joins it to the previous one.
 fn joined(interface: &ContactInterface) -> Vec<bool> {
     let mut joined = vec![false; interface.pairs().len()];
-    for edge in interface.edges() {
+    for edge in interface.facets() {
         let [i, j] = edge.pairs.map(|k| k as usize);
         if j == i + 1 {
             joined[j] = true;

@@ -136,7 +136,7 @@ impl LoadSteps {
                 continue;
             }
             let mut edges = contact.edge_friction.slip.clone();
-            for (edge, of_fields) in pair.interface.edges().iter().zip(&mut edges) {
+            for (edge, of_fields) in pair.interface.facets().iter().zip(&mut edges) {
                 settle(edge, slip, of_fields);
             }
             let mut sum = SlipBefore::new(slip.to_vec(), edges);

@@ -49,9 +49,9 @@ fn certificates(c: &mut Criterion) {
         let body = &problem.bodies[1];
         let stress = field::stresses(body, &u[1]);
         group.bench_function(BenchmarkId::new("equilibrated edge tractions", &name), |b| {
-            b.iter(|| EquilibratedStress::recover(body, stress.clone(), body.edge_conditions().to_vec()));
+            b.iter(|| EquilibratedStress::recover(body, stress.clone(), body.facet_conditions().to_vec()));
         });
-        let eet = EquilibratedStress::recover(body, stress.clone(), body.edge_conditions().to_vec());
+        let eet = EquilibratedStress::recover(body, stress.clone(), body.facet_conditions().to_vec());
         group.bench_function(BenchmarkId::new("Johnson-Mercier distances", &name), |b| {
             let triangles = 0..stress.len();
             b.iter(|| triangles.clone().map(|t| eet.cell_distance_squared(body, t, stress[t])).sum::<f64>());

@@ -9,7 +9,7 @@ use crate::lift::{self, Lift, side_sign};
 use crate::openings;
 use crate::pressure;
 use crate::star_relaxation::RelaxationReport;
-use fem_core::body::{Body, EdgeCondition};
+use fem_core::body::{Body, FacetCondition};
 use fem_core::condensation::CondensedBody;
 use fem_core::directions::Directions;
 use fem_core::each_body;
@@ -298,15 +298,15 @@ pub(crate) fn on_body<'a>(
 
 /// Applies pressures and friction to a body's contact edges: traction `−p n − q t` on the first body of a pair, `+p n + q t` on the
 /// second, per length of the contact line, scaled to the length of the body's own edge.
-fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleContact]) -> Vec<EdgeCondition> {
+fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleContact]) -> Vec<FacetCondition> {
     let body = &problem.bodies[b];
-    let mut conditions = body.edge_conditions().to_vec();
+    let mut conditions = body.facet_conditions().to_vec();
     for (k, side) in problem.sides_of(Partner::Body(b)) {
         let interface = &problem.contacts[k].interface;
         let sign = side_sign(side);
         for_contact_edges(body, interface, side, |place, contact, reversed| {
-            let edge = &interface.edges()[contact];
-            let stretch = edge.length / body.mesh().edge_length(edge.edges[side]);
+            let edge = &interface.facets()[contact];
+            let stretch = edge.length / body.mesh().facet_measure(edge.edges[side]);
             let end = |e: usize| {
                 let normal = interface.pairs()[edge.pairs[e] as usize].normal;
                 let pressure = sign * contacts[k].edge_pressure[contact][e] * stretch * normal;
@@ -327,16 +327,16 @@ fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleConta
 
 /// Sets the conditions of an imposed λ on all contact edges of a body: the normal traction is a reaction, the tangential one is zero, or a
 /// reaction as well if there is friction.
-pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<EdgeCondition> {
+pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<FacetCondition> {
     let body = &problem.bodies[b];
-    let mut conditions = body.edge_conditions().to_vec();
+    let mut conditions = body.facet_conditions().to_vec();
     for (k, side) in problem.sides_of(Partner::Body(b)) {
         let interface = &problem.contacts[k].interface;
         for_contact_edges(body, interface, side, |place, contact, _| {
-            let normal = interface.pairs()[interface.edges()[contact].pairs[0] as usize].normal;
+            let normal = interface.pairs()[interface.facets()[contact].pairs[0] as usize].normal;
             let friction = problem.contacts[k].friction.acts();
             let reaction = if friction { Directions::ALL } else { Directions::along(normal) };
-            conditions[place] = EdgeCondition { reaction, traction: [Vector::zeros(); 2] };
+            conditions[place] = FacetCondition { reaction, traction: [Vector::zeros(); 2] };
         });
     }
     conditions
@@ -351,12 +351,12 @@ fn for_contact_edges(
     mut act: impl FnMut(usize, usize, bool),
 ) {
     let topology = body.mesh().topology();
-    for (number, contact) in interface.edges().iter().enumerate() {
+    for (number, contact) in interface.facets().iter().enumerate() {
         let edge = contact.edges[side];
         let place = topology.boundary_place(edge);
         let end = contact.free_ends().next().unwrap_or(0);
         let node = interface.pairs()[contact.pairs[end] as usize].nodes[side];
-        act(place, number, node != topology.edges()[edge][end]);
+        act(place, number, node != topology.facets()[edge][end]);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A vector whose entries several threads write at the same time, each its own.
 
-use fem_core::norm::sum_over_triangles;
+use fem_core::norm::sum_over_cells;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -40,6 +40,6 @@ impl AtomicSlots {
 
     /// Computes the scalar product, in an order that does not depend on the number of threads.
     pub(crate) fn dot(&self, other: &Self) -> f64 {
-        sum_over_triangles(self.len(), |i| self.get(i) * other.get(i))
+        sum_over_cells(self.len(), |i| self.get(i) * other.get(i))
     }
 }

@@ -68,7 +68,7 @@ fn admissible_limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &
     // Means of `|q| ≤ μ p` are within `μ` times the mean of `p`.
     if pair.friction.coulomb().is_none() && !found.is_empty() {
         let given = found.clone();
-        for edge in pair.interface.edges().iter().filter(|edge| edge.bent) {
+        for edge in pair.interface.facets().iter().filter(|edge| edge.bent) {
             let least = edge.ends(&given).into_iter().fold(f64::INFINITY, f64::min);
             edge.pairs.iter().for_each(|k| found[*k as usize] = found[*k as usize].min(least));
         }
@@ -183,7 +183,7 @@ fn nearest(
         let of_pair = |(k, p): (usize, Vec<f64>)| -> f64 {
             let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
             let mean = |edge: &ContactEdge| 0.5 * edge.openings(opening).iter().sum::<f64>();
-            let middle: Vec<f64> = interface.edges().iter().map(mean).collect();
+            let middle: Vec<f64> = interface.facets().iter().map(mean).collect();
             let edge_pressure = pressure::edge_pressure(interface, &p);
             pressure::contact_terms(interface, &edge_pressure, opening, &middle).iter().sum()
         };
@@ -339,7 +339,7 @@ fn traction_work(
     direction: impl Fn(Vector) -> Vector,
 ) -> Vec<f64> {
     let mut work = vec![0.0; motion.len()];
-    for edge in interface.edges() {
+    for edge in interface.facets() {
         let [i, j] = edge.pairs.map(|k| k as usize);
         let [a, b] = [i, j].map(|k| direction(interface.pairs()[k].normal));
         let mut moved = [motion[i], motion[j]];

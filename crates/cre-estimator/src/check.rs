@@ -190,7 +190,7 @@ fn penetration(
     }
     // Between the pairs, where the normal changes.
     let middle = lift::middle_openings(interface, displacement);
-    for ((edge, opening), stated) in interface.edges().iter().zip(middle).zip(&contact.middle_opening) {
+    for ((edge, opening), stated) in interface.facets().iter().zip(middle).zip(&contact.middle_opening) {
         if edge.bent {
             let ends = edge.openings(&contact.opening);
             penetration = larger(penetration, larger(lift::depth(opening, ends), lift::depth(*stated, ends)));
@@ -214,7 +214,7 @@ fn friction_cone(pair: &ContactPair, contact: &AdmissibleContact, displacement: 
     let size = displacement.into_iter().map(largest_displacement).chain(before.map(|w| w.abs()));
     let size = size.fold(0.0, larger);
     let mut difference = 0.0;
-    for (edge, slip) in pair.interface.edges().iter().zip(&edges.slip) {
+    for (edge, slip) in pair.interface.facets().iter().zip(&edges.slip) {
         for end in edge.free_ends() {
             difference = larger(difference, (slip[2 * end] - contact.slip[edge.pairs[end] as usize]).abs());
         }
@@ -229,7 +229,7 @@ fn rotation(body: &Body, displacement: &[Vector]) -> f64 {
     }
     let mesh = body.mesh();
     let (mut turned, mut area) = (0.0, 0.0);
-    for (t, nodes) in mesh.triangles().iter().enumerate() {
+    for (t, nodes) in mesh.cells().iter().enumerate() {
         // ∮ u·ds = 2 ω A, with u linear along the edges.
         let (corners, u) = (mesh.corners(t), nodes.map(|n| displacement[n]));
         let along = |k: usize| {
@@ -264,8 +264,8 @@ fn rigid_sides(body: &Body, fields: &AdmissibleBody, noise: Noise) -> f64 {
                 add(-*force, motion.at(mesh.points()[node]));
             }
             for &edge in &side.edges {
-                let t = topology.edge_triangles()[edge][0] as usize;
-                let k = topology.edge_in(t, edge);
+                let t = topology.facet_cells()[edge][0] as usize;
+                let k = topology.facet_in(t, edge);
                 let forces = edge_tractions(body, &stress.cell(body, t), t)[k];
                 let corners = mesh.corners(t);
                 let [a, b] = [corners[k], corners[(k + 1) % 3]].map(|x| motion.at(x));

@@ -9,7 +9,7 @@ use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::each_body;
 use fem_core::interface::{ContactPair, ContactProblem};
-use fem_core::norm::{from_squared, sum_over_triangles};
+use fem_core::norm::{from_squared, sum_over_cells};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -59,7 +59,7 @@ pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePa
         let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
         let of_cell = |t: usize| cell_distances(body, fields, t, &fields.equilibrated.cell(body, t)).into();
         let (to_given, to_finite_element) =
-            (0..body.mesh().triangles().len()).into_par_iter().with_min_len(512).map(of_cell).unzip();
+            (0..body.mesh().cells().len()).into_par_iter().with_min_len(512).map(of_cell).unzip();
         [to_given, to_finite_element]
     };
     Cre::from_cells(problem, pair, each_body(problem.bodies.len(), of_body))
@@ -122,7 +122,7 @@ impl Cre {
 
 /// Adds up the contributions of the triangles of one body, J/m.
 pub(crate) fn of_cells(cells: &[f64]) -> f64 {
-    sum_over_triangles(cells.len(), |t| cells[t])
+    sum_over_cells(cells.len(), |t| cells[t])
 }
 
 /// Computes `2∫ p o` and the share of `‖l‖²` of every contact edge, J/m.
@@ -135,7 +135,7 @@ fn contact_terms(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<Vec<f64
     if pair.lift_energy > 0.0 {
         let weights = |(of, contact): (&ContactPair, &AdmissibleContact)| -> Vec<f64> {
             let square = |k: u32| contact.lift.by_pair[k as usize].powi(2);
-            of.interface.edges().iter().map(|edge| edge.pairs.map(square).iter().sum()).collect()
+            of.interface.facets().iter().map(|edge| edge.pairs.map(square).iter().sum()).collect()
         };
         let weights: Vec<Vec<f64>> = problem.contacts.iter().zip(&pair.contacts).map(weights).collect();
         let whole: f64 = weights.iter().flatten().sum();
@@ -159,7 +159,7 @@ pub(crate) struct CellMeasures {
 
 /// Computes `‖σ − τ‖²` for two stresses constant in the triangles, J/m.
 pub(crate) fn distance_squared(body: &Body, a: &[SymTensor2], b: &[SymTensor2]) -> f64 {
-    sum_over_triangles(a.len(), |t| {
+    sum_over_cells(a.len(), |t| {
         let d = a[t].minus(b[t]);
         body.mesh().area(t) * body.material(t).complementary(d, d)
     })

@@ -13,7 +13,7 @@
 
 use crate::atomic_slots::AtomicSlots;
 use crate::star::{Spoke, Star, StarList};
-use fem_core::body::{Body, EdgeCondition};
+use fem_core::body::{Body, FacetCondition};
 use fem_core::directions::{Directions, with_products};
 use fem_core::geometry::{Vector, cross, perpendicular};
 use fem_core::mesh::id::NodeId;
@@ -33,15 +33,15 @@ const CHUNK: usize = 1024;
 /// ```
 ///
 /// * `conditions`: the condition on each boundary edge, in the order of
-///   [`fem_core::mesh::topology::Topology::boundary_edges`].
+///   [`fem_core::mesh::topology::Topology::boundary_facets`].
 ///
 /// `stress` must satisfy the FE equilibrium in every direction whose traction is given; otherwise the
 /// residual appears in [`crate::check()`].
-pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondition]) -> EdgeMoments {
+pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[FacetCondition]) -> EdgeMoments {
     let mesh = body.mesh();
     let recovery = Recovery { body, stress, conditions };
     let nodes = mesh.points().len();
-    let edges = mesh.topology().edges().len();
+    let edges = mesh.topology().facets().len();
     // Each number is written from one vertex.
     let found = AtomicSlots::zeros(4 * edges);
     for_each_task(nodes.div_ceil(CHUNK), &|k| {
@@ -58,7 +58,7 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
 struct Recovery<'a> {
     body: &'a Body,
     stress: &'a [SymTensor2],
-    conditions: &'a [EdgeCondition],
+    conditions: &'a [FacetCondition],
 }
 
 /// The data from which the moments about a vertex are computed; the memory is reused for the next vertex.
@@ -178,9 +178,9 @@ impl Recovery<'_> {
         let place = mesh.topology().boundary_place(edge);
         let condition = &self.conditions[place];
         let [a, b] = condition.traction;
-        let first = mesh.topology().edges()[edge][1] == ring;
+        let first = mesh.topology().facets()[edge][1] == ring;
         let (near, far) = if first { (a, b) } else { (b, a) };
-        let moment = mesh.edge_length(edge) / 6.0 * (2.0 * near + far);
+        let moment = mesh.facet_measure(edge) / 6.0 * (2.0 * near + far);
         (condition.reaction, moment)
     }
 }

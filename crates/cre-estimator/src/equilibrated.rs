@@ -2,7 +2,7 @@
 
 use crate::eet::{self, EdgeMoments};
 use crate::johnson_mercier::{self, CellLoads, CellStress};
-use fem_core::body::{Body, EdgeCondition};
+use fem_core::body::{Body, FacetCondition};
 use fem_core::geometry::Vector;
 use fem_core::tensor::SymTensor2;
 
@@ -12,14 +12,14 @@ pub struct EquilibratedStress {
     /// Moments of the edge tractions.
     pub edge_moments: EdgeMoments,
     /// The condition on each boundary edge (order of the mesh's boundary edges).
-    pub conditions: Vec<EdgeCondition>,
+    pub conditions: Vec<FacetCondition>,
     /// The FE stress it was recovered from, one per triangle, Pa.
     pub finite_element: Vec<SymTensor2>,
 }
 
 impl EquilibratedStress {
     /// Recovers an equilibrated stress from an FE stress that is in FE equilibrium with the conditions.
-    pub fn recover(body: &Body, finite_element: Vec<SymTensor2>, conditions: Vec<EdgeCondition>) -> Self {
+    pub fn recover(body: &Body, finite_element: Vec<SymTensor2>, conditions: Vec<FacetCondition>) -> Self {
         let edge_moments = eet::edge_moments(body, &finite_element, &conditions);
         Self { edge_moments, conditions, finite_element }
     }
@@ -28,14 +28,14 @@ impl EquilibratedStress {
     #[inline(always)]
     pub fn cell_loads(&self, body: &Body, triangle: usize) -> CellLoads {
         let topology = body.mesh().topology();
-        let corners = body.mesh().triangles()[triangle];
+        let corners = body.mesh().cells()[triangle];
         let mut loads = CellLoads::default();
         for (k, loads) in loads.iter_mut().enumerate() {
-            let edge = topology.triangle_edges()[triangle][k];
+            let edge = topology.cell_facets()[triangle][k];
             let [a, b] = self.edge_moments[edge];
             // |Γ| F_a = 4 b_a − 2 b_b
             let at = |near: Vector, far: Vector| 4.0 * near - 2.0 * far;
-            let sign = if topology.edge_triangles()[edge][0] as usize == triangle { 1.0 } else { -1.0 };
+            let sign = if topology.facet_cells()[edge][0] as usize == triangle { 1.0 } else { -1.0 };
             let ends = [sign * at(a, b), sign * at(b, a)];
             // An edge begins at its smaller node.
             *loads = if corners[k] < corners[(k + 1) % 3] { ends } else { [ends[1], ends[0]] };

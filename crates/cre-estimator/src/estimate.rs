@@ -18,7 +18,7 @@ use fem_core::element::Triangle;
 use fem_core::geometry::norm;
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, PairState};
 use fem_core::memory::fits_in_memory;
-use fem_core::norm::{from_squared, sum_over_triangles};
+use fem_core::norm::{from_squared, sum_over_cells};
 use fem_core::prepared::PreparedProblem;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
@@ -109,7 +109,7 @@ impl Estimate {
     /// * `problem`: the one that was estimated.
     pub fn pressure_forces(&self, problem: &ContactProblem) -> Vec<f64> {
         let of_pair = |(of, contact): (&ContactPair, &AdmissibleContact)| -> f64 {
-            let edges = of.interface.edges().iter().zip(&contact.edge_pressure);
+            let edges = of.interface.facets().iter().zip(&contact.edge_pressure);
             edges.map(|(edge, [p, q])| 0.5 * edge.length * (p + q)).sum()
         };
         problem.contacts.iter().zip(&self.pair.contacts).map(of_pair).collect()
@@ -327,9 +327,9 @@ struct Measured {
 fn energy_rounding(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<f64> {
     let energy = |(body, fields): (&Body, &AdmissibleBody)| {
         let mesh = body.mesh();
-        sum_over_triangles(fields.stress.len(), |t| {
+        sum_over_cells(fields.stress.len(), |t| {
             let element = Triangle::new(mesh.corners(t));
-            let corners = mesh.triangles()[t].iter().zip(&element.gradients);
+            let corners = mesh.cells()[t].iter().zip(&element.gradients);
             let strain: f64 = corners.map(|(n, g)| norm(fields.displacement[*n]) * norm(*g)).sum();
             element.area * body.material(t).stiffness().trace() * strain * strain
         })
@@ -340,7 +340,7 @@ fn energy_rounding(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<f64> 
 /// Computes `a(u, u)` of each body.
 fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<Vec<f64>, EstimatorError> {
     let energy = |(body, fields): (&Body, &AdmissibleBody)| {
-        sum_over_triangles(fields.stress.len(), |t| {
+        sum_over_cells(fields.stress.len(), |t| {
             let s = fields.stress[t];
             body.mesh().area(t) * body.material(t).complementary(s, s)
         })

@@ -41,7 +41,7 @@ impl EdgeFriction {
         if !pair.friction.acts() {
             return Self::default();
         }
-        let edges = pair.interface.edges();
+        let edges = pair.interface.facets();
         let limit_of = |(edge, p): (&ContactEdge, &[f64; 2])| match pair.friction.coulomb() {
             Some(mu) => p.map(|p| mu * p),
             None => edge.ends(limit),
@@ -101,7 +101,7 @@ fn slips(pair: &ContactPair, jump: impl Fn(&NodePair, Option<Vector>) -> Vector)
         let [i, j] = [at(0), at(1)];
         [i.dot(&tangents[0]), 0.5 * (i.dot(&tangents[1]) + j.dot(&tangents[0])), j.dot(&tangents[1])]
     };
-    pair.interface.edges().iter().map(of_edge).collect()
+    pair.interface.facets().iter().map(of_edge).collect()
 }
 
 /// Computes `∫ s|w| ds` along a contact line, J/m: what friction at its limit takes of the potential energy; 0 without friction.
@@ -119,7 +119,7 @@ pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: [&[f64]
     let of_side = |(lifted, forces): (&Vec<[f64; 3]>, &[f64])| {
         let none = vec![[0.0; 2]; lifted.len()];
         let mut nodal = vec![0.0; forces.len()];
-        for (edge, w) in pair.interface.edges().iter().zip(lifted) {
+        for (edge, w) in pair.interface.facets().iter().zip(lifted) {
             edge.free_ends().for_each(|end| nodal[edge.pairs[end] as usize] = w[2 * end]);
         }
         let nodal: f64 = nodal.iter().zip(forces).map(|(w, q)| (w * q).abs()).sum();
@@ -130,7 +130,7 @@ pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: [&[f64]
 
 /// Computes `2 ∫ (s|w| − q w) ds` on every contact edge, J/m.
 fn work(interface: &ContactInterface, s: &[[f64; 2]], q: &[[f64; 2]], w: &[[f64; 3]]) -> Vec<f64> {
-    let edges = interface.edges().iter().zip(s).zip(q).zip(w);
+    let edges = interface.facets().iter().zip(s).zip(q).zip(w);
     edges.map(|(((edge, s), q), w)| 2.0 * edge.length * mean(*s, *q, *w)).collect()
 }
 
@@ -193,7 +193,7 @@ mod tests {
         let pair = &problem.contacts[0];
         let jump = |of: &NodePair| Vector::new(of.arc_length.sin(), 1.0 + of.arc_length * of.arc_length);
         let found = slips(pair, |of, _| jump(of));
-        for (edge, w) in pair.interface.edges().iter().zip(found) {
+        for (edge, w) in pair.interface.facets().iter().zip(found) {
             let [a, b] = edge.pairs.map(|k| &pair.interface.pairs()[k as usize]);
             let jump = 0.5 * (jump(a) + jump(b));
             let tangent = 0.5 * (perpendicular(a.normal) + perpendicular(b.normal));
@@ -206,7 +206,7 @@ mod tests {
     fn the_bound_counts_the_slip_of_a_lift() {
         let problem = bent();
         let pair = &problem.contacts[0];
-        let edges = pair.interface.edges().len();
+        let edges = pair.interface.facets().len();
         let mut friction = EdgeFriction {
             friction: vec![[0.1; 2]; edges],
             limit: vec![[0.5; 2]; edges],
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(friction.terms(&pair.interface), vec![0.0; edges]);
         friction.lifted = [vec![[0.02; 3]; edges], vec![[-0.03; 3]; edges]];
         // 2 ℓ (s|w| − q w) of each body.
-        for (edge, found) in pair.interface.edges().iter().zip(friction.terms(&pair.interface)) {
+        for (edge, found) in pair.interface.facets().iter().zip(friction.terms(&pair.interface)) {
             let expected = 2.0 * edge.length * (0.4 * 0.02 + 0.6 * 0.03);
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
         }

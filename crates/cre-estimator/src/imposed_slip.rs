@@ -43,7 +43,7 @@ pub(crate) fn continued(
         }
         let sign = |i: usize| if slip[i] == 0.0 { 0.0 } else { slip[i].signum() };
         let mut most = vec![0.0f64; friction.len()];
-        for edge in of.interface.edges() {
+        for edge in of.interface.facets() {
             let [a, b] = edge.pairs.map(|k| k as usize);
             // A clamped end is no pair.
             for (i, j) in [(a, b), (b, a)].into_iter().filter(|(i, j)| i != j) {

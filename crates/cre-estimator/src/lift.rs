@@ -147,7 +147,7 @@ pub(crate) fn middle_openings(interface: &ContactInterface, displacement: [&[Vec
         let [a, b] = interface.pairs()[k].nodes;
         displacement[0][a] - displacement[1][b]
     };
-    interface.edges().iter().map(|edge| interface.middle_opening(edge, jump)).collect()
+    interface.facets().iter().map(|edge| interface.middle_opening(edge, jump)).collect()
 }
 
 /// Computes the middle openings of displacements with a lift, m.
@@ -182,7 +182,7 @@ pub(crate) fn find(
     }
     let least: Vec<f64> = opening.iter().map(|o| if penetrates { (-o).max(0.0) } else { 0.0 }).collect();
     let mut moves: Vec<bool> = least.iter().map(|least| *least > 0.0).collect();
-    let negative = interface.edges().iter().zip(middle).filter(|(edge, middle)| edge.bent && **middle < 0.0);
+    let negative = interface.facets().iter().zip(middle).filter(|(edge, middle)| edge.bent && **middle < 0.0);
     for (edge, _) in negative {
         edge.pairs.iter().for_each(|k| moves[*k as usize] = true);
     }
@@ -221,7 +221,7 @@ pub(crate) fn find(
 
 /// Computes the largest [`depth`] along the bent edges of a line, m.
 fn depth_between(interface: &ContactInterface, opening: &[f64], middle: &[f64]) -> f64 {
-    let edges = interface.edges().iter().zip(middle).filter(|(edge, _)| edge.bent);
+    let edges = interface.facets().iter().zip(middle).filter(|(edge, _)| edge.bent);
     edges.fold(0.0, |most, (edge, middle)| larger(most, depth(*middle, edge.openings(opening))))
 }
 
@@ -245,7 +245,7 @@ pub(crate) fn direction(
         let interface = &problem.contacts[k].interface;
         let (pairs, outward) = (interface.pairs(), -side_sign(side));
         normals.extend(pairs.iter().filter(|of| of.nodes[side] == node).map(|of| outward * of.normal));
-        for edge in interface.edges().iter().filter(|edge| edge.bent) {
+        for edge in interface.facets().iter().filter(|edge| edge.bent) {
             let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
             for (of, other) in [(i, j), (j, i)] {
                 if of.nodes[side] == node {
@@ -280,7 +280,7 @@ fn shortest(normals: &[Vector], constraint: &NodeConstraint) -> Option<Vector> {
 /// * `directions`: in which the nodes move, see [`direction`].
 fn by_pair(interface: &ContactInterface, directions: &[Option<Vector>], middle: &[f64]) -> Vec<f64> {
     let mut lift = vec![0.0f64; directions.len()];
-    for (edge, &middle) in interface.edges().iter().zip(middle) {
+    for (edge, &middle) in interface.facets().iter().zip(middle) {
         if middle >= 0.0 || !edge.bent {
             continue;
         }
@@ -316,7 +316,7 @@ fn sharpened(
         most.iter().zip(least).map(|(most, least)| (0.5 * most).max(*least).min(*most)).collect();
     loop {
         let mut grows = vec![false; lift.len()];
-        for (edge, middle) in interface.edges().iter().zip(middle).filter(|(edge, _)| edge.bent) {
+        for (edge, middle) in interface.facets().iter().zip(middle).filter(|(edge, _)| edge.bent) {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let [gain_i, gain_j] = gains(interface, directions, edge);
             let middle = middle + 0.5 * (lift[i] * gain_i + lift[j] * gain_j);
@@ -339,7 +339,7 @@ fn sharpened(
 fn energy(body: &Body, field: &[(NodeId, Vector)]) -> f64 {
     let mesh = body.mesh();
     let mut triangles: Vec<u32> =
-        field.iter().flat_map(|(n, _)| mesh.topology().triangles_around(*n).iter().copied()).collect();
+        field.iter().flat_map(|(n, _)| mesh.topology().cells_around(*n).iter().copied()).collect();
     triangles.sort_unstable();
     triangles.dedup();
     let mut nodes = field.to_vec();
@@ -349,7 +349,7 @@ fn energy(body: &Body, field: &[(NodeId, Vector)]) -> f64 {
     };
     let of_cell = |t: u32| {
         let t = t as usize;
-        let strain = Triangle::new(mesh.corners(t)).strain(mesh.triangles()[t].map(at));
+        let strain = Triangle::new(mesh.corners(t)).strain(mesh.cells()[t].map(at));
         mesh.area(t) * body.material(t).stress(strain).contract(strain)
     };
     triangles.into_iter().map(of_cell).sum()
@@ -380,7 +380,7 @@ mod tests {
         let problem = ContactProblem::between(bodies, interface);
         let pair = &problem.contacts[0];
         let nodes = [0, 1].map(|b| vec![Vector::zeros(); problem.bodies[b].mesh().points().len()]);
-        let edges = pair.interface.edges().len();
+        let edges = pair.interface.facets().len();
         for penetrating in 0..edges {
             let middle: Vec<f64> = (0..edges).map(|k| if k == penetrating { -1e-3 } else { 0.0 }).collect();
             for side in [0, 1] {

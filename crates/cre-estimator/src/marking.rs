@@ -31,12 +31,12 @@ pub fn contributions(problem: &ContactProblem, estimate: &Estimate) -> Vec<Vec<f
         }
     }
     for (pair, terms) in problem.contacts.iter().zip(&cre.by_contact_edge) {
-        for (edge, term) in pair.interface.edges().iter().zip(terms) {
+        for (edge, term) in pair.interface.facets().iter().zip(terms) {
             // Against an obstacle it belongs to the one triangle.
             let share = if pair.partner.is_obstacle() { 1.0 } else { 0.5 };
             for (side, b) in pair.elastic_sides() {
                 let topology = problem.bodies[b].mesh().topology();
-                by_cell[b][topology.edge_triangles()[edge.edges[side]][0] as usize] += share * term;
+                by_cell[b][topology.facet_cells()[edge.edges[side]][0] as usize] += share * term;
             }
         }
     }

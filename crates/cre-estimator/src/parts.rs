@@ -132,7 +132,7 @@ fn contact_terms(
         let (interface, opening) = (&of.interface, state.contacts[k].opening);
         let found = lift::middle_openings(interface, problem.places_of(of).map(|b| state.displacement[b]));
         let middle = |e: &ContactEdge| 0.5 * e.openings(opening).iter().sum::<f64>();
-        let linear: Vec<f64> = interface.edges().iter().map(middle).collect();
+        let linear: Vec<f64> = interface.facets().iter().map(middle).collect();
         let terms = |middle: &[f64]| {
             pressure::contact_terms(interface, &pair.contacts[k].edge_pressure, opening, middle)
         };

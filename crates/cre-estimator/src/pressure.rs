@@ -12,7 +12,7 @@ pub fn nodal_pressure(interface: &ContactInterface, contact_force: &[f64]) -> Ve
 
 /// Computes the pressure at the two ends of every contact edge, Pa, see [`ContactEdge::pressure`].
 pub fn edge_pressure(interface: &ContactInterface, pressure: &[f64]) -> Vec<[f64; 2]> {
-    interface.edges().iter().map(|edge| edge.pressure(pressure)).collect()
+    interface.facets().iter().map(|edge| edge.pressure(pressure)).collect()
 }
 
 /// Computes the nodal forces `∫ p n φ_i ds` at the pairs, Cartesian, N/m: consistent with the pressure at the ends of the edges.
@@ -40,5 +40,5 @@ pub fn contact_terms(
 ) -> Vec<f64> {
     let term =
         |((edge, p), m): ((&ContactEdge, &[f64; 2]), &f64)| 2.0 * edge.work(*p, edge.openings(opening), *m);
-    interface.edges().iter().zip(edge_pressure).zip(middle).map(term).collect()
+    interface.facets().iter().zip(edge_pressure).zip(middle).map(term).collect()
 }

@@ -42,7 +42,7 @@ impl RecoveredStress {
     /// If there is not one for every triangle.
     pub fn new(body: &Body, means: &[SymTensor2]) -> Self {
         let mesh = body.mesh();
-        let count = mesh.triangles().len();
+        let count = mesh.cells().len();
         assert!(means.len() == count, "{} stresses of {count} triangles", means.len());
         let cell = |t: usize| {
             let [a, b, c] = mesh.corners(t);
@@ -52,7 +52,7 @@ impl RecoveredStress {
         let material = |t: u32| body.materials().index(t as usize) as u32;
         let at_node = |n: usize| {
             let node = NodeId::new(n);
-            let around = mesh.topology().triangles_around(node);
+            let around = mesh.topology().cells_around(node);
             let mut materials: Vec<u32> = around.iter().map(|t| material(*t)).collect();
             materials.sort_unstable();
             materials.dedup();
@@ -108,10 +108,10 @@ impl RecoveredStress {
 ///
 /// * `belongs`: whether a cell has the material.
 fn patch(mesh: &TriMesh, node: NodeId, belongs: impl Fn(u32) -> bool) -> Vec<u32> {
-    let around = |n: NodeId| mesh.topology().triangles_around(n).iter().copied().filter(|t| belongs(*t));
+    let around = |n: NodeId| mesh.topology().cells_around(n).iter().copied().filter(|t| belongs(*t));
     let mut patch: Vec<u32> = around(node).collect();
     if patch.len() < FEWEST {
-        let corners = patch.iter().flat_map(|t| mesh.triangles()[*t as usize]);
+        let corners = patch.iter().flat_map(|t| mesh.cells()[*t as usize]);
         patch = corners.flat_map(around).collect();
     }
     patch.sort_unstable();

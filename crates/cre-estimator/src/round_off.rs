@@ -48,7 +48,7 @@ pub(crate) struct Noise {
 impl Noise {
     /// Computes them from the triangles of a body.
     pub(crate) fn of(body: &Body) -> Self {
-        let triangles = body.mesh().triangles().len();
+        let triangles = body.mesh().cells().len();
         let chunks = each_task(triangles.div_ceil(CHUNK), |k| {
             let (mut force, mut energy) = (0.0, 0.0);
             for t in k * CHUNK..triangles.min((k + 1) * CHUNK) {
@@ -219,7 +219,7 @@ pub(crate) fn allowance<'a>(
 fn work_of_penetration(interface: &ContactInterface, contact: &AdmissibleContact) -> f64 {
     let pairs = interface.pairs().iter().zip(&contact.opening).zip(&contact.pressure);
     let at_pairs: f64 = pairs.map(|((of, o), p)| (-o).max(0.0) * p.abs() * of.tributary_length).sum();
-    let edges = interface.edges().iter().zip(&contact.middle_opening).zip(&contact.edge_pressure);
+    let edges = interface.facets().iter().zip(&contact.middle_opening).zip(&contact.edge_pressure);
     let between: f64 = edges
         .filter(|((edge, _), _)| edge.bent)
         .map(|((edge, o), p)| {

@@ -1,7 +1,7 @@
 //! Stars of vertices: their triangles and the edges between them, in order.
 
 use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::mesh::topology::NONE;
 
 /// The star of a vertex, counter-clockwise: spoke `j` comes before triangle `j`. An open star begins and ends
@@ -28,13 +28,13 @@ pub(crate) struct Sector {
     /// The corner of the triangle at the vertex, 0 to 2.
     pub(crate) corner: u8,
     /// The edge opposite to the vertex.
-    pub(crate) rim: EdgeId,
+    pub(crate) rim: FacetId,
 }
 
 /// An edge of a star that begins at the vertex.
 #[derive(Clone, Copy)]
 pub(crate) struct Spoke {
-    pub(crate) edge: EdgeId,
+    pub(crate) edge: FacetId,
     /// The node at its other end.
     pub(crate) ring: NodeId,
     /// True if the triangle after it is the edge's first one.
@@ -68,12 +68,12 @@ impl StarList {
     /// Appends the star of a vertex.
     pub(crate) fn walk(&mut self, mesh: &TriMesh, node: NodeId) {
         let topology = mesh.topology();
-        let around = topology.triangles_around(node);
+        let around = topology.cells_around(node);
         if !self.follow(mesh, node, around[0]) {
             // An open star begins at the boundary.
             let begins = |t: &u32| {
-                let k = corner(&mesh.triangles()[*t as usize], *t, node);
-                topology.is_boundary(topology.triangle_edges()[*t as usize][k])
+                let k = corner(&mesh.cells()[*t as usize], *t, node);
+                topology.is_boundary(topology.cell_facets()[*t as usize][k])
             };
             if let Some(start) = around.iter().copied().find(begins) {
                 self.follow(mesh, node, start);
@@ -92,13 +92,13 @@ impl StarList {
         let mut current = start;
         let mut leads_to_first = true;
         loop {
-            let corners = &mesh.triangles()[current as usize];
-            let edges = &topology.triangle_edges()[current as usize];
+            let corners = &mesh.cells()[current as usize];
+            let edges = &topology.cell_facets()[current as usize];
             let k = corner(corners, current, node);
             let (next, last) = ((k + 1) % 3, (k + 2) % 3);
             spokes.push(Spoke { edge: edges[k], ring: corners[next], leads_to_first });
             triangles.push(Sector { triangle: current, corner: k as u8, rim: edges[next] });
-            let [a, b] = topology.edge_triangles()[edges[last]];
+            let [a, b] = topology.facet_cells()[edges[last]];
             leads_to_first = a != current;
             current = if leads_to_first { a } else { b };
             if current == NONE {

@@ -42,7 +42,7 @@ use crate::equilibrated::EquilibratedStress;
 use crate::lanes::{LaneRow, MOST_LANES};
 use airy::{Gathered, Map, UNKNOWNS};
 use band::band_size;
-use fem_core::body::{Body, EdgeCondition};
+use fem_core::body::{Body, FacetCondition};
 use fem_core::directions::Directions;
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::each_task;
@@ -180,12 +180,12 @@ impl<'a> StarRelaxation<'a> {
     /// Assembles and factorises the stars.
     ///
     /// * `conditions`: of each boundary edge, in the order of
-    ///   [`fem_core::mesh::topology::Topology::boundary_edges`]; only the directions of reaction count.
-    pub fn new(body: &'a Body, conditions: &[EdgeCondition]) -> Self {
+    ///   [`fem_core::mesh::topology::Topology::boundary_facets`]; only the directions of reaction count.
+    pub fn new(body: &'a Body, conditions: &[FacetCondition]) -> Self {
         Self::in_memory_of(None, body, conditions)
     }
 
-    fn in_memory_of(used: Option<StarRelaxation<'_>>, body: &'a Body, conditions: &[EdgeCondition]) -> Self {
+    fn in_memory_of(used: Option<StarRelaxation<'_>>, body: &'a Body, conditions: &[FacetCondition]) -> Self {
         let (space, colour_of) = rayon::join(|| Space::new(body, conditions), || colour(body.mesh()));
         let stars = Stars::new(&space, colour_of, used.map(|used| used.stars));
         Self { space, stars, reactions: conditions.iter().map(|c| c.reaction).collect() }
@@ -193,7 +193,7 @@ impl<'a> StarRelaxation<'a> {
 
     /// Prepares the stars for other conditions of the same body: only the bands near a boundary edge whose
     /// reactions have other directions are assembled again.
-    pub fn restate(&mut self, conditions: &[EdgeCondition]) {
+    pub fn restate(&mut self, conditions: &[FacetCondition]) {
         let reactions = conditions.iter().map(|c| c.reaction);
         if reactions.clone().eq(self.reactions.iter().copied()) {
             return;
@@ -222,7 +222,7 @@ impl<'a> StarRelaxation<'a> {
     /// If the stress belongs to another mesh, or its reactions have other directions.
     pub fn relax(&self, stress: &mut EquilibratedStress, relaxation: Relaxation) -> RelaxationReport {
         let body = self.space.body();
-        let (found, expected) = (stress.edge_moments.len(), body.mesh().topology().edges().len());
+        let (found, expected) = (stress.edge_moments.len(), body.mesh().topology().facets().len());
         assert!(found == expected, "the stress has {found} edges, the prepared body {expected}");
         let same = stress.conditions.iter().map(|c| c.reaction).eq(self.reactions.iter().copied());
         assert!(same, "the reactions of the stress are not in the directions the stars were prepared for");
@@ -318,8 +318,8 @@ impl pulp::WithSimd for BandResidual<'_> {
         let mut triangles = Vec::with_capacity(2 * nodes.len());
         for n in nodes.clone().map(NodeId::new) {
             // Each triangle at the first of its own corners.
-            let first = |t: &&u32| !mesh.triangles()[**t as usize].iter().any(|&m| is_own(m) && m < n);
-            triangles.extend(topology.triangles_around(n).iter().filter(first).map(|&t| t as usize));
+            let first = |t: &&u32| !mesh.cells()[**t as usize].iter().any(|&m| is_own(m) && m < n);
+            triangles.extend(topology.cells_around(n).iter().filter(first).map(|&t| t as usize));
         }
         let add = |i: usize, g: f64| r.set(i, r.get(i) - g);
         let mut sums = [0.0; 2];
@@ -341,13 +341,13 @@ impl pulp::WithSimd for BandResidual<'_> {
             energies.store(&mut rows[UNKNOWNS]);
             cells.energy_of(finite_element).store(&mut rows[UNKNOWNS + 1]);
             for (lane, &t) in group.iter().enumerate() {
-                let corners = mesh.triangles()[t];
+                let corners = mesh.cells()[t];
                 for k in 0..3 {
                     if is_own(corners[k]) {
                         (0..3).for_each(|c| add(3 * corners[k].index() + c, rows[3 * k + c][lane]));
                     }
-                    let edge = topology.triangle_edges()[t][k];
-                    if is_own(topology.edges()[edge][0]) {
+                    let edge = topology.cell_facets()[t][k];
+                    if is_own(topology.facets()[edge][0]) {
                         add(space.edge_unknown(edge), rows[9 + k][lane]);
                     }
                 }

@@ -166,13 +166,13 @@ fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
 pub fn external_forces(body: &Body) -> Vec<Vector> {
     let mesh = body.mesh();
     let mut forces = vec![Vector::zeros(); mesh.points().len()];
-    for (condition, &edge) in body.edge_conditions().iter().zip(mesh.topology().boundary_edges()) {
+    for (condition, &edge) in body.facet_conditions().iter().zip(mesh.topology().boundary_facets()) {
         let [a, b] = condition.traction;
         if a == Vector::zeros() && b == Vector::zeros() {
             continue;
         }
-        let length = mesh.edge_length(edge);
-        let nodes = mesh.topology().edges()[edge];
+        let length = mesh.facet_measure(edge);
+        let nodes = mesh.topology().facets()[edge];
         for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
             forces[node] += length / 6.0 * (2.0 * near + far);
         }
@@ -182,7 +182,7 @@ pub fn external_forces(body: &Body) -> Vec<Vector> {
     }
     let b = body.body_force();
     if b != Vector::zeros() {
-        for (t, corners) in mesh.triangles().iter().enumerate() {
+        for (t, corners) in mesh.cells().iter().enumerate() {
             let share = mesh.area(t) / 3.0;
             for &n in corners {
                 forces[n] += share * b;
@@ -330,9 +330,9 @@ impl Gather {
         self.blocks.clear();
         self.blocks.resize(beside.len() + 1, Matrix2::zeros());
         let mesh = columns.body.mesh();
-        for &t in mesh.topology().triangles_around(NodeId::new(node)) {
+        for &t in mesh.topology().cells_around(NodeId::new(node)) {
             let t = t as usize;
-            let corners = mesh.triangles()[t];
+            let corners = mesh.cells()[t];
             let element = Triangle::new(mesh.corners(t));
             let material = columns.body.material(t);
             let Some(column) = corners.iter().position(|&n| n.index() == node) else {

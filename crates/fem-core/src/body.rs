@@ -12,7 +12,7 @@ use crate::directions::Directions;
 use crate::geometry::{Vector, perpendicular, shown};
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::Refinement;
 use std::sync::OnceLock;
 use thiserror::Error;
@@ -28,11 +28,11 @@ pub use rigid::RigidSide;
 
 /// The condition on one boundary edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EdgeCondition {
+pub struct FacetCondition {
     /// The directions in which the traction is an unknown reaction: none on a Neumann edge, one on a roller, all on a clamped edge or one of a
     /// rigid side.
     pub reaction: Directions,
-    /// Given traction at the edge's two nodes (in the order of [`crate::mesh::topology::Topology::edges`]), Pa;
+    /// Given traction at the edge's two nodes (in the order of [`crate::mesh::topology::Topology::facets`]), Pa;
     /// linear between them. Zero in the directions of unknown reaction.
     pub traction: [Vector; 2],
 }
@@ -211,8 +211,8 @@ pub struct Body {
     mesh: TriMesh,
     materials: Materials,
     node_constraints: Vec<NodeConstraint>,
-    /// By position in `mesh.topology().boundary_edges()`.
-    edge_conditions: Vec<EdgeCondition>,
+    /// By position in `mesh.topology().boundary_facets()`.
+    facet_conditions: Vec<FacetCondition>,
     /// Nodes of each displacement condition.
     supports: Vec<SupportSet>,
     rigid_sides: Vec<RigidSide>,
@@ -254,8 +254,8 @@ impl Body {
     /// # Errors
     /// Functions whose values at new nodes are not finite, or contradict each other, see [`BodyError`].
     pub fn refined(&self, refinement: &Refinement) -> Result<Self, BodyError> {
-        let finer = |edges: &Vec<EdgeId>| {
-            let mut parts: Vec<EdgeId> =
+        let finer = |edges: &Vec<FacetId>| {
+            let mut parts: Vec<FacetId> =
                 edges.iter().flat_map(|&e| refinement.parts(&self.mesh, e)).collect();
             parts.sort_unstable();
             parts
@@ -292,9 +292,9 @@ impl Body {
     /// Adds a constant traction along the whole boundary, counter-clockwise, Pa. It has no resultant, and a moment of `2 A` times it with the
     /// area `A`, about any point.
     pub(crate) fn turn(&mut self, traction: f64) {
-        let edges = self.mesh.topology().boundary_edges();
-        for (condition, edge) in self.edge_conditions.iter_mut().zip(edges) {
-            let along = perpendicular(self.mesh.edge_normal(*edge));
+        let edges = self.mesh.topology().boundary_facets();
+        for (condition, edge) in self.facet_conditions.iter_mut().zip(edges) {
+            let along = perpendicular(self.mesh.facet_normal(*edge));
             condition.traction.iter_mut().for_each(|t| *t += traction * along);
         }
     }
@@ -327,8 +327,8 @@ impl Body {
         };
         // A part that has lost all its edges keeps the old ones.
         let Ok(found) = again(None) else { return Ok(self.clone()) };
-        let both = |a: &[Vec<EdgeId>], b: &[Vec<EdgeId>]| -> Vec<Vec<EdgeId>> {
-            let union = |(a, b): (&Vec<EdgeId>, &Vec<EdgeId>)| {
+        let both = |a: &[Vec<FacetId>], b: &[Vec<FacetId>]| -> Vec<Vec<FacetId>> {
+            let union = |(a, b): (&Vec<FacetId>, &Vec<FacetId>)| {
                 let mut all = [a.as_slice(), b].concat();
                 all.sort_unstable();
                 all.dedup();
@@ -355,14 +355,14 @@ impl Body {
     }
 
     /// Adds a group of edges to the mesh.
-    pub fn add_group(&mut self, name: &str, edges: Vec<EdgeId>) {
+    pub fn add_group(&mut self, name: &str, edges: Vec<FacetId>) {
         self.mesh.add_group(name, edges);
     }
 
     /// Tells whether an edge has neither a load nor an imposed displacement.
-    pub fn is_free(&self, edge: EdgeId) -> bool {
-        let free = |c: &EdgeCondition| c.reaction.is_none() && c.traction == [Vector::zeros(); 2];
-        self.edge_condition(edge).is_none_or(free)
+    pub fn is_free(&self, edge: FacetId) -> bool {
+        let free = |c: &FacetCondition| c.reaction.is_none() && c.traction == [Vector::zeros(); 2];
+        self.facet_condition(edge).is_none_or(free)
     }
 
     /// Returns the mesh.
@@ -394,9 +394,9 @@ impl Body {
     }
 
     /// Returns the condition on each boundary edge, in the order of
-    /// [`crate::mesh::topology::Topology::boundary_edges`].
-    pub fn edge_conditions(&self) -> &[EdgeCondition] {
-        &self.edge_conditions
+    /// [`crate::mesh::topology::Topology::boundary_facets`].
+    pub fn facet_conditions(&self) -> &[FacetCondition] {
+        &self.facet_conditions
     }
 
     /// Returns the nodes of each displacement condition, in the order of the conditions.
@@ -415,9 +415,9 @@ impl Body {
     }
 
     /// Finds the condition of a boundary edge.
-    pub fn edge_condition(&self, edge: EdgeId) -> Option<&EdgeCondition> {
-        let place = self.mesh.topology().boundary_edges().binary_search(&edge).ok()?;
-        self.edge_conditions.get(place)
+    pub fn facet_condition(&self, edge: FacetId) -> Option<&FacetCondition> {
+        let place = self.mesh.topology().boundary_facets().binary_search(&edge).ok()?;
+        self.facet_conditions.get(place)
     }
 
     /// Returns the largest sine of the angle between the normal of an edge on a roller and the direction in which one of its
@@ -432,7 +432,7 @@ impl Body {
     pub(crate) fn roller_nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         let rollers = self.conditions.displacements.iter().zip(&self.selected.displacements);
         let rollers = rollers.filter(|(condition, _)| matches!(condition.support, Support::Normal(_)));
-        rollers.flat_map(|(_, edges)| edges).flat_map(|&e| self.mesh.topology().edges()[e])
+        rollers.flat_map(|(_, edges)| edges).flat_map(|&e| self.mesh.topology().facets()[e])
     }
 
     /// Finds a rigid motion that the supports allow, if there is one: then no statically loaded solution

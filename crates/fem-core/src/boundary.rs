@@ -69,17 +69,17 @@ impl fmt::Debug for ScalarData {
 
 /// The edges a condition applies to: a named group or a part of it; or a single node.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct EdgeSelection {
+pub struct FacetSelection {
     /// Name of the edge group.
     pub on: String,
     /// If given, only edges with both ends in the closed box `[[x0, x1], [y0, y1]]` (with a
     /// tolerance of 1e-9 body diagonals); infinite limits do not restrict a direction.
     pub part: Option<[[f64; 2]; 2]>,
-    /// If given, the boundary node at this place, to 1e-6 of the body's diagonal, and no edge; see [`EdgeSelection::node`].
+    /// If given, the boundary node at this place, to 1e-6 of the body's diagonal, and no edge; see [`FacetSelection::node`].
     pub node: Option<Vector>,
 }
 
-impl EdgeSelection {
+impl FacetSelection {
     /// Selects a single boundary node, for Cartesian components of a displacement.
     ///
     /// In the plane a point holds no elastic body: forces on it do infinite work. Such a support may remove rigid motions that no
@@ -102,7 +102,7 @@ impl EdgeSelection {
     }
 }
 
-impl From<&str> for EdgeSelection {
+impl From<&str> for FacetSelection {
     fn from(name: &str) -> Self {
         Self::group(name)
     }
@@ -155,7 +155,7 @@ impl fmt::Display for ConditionPlace {
 #[derive(Clone, Debug)]
 pub struct DisplacementCondition {
     /// The edges that it holds.
-    pub edges: EdgeSelection,
+    pub edges: FacetSelection,
     /// The directions that are held, and the values imposed there.
     pub support: Support,
 }
@@ -173,7 +173,7 @@ pub enum Load {
 #[derive(Clone, Debug)]
 pub struct TractionCondition {
     /// The edges that it loads.
-    pub edges: EdgeSelection,
+    pub edges: FacetSelection,
     /// The load on them.
     pub load: Load,
 }
@@ -183,7 +183,7 @@ pub struct TractionCondition {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RigidCondition {
     /// The edges that stay rigid.
-    pub edges: EdgeSelection,
+    pub edges: FacetSelection,
     /// Imposed displacements in x and y of the point `about`, m; `None`: free.
     pub translation: [Option<f64>; 2],
     /// Imposed rotation, radians, counter-clockwise; `None`: free.
@@ -226,14 +226,14 @@ impl BoundaryConditions {
     }
 
     /// Imposes zero displacement in both components on a side.
-    pub fn fix(self, edges: impl Into<EdgeSelection>) -> Self {
+    pub fn fix(self, edges: impl Into<FacetSelection>) -> Self {
         self.displace(edges, Some(0.0.into()), Some(0.0.into()))
     }
 
     /// Imposes the given Cartesian components on a side.
     pub fn displace(
         mut self,
-        edges: impl Into<EdgeSelection>,
+        edges: impl Into<FacetSelection>,
         ux: Option<ScalarData>,
         uy: Option<ScalarData>,
     ) -> Self {
@@ -243,20 +243,20 @@ impl BoundaryConditions {
     }
 
     /// Imposes the normal component on a side and leaves the tangential one free: a roller.
-    pub fn roller(mut self, edges: impl Into<EdgeSelection>, value: impl Into<ScalarData>) -> Self {
+    pub fn roller(mut self, edges: impl Into<FacetSelection>, value: impl Into<ScalarData>) -> Self {
         let support = Support::Normal(value.into());
         self.displacements.push(DisplacementCondition { edges: edges.into(), support });
         self
     }
 
     /// Applies a traction vector to a side.
-    pub fn traction(mut self, edges: impl Into<EdgeSelection>, vector: [ScalarData; 2]) -> Self {
+    pub fn traction(mut self, edges: impl Into<FacetSelection>, vector: [ScalarData; 2]) -> Self {
         self.tractions.push(TractionCondition { edges: edges.into(), load: Load::Vector(vector) });
         self
     }
 
     /// Applies a pressure that pushes onto the body.
-    pub fn pressure(mut self, edges: impl Into<EdgeSelection>, value: impl Into<ScalarData>) -> Self {
+    pub fn pressure(mut self, edges: impl Into<FacetSelection>, value: impl Into<ScalarData>) -> Self {
         self.tractions.push(TractionCondition { edges: edges.into(), load: Load::Pressure(value.into()) });
         self
     }

@@ -350,7 +350,7 @@ mod tests {
     fn a_body_may_have_several_sides_and_a_node_several_directions() {
         let material = LinearElastic::isotropic(10.0, 0.3, Hypothesis::PlaneStrain).unwrap();
         // The top right corner is on a roller, the bottom right one is clamped.
-        let right = crate::boundary::EdgeSelection::group("right");
+        let right = crate::boundary::FacetSelection::group("right");
         let low = right.clone().within([[f64::NEG_INFINITY, f64::INFINITY], [-0.1, 0.3]]);
         let held = BoundaryConditions::new()
             .fix("left")
@@ -361,7 +361,7 @@ mod tests {
         let mesh = body.mesh();
         let nodes = |group: &str| {
             let edges = mesh.group(group).unwrap().iter();
-            let mut nodes: Vec<NodeId> = edges.flat_map(|e| mesh.topology().edges()[*e]).collect();
+            let mut nodes: Vec<NodeId> = edges.flat_map(|e| mesh.topology().facets()[*e]).collect();
             nodes.sort_unstable();
             nodes.dedup();
             // The left end is clamped.

@@ -12,11 +12,11 @@ use rayon::prelude::*;
 /// * `displacement`: Cartesian, one per node, m.
 pub fn stresses(body: &Body, displacement: &[Vector]) -> Vec<SymTensor2> {
     let mesh = body.mesh();
-    (0..mesh.triangles().len())
+    (0..mesh.cells().len())
         .into_par_iter()
         .with_min_len(1024)
         .map(|t| {
-            let u = mesh.triangles()[t].map(|n| displacement[n]);
+            let u = mesh.cells()[t].map(|n| displacement[n]);
             body.material(t).stress(Triangle::new(mesh.corners(t)).strain(u))
         })
         .collect()
@@ -27,7 +27,7 @@ pub fn stresses(body: &Body, displacement: &[Vector]) -> Vec<SymTensor2> {
 pub fn nodal_residual(body: &Body, displacement: &[Vector]) -> Vec<Vector> {
     let mesh = body.mesh();
     residual(body, |t, element| {
-        let strain = element.strain(mesh.triangles()[t].map(|n| displacement[n]));
+        let strain = element.strain(mesh.cells()[t].map(|n| displacement[n]));
         body.material(t).stress(strain)
     })
 }
@@ -41,7 +41,7 @@ pub fn stress_residual(body: &Body, means: &[SymTensor2]) -> Vec<Vector> {
 fn residual(body: &Body, stress: impl Fn(usize, &Triangle) -> SymTensor2) -> Vec<Vector> {
     let mesh = body.mesh();
     let mut residual: Vec<Vector> = external_forces(body).into_iter().map(|f| -f).collect();
-    for (t, corners) in mesh.triangles().iter().enumerate() {
+    for (t, corners) in mesh.cells().iter().enumerate() {
         let element = Triangle::new(mesh.corners(t));
         for (&n, f) in corners.iter().zip(element.internal_forces(stress(t, &element))) {
             residual[n] += f;

@@ -23,7 +23,7 @@ mod side;
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::smooth::STRAIGHT;
 use clamped_ends::UntrimmedLine;
 use common_refinement::{CommonRefinement, Measured};
@@ -78,7 +78,7 @@ pub struct ContactEdge {
     /// The pairs at its two ends, in the sense of increasing arc length; twice the same if both bodies are clamped at one end.
     pub pairs: [u32; 2],
     /// The mesh edge of each body; against an obstacle the body's edge twice.
-    pub edges: [EdgeId; 2],
+    pub edges: [FacetId; 2],
     /// Length on the body that was the first when the surfaces were paired, m.
     pub length: f64,
     /// True if the normal changes along it by more than round-off.
@@ -286,15 +286,16 @@ impl ContactInterface {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let mut sums = vec![Vector::zeros(); self.pairs.len()];
         for edge in &self.edges {
-            let weighted =
-                sign * body.mesh().edge_length(edge.edges[side]) * body.mesh().edge_normal(edge.edges[side]);
+            let weighted = sign
+                * body.mesh().facet_measure(edge.edges[side])
+                * body.mesh().facet_normal(edge.edges[side]);
             edge.free_ends().for_each(|end| sums[edge.pairs[end] as usize] += weighted);
         }
         sums.into_iter().map(|sum| 1.0 / norm(sum) * sum).collect()
     }
 
     /// Returns the edges between pairs.
-    pub fn edges(&self) -> &[ContactEdge] {
+    pub fn facets(&self) -> &[ContactEdge] {
         &self.edges
     }
 

@@ -8,7 +8,7 @@ pub mod refine;
 pub mod topology;
 
 use crate::geometry::{self, Vector, shown};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use thiserror::Error;
@@ -169,7 +169,7 @@ pub struct TriMesh {
     points: Vec<Vector>,
     triangles: Vec<[NodeId; 3]>,
     topology: Topology,
-    groups: BTreeMap<String, Vec<EdgeId>>,
+    groups: BTreeMap<String, Vec<FacetId>>,
     turned: usize,
     /// See [`TriMesh::bounding_box`].
     bounds: [Vector; 2],
@@ -262,7 +262,7 @@ impl TriMesh {
 
     /// Returns the corners of the triangles, counter-clockwise.
     #[inline]
-    pub fn triangles(&self) -> &[[NodeId; 3]] {
+    pub fn cells(&self) -> &[[NodeId; 3]] {
         &self.triangles
     }
 
@@ -278,12 +278,12 @@ impl TriMesh {
     }
 
     /// Returns the named sets of edges: edge numbers, ascending.
-    pub fn groups(&self) -> &BTreeMap<String, Vec<EdgeId>> {
+    pub fn groups(&self) -> &BTreeMap<String, Vec<FacetId>> {
         &self.groups
     }
 
     /// Returns the edges of one group, if there is a group of that name.
-    pub fn group(&self, name: &str) -> Option<&[EdgeId]> {
+    pub fn group(&self, name: &str) -> Option<&[FacetId]> {
         self.groups.get(name).map(Vec::as_slice)
     }
 
@@ -301,32 +301,32 @@ impl TriMesh {
 
     /// Computes the length of an edge, m.
     #[inline]
-    pub fn edge_length(&self, edge: EdgeId) -> f64 {
-        let [a, b] = self.edge_ends(edge);
+    pub fn facet_measure(&self, edge: FacetId) -> f64 {
+        let [a, b] = self.facet_corners(edge);
         geometry::norm(b - a)
     }
 
     /// Returns the positions of an edge's two nodes, the one with the smaller number first, m.
-    pub fn edge_ends(&self, edge: EdgeId) -> [Vector; 2] {
-        self.topology.edges()[edge].map(|n| self.points[n])
+    pub fn facet_corners(&self, edge: FacetId) -> [Vector; 2] {
+        self.topology.facets()[edge].map(|n| self.points[n])
     }
 
     /// Adds a group of edges, sorted by their numbers.
-    pub fn add_group(&mut self, name: &str, mut edges: Vec<EdgeId>) {
+    pub fn add_group(&mut self, name: &str, mut edges: Vec<FacetId>) {
         edges.sort_unstable();
         self.groups.insert(name.to_owned(), edges);
     }
 
     /// Computes the middle of an edge, m.
-    pub fn edge_middle(&self, edge: EdgeId) -> Vector {
-        let [a, b] = self.edge_ends(edge);
+    pub fn facet_middle(&self, edge: FacetId) -> Vector {
+        let [a, b] = self.facet_corners(edge);
         0.5 * (a + b)
     }
 
     /// Computes the unit normal of an edge that points out of the edge's first triangle: the outward
     /// normal of the body on a boundary edge.
-    pub fn edge_normal(&self, edge: EdgeId) -> Vector {
-        let [a, b] = self.topology.oriented_edge(edge, &self.triangles);
+    pub fn facet_normal(&self, edge: FacetId) -> Vector {
+        let [a, b] = self.topology.oriented_facet(edge, &self.triangles);
         geometry::right_normal(self.points[a], self.points[b])
     }
 
@@ -335,10 +335,10 @@ impl TriMesh {
     /// * `edges`: on the boundary; `order`: of nodes, decides which part comes first and where a closed one begins.
     pub(crate) fn walks(
         &self,
-        edges: &[EdgeId],
+        edges: &[FacetId],
         order: impl Fn(NodeId, NodeId) -> Ordering,
     ) -> Vec<Vec<NodeId>> {
-        let oriented = || edges.iter().map(|edge| self.topology.oriented_edge(*edge, &self.triangles));
+        let oriented = || edges.iter().map(|edge| self.topology.oriented_facet(*edge, &self.triangles));
         let mut next: HashMap<NodeId, NodeId> = oriented().map(|[a, b]| (a, b)).collect();
         let entered: HashSet<NodeId> = oriented().map(|[_, b]| b).collect();
         let mut starts: Vec<NodeId> = next.keys().copied().collect();
@@ -416,17 +416,17 @@ fn check_triangles(points: &[Vector], triangles: &[[NodeId; 3]]) -> Result<(), M
 }
 
 fn check_nodes(points: &[Vector], topology: &Topology) -> Result<(), MeshError> {
-    let mut boundary_edges = vec![0u8; points.len()];
-    for &e in topology.boundary_edges() {
-        for n in topology.edges()[e] {
-            boundary_edges[n] = boundary_edges[n].saturating_add(1);
+    let mut boundary_facets = vec![0u8; points.len()];
+    for &e in topology.boundary_facets() {
+        for n in topology.facets()[e] {
+            boundary_facets[n] = boundary_facets[n].saturating_add(1);
         }
     }
     for (node, p) in points.iter().enumerate() {
-        if topology.triangles_around(NodeId::new(node)).is_empty() {
+        if topology.cells_around(NodeId::new(node)).is_empty() {
             return Err(MeshError::LooseNode { node, x: p[0], y: p[1] });
         }
-        if boundary_edges[node] > 2 {
+        if boundary_facets[node] > 2 {
             return Err(MeshError::BowTie { node, x: p[0], y: p[1] });
         }
     }
@@ -446,8 +446,8 @@ mod tests {
         let (p, t) = square();
         let m = TriMesh::new(p, t, vec![("bottom".into(), vec![[1, 0]])]).unwrap();
         let e = m.group("bottom").unwrap()[0];
-        assert_eq!(m.edge_normal(e), Vector::new(0.0, -1.0));
-        assert_eq!(m.topology().boundary_edges().len(), 4);
+        assert_eq!(m.facet_normal(e), Vector::new(0.0, -1.0));
+        assert_eq!(m.topology().boundary_facets().len(), 4);
         assert!((m.smallest_angle() - 45.0).abs() < 1e-12);
     }
 
@@ -495,7 +495,7 @@ mod tests {
         let clockwise = vec![[0, 2, 1], [0, 2, 3]];
         let turned = TriMesh::new(p.clone(), clockwise.clone(), vec![]).unwrap();
         let corners = t.iter().map(|corners| corners.map(NodeId::from)).collect::<Vec<_>>();
-        assert_eq!((turned.turned(), turned.triangles()), (1, &corners[..]));
+        assert_eq!((turned.turned(), turned.cells()), (1, &corners[..]));
         assert_eq!(TriMesh::new(p.clone(), t, vec![]).unwrap().turned(), 0);
         // A triangle that a motion of nodes turned over is not silently reversed.
         let clockwise = clockwise.into_iter().map(|corners| corners.map(NodeId::from)).collect();

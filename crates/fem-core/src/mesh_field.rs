@@ -5,7 +5,7 @@ use crate::element::Triangle;
 use crate::geometry::Vector;
 use crate::mesh::TriMesh;
 use crate::mesh::cell_tree::{CellAt, CellTree};
-use crate::norm::{energy_distance_squared, sum_over_triangles};
+use crate::norm::{energy_distance_squared, sum_over_cells};
 use crate::tensor::SymTensor2;
 use std::sync::OnceLock;
 
@@ -59,8 +59,8 @@ impl<'a> MeshField<'a> {
         if self.has_mesh(mesh) {
             return energy_distance_squared(body, self.values, field);
         }
-        sum_over_triangles(mesh.triangles().len(), |t| {
-            let nodes = mesh.triangles()[t];
+        sum_over_cells(mesh.cells().len(), |t| {
+            let nodes = mesh.cells()[t];
             let corners = mesh.corners(t);
             if self.has_cell(mesh, t) {
                 let difference = nodes.map(|n| self.values[n] - field[n]);
@@ -69,7 +69,7 @@ impl<'a> MeshField<'a> {
             }
             let strain = Triangle::new(corners).strain(nodes.map(|n| field[n]));
             let part = |(cell, area): (usize, f64)| {
-                let own = self.mesh.triangles()[cell].map(|n| self.values[n]);
+                let own = self.mesh.cells()[cell].map(|n| self.values[n]);
                 let own = Triangle::new(self.mesh.corners(cell)).strain(own);
                 area * energy_density(body, t, strain.minus(own))
             };
@@ -79,20 +79,20 @@ impl<'a> MeshField<'a> {
 
     fn has_mesh(&self, mesh: &TriMesh) -> bool {
         std::ptr::eq(self.mesh, mesh)
-            || (self.mesh.points() == mesh.points() && self.mesh.triangles() == mesh.triangles())
+            || (self.mesh.points() == mesh.points() && self.mesh.cells() == mesh.cells())
     }
 
     /// Tells whether its mesh has the same triangle of the same nodes.
     fn has_cell(&self, mesh: &TriMesh, t: usize) -> bool {
-        let nodes = mesh.triangles()[t];
+        let nodes = mesh.cells()[t];
         let own = self.mesh.points();
         let unmoved = nodes.iter().all(|n| own.get(n.index()).is_some_and(|p| *p == mesh.points()[*n]));
-        let mut around = if unmoved { self.mesh.topology().triangles_around(nodes[0]) } else { &[] }.iter();
-        around.any(|cell| self.mesh.triangles()[*cell as usize].iter().all(|n| nodes.contains(n)))
+        let mut around = if unmoved { self.mesh.topology().cells_around(nodes[0]) } else { &[] }.iter();
+        around.any(|cell| self.mesh.cells()[*cell as usize].iter().all(|n| nodes.contains(n)))
     }
 
     fn value(&self, at: CellAt) -> Vector {
-        let nodes = self.mesh.triangles()[at.triangle];
+        let nodes = self.mesh.cells()[at.triangle];
         nodes.iter().zip(at.weights).map(|(n, weight)| weight * self.values[*n]).sum()
     }
 
@@ -146,7 +146,7 @@ mod tests {
         let field = MeshField::new(&before, &values);
         let mut points = before.points().to_vec();
         points[1][0] += 0.07;
-        let after = body(TriMesh::new(points, before.triangles().to_vec(), Vec::new()).unwrap());
+        let after = body(TriMesh::new(points, before.cells().to_vec(), Vec::new()).unwrap());
         let moved = field.on(after.mesh());
         let found = field.energy_distance_squared(&after, &moved);
         // A mesh in which both are nearly linear says the same.

@@ -12,7 +12,7 @@ use crate::tensor::SymTensor2;
 const CHUNK: usize = 4096;
 
 /// Sums a quantity over the triangles in an order that does not depend on the number of threads.
-pub fn sum_over_triangles(count: usize, quantity: impl Fn(usize) -> f64 + Sync) -> f64 {
+pub fn sum_over_cells(count: usize, quantity: impl Fn(usize) -> f64 + Sync) -> f64 {
     let of_chunk = |k: usize| (k * CHUNK..count.min((k + 1) * CHUNK)).map(&quantity).sum();
     sum_of_chunks(count.div_ceil(CHUNK), &of_chunk)
 }
@@ -30,8 +30,8 @@ pub fn from_squared(squared: f64) -> f64 {
 /// Computes `a(u, u)` of a displacement field, J/m.
 pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
     let mesh = body.mesh();
-    sum_over_triangles(mesh.triangles().len(), |t| {
-        let u = mesh.triangles()[t].map(|n| displacement[n]);
+    sum_over_cells(mesh.cells().len(), |t| {
+        let u = mesh.cells()[t].map(|n| displacement[n]);
         let element = Triangle::new(mesh.corners(t));
         let strain = element.strain(u);
         element.area * body.material(t).stress(strain).contract(strain)
@@ -74,9 +74,9 @@ pub fn l2_error_squared(
     displacement: &[Vector],
     exact: impl Fn(Vector) -> Vector + Sync,
 ) -> f64 {
-    sum_over_triangles(mesh.triangles().len(), |t| {
+    sum_over_cells(mesh.cells().len(), |t| {
         let corners = mesh.corners(t);
-        let u = mesh.triangles()[t].map(|n| displacement[n]);
+        let u = mesh.cells()[t].map(|n| displacement[n]);
         let at = |values: [Vector; 3], l: [f64; 3]| l[0] * values[0] + l[1] * values[1] + l[2] * values[2];
         let mean: f64 =
             RADON7.iter().map(|(l, w)| w * norm(at(u, *l) - exact(at(corners, *l))).powi(2)).sum();
@@ -96,7 +96,7 @@ pub fn integrate(mesh: &TriMesh, function: impl Fn(usize, Vector) -> f64 + Sync)
         const CA: [f64; 3] = [0.5, 0.0, 0.5];
         [[A, AB, CA], [AB, B, BC], [CA, BC, C], [AB, BC, CA]]
     };
-    sum_over_triangles(mesh.triangles().len(), |t| {
+    sum_over_cells(mesh.cells().len(), |t| {
         let p = mesh.corners(t);
         let mut mean = 0.0;
         for part in &PARTS {

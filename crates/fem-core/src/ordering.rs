@@ -36,7 +36,7 @@ pub struct Dissection {
 pub fn dissect(mesh: &TriMesh) -> Dissection {
     let (starts, neighbours) = mesh.topology().node_neighbours();
     let points = mesh.points();
-    let extents = mesh.topology().edges().iter().map(|[a, b]| (points[*a] - points[*b]).abs());
+    let extents = mesh.topology().facets().iter().map(|[a, b]| (points[*a] - points[*b]).abs());
     let reach = extents.fold(Vector::zeros(), |most, extent| most.sup(&extent));
     let mut nodes: Vec<NodeId> = (0..mesh.points().len()).map(NodeId::new).collect();
     let mut work = Work {
@@ -159,7 +159,7 @@ mod tests {
                 part_of[n] = k as u32;
             }
         }
-        for [a, b] in mesh.topology().edges() {
+        for [a, b] in mesh.topology().facets() {
             let (low, high) = (part_of[*a], part_of[*b]);
             let (mut k, top) = (low.min(high), low.max(high));
             while k < top {

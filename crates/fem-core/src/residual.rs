@@ -105,7 +105,7 @@ enum Source<'a> {
 /// Computes the stress of a displacement in a triangle, `(xx, yy, xy)`.
 #[inline(always)]
 fn stress(body: &Body, cell: &Cell, t: usize, field: Nodal<'_>) -> [DoubleDouble; 3] {
-    let corners = body.mesh().triangles()[t].map(|n| field.at(n.index()));
+    let corners = body.mesh().cells()[t].map(|n| field.at(n.index()));
     let difference = |k: usize| [0, 1].map(|c| corners[k][c] - corners[0][c]);
     let (d1, d2) = (difference(1), difference(2));
     let [g1, g2] = cell.gradients;
@@ -120,7 +120,7 @@ fn stress(body: &Body, cell: &Cell, t: usize, field: Nodal<'_>) -> [DoubleDouble
 /// Computes the stress of a displacement field in every triangle, Pa: rounded once.
 pub fn stresses(body: &Body, field: &SplitField) -> Vec<SymTensor2> {
     let mesh = body.mesh();
-    (0..mesh.triangles().len())
+    (0..mesh.cells().len())
         .into_par_iter()
         .with_min_len(CHUNK)
         .map(|t| {
@@ -151,7 +151,7 @@ pub fn of_stress(body: &Body, means: &[[DoubleDouble; 3]]) -> Vec<PreciseVector>
 
 /// Gathers the forces of constant stresses and subtracts the loads.
 fn residual(body: &Body, source: Source<'_>) -> Vec<PreciseVector> {
-    let triangles = body.mesh().triangles();
+    let triangles = body.mesh().cells();
     let mut residual: Vec<PreciseVector> = external_forces(body).into_iter().map(|f| f.map(|x| -x)).collect();
     let chunks = triangles.len().div_ceil(CHUNK);
     for group in (0..chunks).step_by(GROUP) {
@@ -202,15 +202,15 @@ impl pulp::NullaryFnOnce for ChunkForces<'_> {
 fn external_forces(body: &Body) -> Vec<PreciseVector> {
     let mesh = body.mesh();
     let mut forces = vec![[DoubleDouble::ZERO; 2]; mesh.points().len()];
-    for (condition, &edge) in body.edge_conditions().iter().zip(mesh.topology().boundary_edges()) {
+    for (condition, &edge) in body.facet_conditions().iter().zip(mesh.topology().boundary_facets()) {
         let [a, b] = condition.traction;
         if a == Vector::zeros() && b == Vector::zeros() {
             continue;
         }
-        let ends = mesh.edge_ends(edge);
+        let ends = mesh.facet_corners(edge);
         let [x, y] = [0, 1].map(|c| DoubleDouble::difference(ends[1][c], ends[0][c]));
         let sixth = (x * x + y * y).sqrt() / DoubleDouble::from(6.0);
-        let nodes = mesh.topology().edges()[edge];
+        let nodes = mesh.topology().facets()[edge];
         for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
             for c in 0..2 {
                 forces[node][c] += sixth * (DoubleDouble::sum(near[c], near[c]) + far[c]);
@@ -224,7 +224,7 @@ fn external_forces(body: &Body) -> Vec<PreciseVector> {
     }
     let b = body.body_force();
     if b != Vector::zeros() {
-        for (t, corners) in mesh.triangles().iter().enumerate() {
+        for (t, corners) in mesh.cells().iter().enumerate() {
             let share = Cell::new(mesh.corners(t)).double_area / DoubleDouble::from(6.0);
             for &n in corners {
                 for c in 0..2 {

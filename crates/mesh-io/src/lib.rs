@@ -30,7 +30,7 @@
 //! let region = file.region(Some("plate"), RegionOptions::default())?;
 //! assert_eq!(region.notes(), ["1 quadrilateral of region \"plate\" was split into two triangles along the shorter diagonal"]);
 //! let mesh = region.mesh()?;
-//! assert_eq!((mesh.triangles().len(), mesh.group("base").map(|edges| edges.len())), (2, Some(1)));
+//! assert_eq!((mesh.cells().len(), mesh.group("base").map(|edges| edges.len())), (2, Some(1)));
 //! # Ok::<(), mesh_io::MeshFileError>(())
 //! ```
 

@@ -59,7 +59,7 @@ pub struct VtuMesh {
 
 impl From<&TriMesh> for VtuMesh {
     fn from(mesh: &TriMesh) -> Self {
-        let corners = mesh.triangles().iter().map(|corners| corners.map(u32::from));
+        let corners = mesh.cells().iter().map(|corners| corners.map(u32::from));
         Self { points: mesh.points().to_vec(), cells: VtuCells::Triangles(corners.collect()) }
     }
 }

@@ -26,7 +26,7 @@ fn close(a: &TriMesh, b: &TriMesh, tolerance: f64) -> bool {
 #[test]
 fn all_formats_hold_the_same_two_blocks() {
     let meant = meshes("blocks-41.msh");
-    assert_eq!(meant.each_ref().map(|m| (m.points().len(), m.triangles().len())), [(56, 86), (45, 64)]);
+    assert_eq!(meant.each_ref().map(|m| (m.points().len(), m.cells().len())), [(56, 86), (45, 64)]);
     // Text has 16 digits, the deck 14.
     let others = [
         ("blocks-22.msh", 0.0),
@@ -45,7 +45,7 @@ fn all_formats_hold_the_same_two_blocks() {
                 let found = found.group(side).unwrap_or_else(|| panic!("{name}: {side}"));
                 assert_eq!(found.len(), edges.len(), "{name}: {side}");
             }
-            let area = |m: &TriMesh| (0..m.triangles().len()).map(|t| m.area(t)).sum::<f64>();
+            let area = |m: &TriMesh| (0..m.cells().len()).map(|t| m.area(t)).sum::<f64>();
             assert!((area(found) - 2.0).abs() < 1e-12, "{name}");
         }
     }

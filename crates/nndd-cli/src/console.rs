@@ -135,7 +135,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
             "  {:<10} {:>8} nodes {:>8} triangles   {}   [{}, {}] x [{}, {}]",
             one_line(&body.name),
             model.mesh().points().len(),
-            model.mesh().triangles().len(),
+            model.mesh().cells().len(),
             materials.join(" | "),
             seven(low[0]),
             seven(high[0]),

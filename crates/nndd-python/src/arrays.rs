@@ -3,7 +3,7 @@
 use crate::errors::wrong;
 use fem_core::geometry::Vector;
 use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::id::{FacetId, NodeId};
 use mesh_io::MeshArrays;
 use mesh_io::vtu::VtuArray;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -92,10 +92,10 @@ impl GivenMesh {
 /// Makes points (n, 2), triangles (m, 3) and the edges (k, 2) of each side.
 pub(crate) fn mesh<'py>(py: Python<'py>, mesh: &TriMesh) -> PyResult<Bound<'py, PyDict>> {
     let node = |n: NodeId| n.index() as i64;
-    let edges = mesh.topology().edges();
-    let side = |ids: &[EdgeId]| ids.iter().flat_map(|edge| edges[*edge].map(node)).collect();
+    let edges = mesh.topology().facets();
+    let side = |ids: &[FacetId]| ids.iter().flat_map(|edge| edges[*edge].map(node)).collect();
     let sides = mesh.groups().iter().map(|(name, ids)| (name.as_str(), side(ids)));
-    let triangles = mesh.triangles().as_flattened().iter().map(|n| node(*n));
+    let triangles = mesh.cells().as_flattened().iter().map(|n| node(*n));
     of_parts(py, mesh.points(), triangles.collect(), sides)
 }
 

@@ -60,7 +60,7 @@ impl BodyFields<'_> {
         let model = self.model();
         let mesh = model.mesh();
         let fields = &self.estimate.pair.bodies[self.body];
-        let cells = (0..mesh.triangles().len()).into_par_iter().with_min_len(FEWEST_PER_TASK);
+        let cells = (0..mesh.cells().len()).into_par_iter().with_min_len(FEWEST_PER_TASK);
         let tensors = |of: &(dyn Fn(usize) -> [f64; 6] + Sync)| {
             VtuArray::tensors(name, cells.clone().map(of).collect())
         };

@@ -139,7 +139,7 @@ fn largest_stiffness(body: &Body, spread: f64) -> f64 {
         let material = body.material(t);
         strains.iter().map(|e| material.stress(*e).contract(*e)).sum::<f64>()
     };
-    (0..body.mesh().triangles().len()).map(of_cell).fold(0.0, f64::max)
+    (0..body.mesh().cells().len()).map(of_cell).fold(0.0, f64::max)
 }
 
 /// Certifies displacements in memory.
@@ -181,7 +181,7 @@ pub fn of_fields(
         counted(&format!("pressures of the pair \"{}\"", given.name), pressure.len(), mesh.points().len())?;
         let mut on_side = vec![Vector::zeros(); pressure.len()];
         let edges = mesh.group(&given.surfaces[0]).unwrap_or(&[]);
-        for node in edges.iter().flat_map(|edge| mesh.topology().edges()[*edge]) {
+        for node in edges.iter().flat_map(|edge| mesh.topology().facets()[*edge]) {
             on_side[node.index()][0] = pressure[node.index()];
         }
         let field = MeshField::new(mesh, &on_side).on(problem.bodies[first].mesh());
@@ -481,7 +481,7 @@ mod tests {
             let mut fields = exact(&bodies);
             let mut pressure = vec![10.0; fields[0].len()];
             let side = bodies[0].mesh().group("u_bottom").unwrap()[1];
-            pressure[bodies[0].mesh().topology().edges()[side][0].index()] = bad;
+            pressure[bodies[0].mesh().topology().facets()[side][0].index()] = bad;
             let found = of_fields(&case, &problem, &fields, Some(&[pressure]));
             // A finite pressure is brought into balance.
             let sound = found.as_ref().is_ok_and(|found| found.bound().is_none_or(f64::is_finite));

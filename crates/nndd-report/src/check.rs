@@ -147,7 +147,7 @@ pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], no
         json!({
             "name": body.name,
             "nodes": mesh.points().len(),
-            "triangles": mesh.triangles().len(),
+            "triangles": mesh.cells().len(),
             "sides": sides,
             "supports": body.supports,
             "held_nodes": body.held_nodes,

@@ -23,7 +23,7 @@ use fem_core::body::Body;
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactProblem, Partner};
 use fem_core::material::LinearElastic;
-use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::tensor::SymTensor2;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -74,7 +74,7 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
         let point = found.max_pressure_at?;
         let points = problem.bodies[pair.body].mesh().points();
         let k = pair.interface.pairs().iter().position(|p| points[p.nodes[0]] == point)? as u32;
-        let beside = pair.interface.edges().iter().filter(|edge| edge.pairs.contains(&k));
+        let beside = pair.interface.facets().iter().filter(|edge| edge.pairs.contains(&k));
         let near: BTreeSet<u32> = beside.flat_map(|edge| edge.pairs).chain([k]).collect();
         let nodes = near
             .into_iter()
@@ -115,8 +115,8 @@ fn near_point(problem: &ContactProblem, body: usize, point: Vector) -> Option<(u
         if let Some(found) = near.iter().find_map(|node| Some((body, *node, cause(problem, body, *node)?))) {
             return Some(found);
         }
-        let around = near.iter().flat_map(|node| mesh.topology().triangles_around(*node));
-        near = around.flat_map(|t| mesh.triangles()[*t as usize]).collect();
+        let around = near.iter().flat_map(|node| mesh.topology().cells_around(*node));
+        near = around.flat_map(|t| mesh.cells()[*t as usize]).collect();
     }
     None
 }
@@ -152,53 +152,53 @@ fn cause(problem: &ContactProblem, b: usize, node: NodeId) -> Option<Cause> {
 }
 
 /// Tells whether the load on a boundary edge has a part along it at one of its nodes.
-fn has_tangential_load(body: &Body, edge: EdgeId, node: NodeId) -> bool {
-    let (mesh, condition) = (body.mesh(), body.edge_condition(edge));
-    let end = usize::from(mesh.topology().edges()[edge][1] == node);
+fn has_tangential_load(body: &Body, edge: FacetId, node: NodeId) -> bool {
+    let (mesh, condition) = (body.mesh(), body.facet_condition(edge));
+    let end = usize::from(mesh.topology().facets()[edge][1] == node);
     condition.is_some_and(|found| {
         let load = found.traction[end];
-        cross(load, mesh.edge_normal(edge)).abs() > NORMAL * norm(load)
+        cross(load, mesh.facet_normal(edge)).abs() > NORMAL * norm(load)
     })
 }
 
 /// The angle inside the body between the two boundary edges at a node, radians, and these edges.
-fn corner(body: &Body, node: NodeId) -> Option<(f64, [EdgeId; 2])> {
+fn corner(body: &Body, node: NodeId) -> Option<(f64, [FacetId; 2])> {
     let (mesh, topology) = (body.mesh(), body.mesh().topology());
     let (mut angle, mut edges) = (0.0, Vec::new());
-    for &t in topology.triangles_around(node) {
-        let others = mesh.triangles()[t as usize].into_iter().filter(|n| *n != node);
+    for &t in topology.cells_around(node) {
+        let others = mesh.cells()[t as usize].into_iter().filter(|n| *n != node);
         let arms: Vec<Vector> = others.map(|n| mesh.points()[n] - mesh.points()[node]).collect();
         angle += cross(arms[0], arms[1]).abs().atan2(arms[0].dot(&arms[1]));
-        let own = topology.triangle_edges()[t as usize].into_iter();
-        edges.extend(own.filter(|e| topology.is_boundary(*e) && topology.edges()[*e].contains(&node)));
+        let own = topology.cell_facets()[t as usize].into_iter();
+        edges.extend(own.filter(|e| topology.is_boundary(*e) && topology.facets()[*e].contains(&node)));
     }
     Some((angle, edges.try_into().ok()?))
 }
 
 /// Finds what holds a boundary edge.
-fn held(problem: &ContactProblem, b: usize, edge: EdgeId) -> Held {
+fn held(problem: &ContactProblem, b: usize, edge: FacetId) -> Held {
     let body = &problem.bodies[b];
     if touches(problem, b, edge) {
         return Held::Other;
     }
-    match body.edge_condition(edge).map(|condition| condition.reaction) {
+    match body.facet_condition(edge).map(|condition| condition.reaction) {
         Some(held) if held.is_none() => Held::Free,
         Some(held) if held.is_all() => Held::Clamped,
-        Some(held) if held.contains(body.mesh().edge_normal(edge), NORMAL) => Held::Roller,
+        Some(held) if held.contains(body.mesh().facet_normal(edge), NORMAL) => Held::Roller,
         _ => Held::Other,
     }
 }
 
 /// Tells whether an edge belongs to a contact line.
-pub(crate) fn touches(problem: &ContactProblem, b: usize, edge: EdgeId) -> bool {
+pub(crate) fn touches(problem: &ContactProblem, b: usize, edge: FacetId) -> bool {
     let mut sides = problem.sides_of(Partner::Body(b));
     sides.any(|(k, side)| {
-        problem.contacts[k].interface.edges().iter().any(|contact| contact.edges[side] == edge)
+        problem.contacts[k].interface.facets().iter().any(|contact| contact.edges[side] == edge)
     })
 }
 
 /// Tells whether a contact line ends at a sharp edge of a body that presses on a straight side of its partner.
-fn presses(problem: &ContactProblem, b: usize, node: NodeId, angle: f64, edges: [EdgeId; 2]) -> bool {
+fn presses(problem: &ContactProblem, b: usize, node: NodeId, angle: f64, edges: [FacetId; 2]) -> bool {
     let touching = edges.map(|edge| touches(problem, b, edge));
     if angle > PI - TURN || touching[0] == touching[1] {
         return false;
@@ -215,7 +215,7 @@ fn presses(problem: &ContactProblem, b: usize, node: NodeId, angle: f64, edges: 
         let straight = corner(other, opposite).is_some_and(|(angle, _)| (angle - PI).abs() < TURN);
         let compliance = |body: &Body, node| Some(uniaxial(material(body, node)?)[0]);
         let ratio = compliance(&problem.bodies[b], node).zip(compliance(other, opposite)).map(|(c, d)| c / d);
-        let is_held = |edge: &EdgeId| matches!(held(problem, b, *edge), Held::Roller | Held::Clamped);
+        let is_held = |edge: &FacetId| matches!(held(problem, b, *edge), Held::Roller | Held::Clamped);
         straight
             && (edges.iter().any(is_held)
                 || angle >= FRAC_PI_2 - MARGIN
@@ -225,7 +225,7 @@ fn presses(problem: &ContactProblem, b: usize, node: NodeId, angle: f64, edges: 
 
 /// The material of a cell at a node.
 fn material(body: &Body, node: NodeId) -> Option<&LinearElastic> {
-    Some(body.material(*body.mesh().topology().triangles_around(node).first()? as usize))
+    Some(body.material(*body.mesh().topology().cells_around(node).first()? as usize))
 }
 
 /// The strains `[ε_xx, ε_yy]` under `σ_xx = 1`, 1/Pa.
@@ -245,7 +245,7 @@ fn clamped_free(material: &LinearElastic) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fem_core::boundary::{BoundaryConditions, EdgeSelection};
+    use fem_core::boundary::{BoundaryConditions, FacetSelection};
     use fem_core::material::Hypothesis;
     use fem_core::mesh::TriMesh;
     use fem_core::mesh::generate::block;
@@ -275,7 +275,7 @@ mod tests {
         // Without lateral contraction a clamped side is no obstacle to it.
         assert_eq!(at(&square(0.0, BoundaryConditions::new().fix("bottom")), [0.0, 0.0]), None);
         // A roller is a mirror: a corner of 90 degrees is a straight side, and its end within a side a crack.
-        let half = EdgeSelection::group("top").within([[0.0, 1.0], [1.0, 1.0]]);
+        let half = FacetSelection::group("top").within([[0.0, 1.0], [1.0, 1.0]]);
         let rollers = square(0.3, BoundaryConditions::new().roller("left", 0.0).roller(half, 0.0));
         assert_eq!(at(&rollers, [0.0, 0.0]), None);
         let trapezoid = TriMesh::new(

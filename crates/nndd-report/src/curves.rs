@@ -8,7 +8,7 @@ use fem_core::body::Body;
 use fem_core::geometry::{Vector, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::id::{FacetId, NodeId};
 use mesh_io::words::{counted, listed};
 use std::collections::BTreeSet;
 
@@ -58,8 +58,8 @@ pub(crate) fn refined(
 /// Lists the sides with an edge at two of the nodes of edges of the first mesh.
 fn sides_at<'a>(mesh: &'a TriMesh, edges: &[[NodeId; 2]]) -> Vec<&'a str> {
     let nodes: BTreeSet<NodeId> = edges.iter().flatten().copied().collect();
-    let touches = |group: &[EdgeId]| {
-        let found = group.iter().flat_map(|e| mesh.topology().edges()[*e]).filter(|n| nodes.contains(n));
+    let touches = |group: &[FacetId]| {
+        let found = group.iter().flat_map(|e| mesh.topology().facets()[*e]).filter(|n| nodes.contains(n));
         found.collect::<BTreeSet<_>>().len() > 1
     };
     mesh.groups().iter().filter(|(_, group)| touches(group)).map(|(name, _)| name.as_str()).collect()

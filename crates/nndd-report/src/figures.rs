@@ -17,7 +17,7 @@ use fem_core::body::{Body, RigidSide};
 use fem_core::directions::Directions;
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactPair, NodePair, Partner};
-use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::mesh::topology::NONE;
 use fem_core::parallel::each_task;
 use std::collections::BTreeSet;
@@ -35,7 +35,7 @@ pub(crate) struct Picture {
 /// Computes the error density (squared error over area) in the triangles of a body.
 pub(crate) fn error_density(solution: &Fields<'_>, body: usize) -> Vec<f64> {
     let mesh = solution.problem.bodies[body].mesh();
-    let Some(estimate) = solution.estimate else { return vec![0.0; mesh.triangles().len()] };
+    let Some(estimate) = solution.estimate else { return vec![0.0; mesh.cells().len()] };
     estimate.cre.by_cell[body].iter().enumerate().map(|(t, e)| e / mesh.area(t)).collect()
 }
 
@@ -211,7 +211,7 @@ fn displacement(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<P
     let estimate = solution.estimate?;
     let size = |(body, of): (&Body, &AdmissibleBody)| {
         let values = of.displacement.iter().map(|u| norm(*u)).collect();
-        vec![NodalPatch { triangles: body.mesh().triangles().to_vec(), values }]
+        vec![NodalPatch { triangles: body.mesh().cells().to_vec(), values }]
     };
     let patches: Vec<Vec<NodalPatch>> =
         solution.problem.bodies.iter().zip(&estimate.pair.bodies).map(size).collect();
@@ -247,7 +247,7 @@ fn of_bodies(
 /// Opens a closed contact line in the middle of the longest stretch without pressure, so that no contact zone is cut in two;
 /// the arc length at which it was opened, if it was.
 fn opened(rows: &[ContactRow], pair: &ContactPair) -> (Vec<ContactRow>, Option<f64>) {
-    let (n, edges) = (rows.len(), pair.interface.edges());
+    let (n, edges) = (rows.len(), pair.interface.facets());
     let closed = n > 2
         && edges.len() == n
         && edges.iter().enumerate().all(|(k, edge)| edge.pairs == [k as u32, ((k + 1) % n) as u32]);
@@ -303,8 +303,8 @@ fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Pictur
     let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
     let line = |pair: &ContactPair| -> Vec<[Vector; 2]> {
         let points = solution.problem.bodies[pair.body].mesh().points();
-        let nodes = solution.problem.bodies[pair.body].mesh().topology().edges();
-        let edges = pair.interface.edges().iter();
+        let nodes = solution.problem.bodies[pair.body].mesh().topology().facets();
+        let edges = pair.interface.facets().iter();
         edges.map(|edge| nodes[edge.edges[0]].map(|n| points[n])).collect()
     };
     let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
@@ -345,10 +345,10 @@ fn motion(points: &[Vector], displacement: &[Vector]) -> Motion {
 fn rigid_load(body: &Body, side: &RigidSide) -> Option<SketchLoad> {
     let (mesh, force, moment) = (body.mesh(), side.force, side.moment);
     let distance = |at: &Vector| norm(at - side.about);
-    let nearest = |edge: &EdgeId| {
-        let [a, b] = mesh.topology().edges()[*edge].map(|v| mesh.points()[v]);
+    let nearest = |edge: &FacetId| {
+        let [a, b] = mesh.topology().facets()[*edge].map(|v| mesh.points()[v]);
         let part = (side.about - a).dot(&(b - a)) / (b - a).norm_squared();
-        (a + part.clamp(0.0, 1.0) * (b - a), mesh.edge_normal(*edge))
+        (a + part.clamp(0.0, 1.0) * (b - a), mesh.facet_normal(*edge))
     };
     let places = side.edges.iter().map(nearest);
     let (at, normal) = places.min_by(|a, b| distance(&a.0).total_cmp(&distance(&b.0)))?;
@@ -369,10 +369,11 @@ fn sketch_nodes(body: &Body) -> impl Iterator<Item = SketchEdge> + '_ {
     let (mesh, topology) = (body.mesh(), body.mesh().topology());
     body.supports().iter().filter_map(move |set| {
         let ([node], [reaction]) = (&set.nodes[..], &set.reactions[..]) else { return None };
-        let around = topology.boundary_edges().iter().filter(|edge| topology.edges()[**edge].contains(node));
+        let around =
+            topology.boundary_facets().iter().filter(|edge| topology.facets()[**edge].contains(node));
         Some(SketchEdge {
             ends: [mesh.points()[*node]; 2],
-            normal: around.map(|edge| mesh.edge_normal(*edge)).sum(),
+            normal: around.map(|edge| mesh.facet_normal(*edge)).sum(),
             held: sign_of(reaction),
             displacement: body.node_constraints()[*node].displacement(),
             traction: Vector::zeros(),
@@ -387,31 +388,31 @@ fn between_materials(body: &Body) -> Vec<[Vector; 2]> {
         let [a, b] = cells.map(|t| (t != NONE).then(|| body.materials().index(t as usize)));
         a.zip(b).is_some_and(|(a, b)| a != b)
     };
-    let edges = topology.edges().iter().zip(topology.edge_triangles()).filter(|(_, cells)| differ(cells));
+    let edges = topology.facets().iter().zip(topology.facet_cells()).filter(|(_, cells)| differ(cells));
     edges.map(|(ends, _)| ends.map(|v| mesh.points()[v])).collect()
 }
 
 /// Lists the conditions on the boundary edges of a body and on single nodes, for the sketch.
 fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
     let mesh = body.mesh();
-    let nodes_of = mesh.topology().edges();
+    let nodes_of = mesh.topology().facets();
     let imposed = |node: NodeId| body.node_constraints()[node].displacement();
     let mean = |[a, b]: [Vector; 2]| 0.5 * (a + b);
     let free = |side: &&RigidSide| !side.motions.is_empty();
-    let rigid: BTreeSet<EdgeId> =
+    let rigid: BTreeSet<FacetId> =
         body.rigid_sides().iter().filter(free).flat_map(|side| side.edges.iter().copied()).collect();
     mesh.topology()
-        .boundary_edges()
+        .boundary_facets()
         .iter()
         .filter_map(|edge| {
-            let condition = body.edge_condition(*edge)?;
+            let condition = body.facet_condition(*edge)?;
             let nodes = nodes_of[*edge];
             let held = if rigid.contains(edge) { Held::Rigid } else { sign_of(&condition.reaction) };
             // Only what the edge itself imposes: its ends may belong to another side too.
             let displacement = condition.reaction.project(mean(nodes.map(imposed)));
             Some(SketchEdge {
                 ends: nodes.map(|v| mesh.points()[v]),
-                normal: mesh.edge_normal(*edge),
+                normal: mesh.facet_normal(*edge),
                 held,
                 displacement,
                 traction: mean(condition.traction),

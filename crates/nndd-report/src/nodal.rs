@@ -25,7 +25,7 @@ pub(crate) fn averaged(
     let mut sums = vec![[0.0; 2]; mesh.points().len()];
     for t in cells {
         let (area, value) = (mesh.area(t), value(t));
-        for node in mesh.triangles()[t] {
+        for node in mesh.cells()[t] {
             let sum = &mut sums[node.index()];
             *sum = [sum[0] + area * value, sum[1] + area];
         }
@@ -38,13 +38,13 @@ pub(crate) fn averaged(
 pub(crate) fn von_mises(body: &Body, stress: &RecoveredStress) -> Option<Vec<NodalPatch>> {
     let mesh = body.mesh();
     let of_material =
-        |material: usize| (0..mesh.triangles().len()).filter(move |t| body.materials().index(*t) == material);
+        |material: usize| (0..mesh.cells().len()).filter(move |t| body.materials().index(*t) == material);
     let patch = |(material, law): (usize, &LinearElastic)| {
         let mut values = vec![f64::NAN; mesh.points().len()];
         for (node, _, stress) in stress.values().filter(|(_, of, _)| *of == material) {
             values[node.index()] = law.von_mises(stress)?;
         }
-        Some(NodalPatch { triangles: of_material(material).map(|t| mesh.triangles()[t]).collect(), values })
+        Some(NodalPatch { triangles: of_material(material).map(|t| mesh.cells()[t]).collect(), values })
     };
     let used = body.materials().list().iter().enumerate().filter(|(m, _)| of_material(*m).next().is_some());
     used.map(patch).collect()

@@ -215,14 +215,14 @@ fn drawn_ends(solution: &Fields<'_>, pair: usize, points: &mut Vec<Vector>) -> D
         let mut ends = edge.pairs;
         if let Some(clamped) = edge.clamped {
             let paired = of.interface.pairs()[ends[1 - clamped.end] as usize].nodes[0];
-            let [a, b] = mesh.topology().edges()[edge.edges[0]];
+            let [a, b] = mesh.topology().facets()[edge.edges[0]];
             clamped_ends.push((ends[1 - clamped.end] as usize, clamped.opening));
             ends[clamped.end] = points.len() as u32;
             points.push(mesh.points()[if a == paired { b } else { a }]);
         }
         ends
     };
-    let ends = of.interface.edges().iter().map(ends).collect();
+    let ends = of.interface.facets().iter().map(ends).collect();
     (ends, clamped_ends)
 }
 

@@ -66,7 +66,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         BodySummary {
             name: name(b),
             nodes: mesh.points().len(),
-            triangles: mesh.triangles().len(),
+            triangles: mesh.cells().len(),
             unknowns,
             floating: body.free_motion().is_some(),
             free_motions: free_motions.collect(),

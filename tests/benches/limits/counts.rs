@@ -24,7 +24,7 @@ struct Sizes {
 impl Sizes {
     fn of(mesh: &TriMesh) -> Self {
         let [nodes, triangles, edges] =
-            [mesh.points().len(), mesh.triangles().len(), mesh.topology().edges().len()].map(|n| n as f64);
+            [mesh.points().len(), mesh.cells().len(), mesh.topology().facets().len()].map(|n| n as f64);
         Self { nodes, triangles, edges }
     }
 
@@ -161,7 +161,7 @@ pub(crate) struct Stars {
 impl Stars {
     pub(crate) fn new(mesh: &TriMesh, prepared: &StarRelaxation<'_>) -> Self {
         let mut spokes = vec![0.0; mesh.points().len()];
-        for node in mesh.topology().edges().as_flattened() {
+        for node in mesh.topology().facets().as_flattened() {
             spokes[*node] += 1.0;
         }
         let own = (prepared.stored_couplings() as f64 / spokes.iter().sum::<f64>()).min(1.0);

@@ -9,7 +9,7 @@ use crate::random::Random;
 use certified_contact::{CertifiedSolution, Settings, Silent, solve, suits_iteration};
 use fem_core::body::Body;
 use fem_core::interface::{ContactPair, NodePair};
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::FacetId;
 use fem_core::norm::energy_distance_squared;
 use fem_core::prepared::PreparedProblem;
 use nndd::stopping::Never;
@@ -136,8 +136,8 @@ fn rounding(bodies: &[Body]) -> f64 {
     let of_body = |body: &Body| {
         let points = body.mesh().points();
         let reach = points.iter().fold(0.0f64, |m, x| m.max(x.amax()));
-        let edges = (0..body.mesh().topology().edges().len()).map(EdgeId::new);
-        reach / edges.map(|edge| body.mesh().edge_length(edge)).fold(f64::INFINITY, f64::min)
+        let edges = (0..body.mesh().topology().facets().len()).map(FacetId::new);
+        reach / edges.map(|edge| body.mesh().facet_measure(edge)).fold(f64::INFINITY, f64::min)
     };
     ROUNDING + 8.0 * f64::EPSILON * bodies.iter().map(of_body).fold(0.0, f64::max)
 }
@@ -166,7 +166,7 @@ pub(super) fn judge(problem: &Problem, folder: &Path, trial: &mut Trial) -> Made
     };
     trial.code = done.report.status.code;
     trial.reason = done.report.status.reason.clone();
-    let cells = |body: &Body| body.mesh().triangles().len();
+    let cells = |body: &Body| body.mesh().cells().len();
     trial.cells = [
         done.problem.bodies.iter().map(cells).sum(),
         done.problem.bodies.iter().map(cells).min().unwrap_or(0),

@@ -84,7 +84,7 @@ fn on_side(mesh: &TriMesh, group: &str, part: Part) -> Cover {
     let tolerance = Part::tolerance(mesh);
     let mut cover = Cover::default();
     for &edge in mesh.group(group).unwrap_or(&[]) {
-        let [a, b] = mesh.edge_ends(edge);
+        let [a, b] = mesh.facet_corners(edge);
         let (mut from, mut to) = (0.0f64, 1.0f64);
         let mut is_inside = true;
         for inside in limits(part, tolerance) {
@@ -112,7 +112,7 @@ fn in_body(mesh: &TriMesh, part: Part) -> Cover {
     let tolerance = Part::tolerance(mesh);
     let taken = cells_in(mesh, part).into_iter().fold(0.0, |sum, t| sum + mesh.area(t));
     let mut cover = Cover { taken, ..Cover::default() };
-    for t in 0..mesh.triangles().len() {
+    for t in 0..mesh.cells().len() {
         let mut polygon = mesh.corners(t).to_vec();
         for inside in limits(part, tolerance) {
             polygon = clipped(&polygon, inside);

@@ -42,10 +42,10 @@ impl Case {
             }
             let mut in_contact = vec![false; count];
             for &edge in sides.into_iter().flatten() {
-                in_contact[piece_of[mesh.topology().edges()[edge][0]] as usize] = true;
+                in_contact[piece_of[mesh.topology().facets()[edge][0]] as usize] = true;
             }
-            let apart = |t: &u32| !in_contact[piece_of[mesh.triangles()[*t as usize][0]] as usize];
-            let cells: Vec<u32> = (0..mesh.triangles().len() as u32).filter(apart).collect();
+            let apart = |t: &u32| !in_contact[piece_of[mesh.cells()[*t as usize][0]] as usize];
+            let cells: Vec<u32> = (0..mesh.cells().len() as u32).filter(apart).collect();
             let others = (0..bodies.len()).filter(|other| *other != b);
             let overlap = |other: usize| Some((other, mesh.overlap_with(&cells, bodies[other].mesh())?));
             let Some((other, found)) = others.filter_map(overlap).next() else { continue };

@@ -1,7 +1,7 @@
 //! Boundary conditions: from the case's words to fem-core's.
 
 use super::{Case, Displacement, Imposition, Load, Part, RigidCase, Traction, Value};
-use fem_core::boundary::{self, BoundaryConditions, EdgeSelection, Support};
+use fem_core::boundary::{self, BoundaryConditions, FacetSelection, Support};
 
 impl Case {
     /// Returns what is imposed on a body, 0 or 1, in the file's order.
@@ -12,7 +12,7 @@ impl Case {
         for wanted in &given.displacements {
             let mut condition = displacement(wanted);
             if let Some(point) = point(&wanted.on) {
-                condition.edges = EdgeSelection::node(&wanted.on, point);
+                condition.edges = FacetSelection::node(&wanted.on, point);
             }
             conditions.displacements.push(condition);
         }
@@ -52,9 +52,9 @@ fn rigid(given: &RigidCase) -> boundary::RigidCondition {
     }
 }
 
-fn selection(on: &str, part: Part) -> EdgeSelection {
+fn selection(on: &str, part: Part) -> FacetSelection {
     let free = [f64::NEG_INFINITY, f64::INFINITY];
-    let edges = EdgeSelection::group(on);
+    let edges = FacetSelection::group(on);
     match part {
         Part { x: None, y: None } => edges,
         Part { x, y } => edges.within([x.unwrap_or(free), y.unwrap_or(free)]),

@@ -164,6 +164,6 @@ impl Case {
         let mesh = self.build_mesh(body)?;
         let end = |node: NodeId| (node.index(), mesh.points()[node]);
         let edges = mesh.group(side).unwrap_or_default().iter();
-        Ok(edges.map(|edge| mesh.topology().edges()[*edge].map(end)).collect())
+        Ok(edges.map(|edge| mesh.topology().facets()[*edge].map(end)).collect())
     }
 }

@@ -142,8 +142,8 @@ impl Case {
     /// file; `None` for a generated mesh and for one that was refined.
     pub fn element_numbers(&self, body: usize, mesh: &TriMesh) -> Option<&[u64]> {
         let region = self.meshes.region(body)?;
-        let of_file = region.triangle_count() == mesh.triangles().len()
-            && region.mesh().is_ok_and(|own| own.triangles() == mesh.triangles());
+        let of_file = region.triangle_count() == mesh.cells().len()
+            && region.mesh().is_ok_and(|own| own.cells() == mesh.cells());
         of_file.then(|| region.cell_numbers())
     }
 

@@ -130,9 +130,9 @@ impl Case {
             list.push(elastic.map_err(|error| CaseError::from(self.material_diagnostic(name, &error)))?);
         }
         if given.regions.is_empty() {
-            return Ok(Materials::by_triangle(list, Vec::new()));
+            return Ok(Materials::by_cell(list, Vec::new()));
         }
-        let mut of_triangle = vec![0; mesh.triangles().len()];
+        let mut of_triangle = vec![0; mesh.cells().len()];
         let mut faults = Vec::new();
         for (k, region) in given.regions.iter().enumerate() {
             let cells = match &region.cells {
@@ -152,7 +152,7 @@ impl Case {
             }
         }
         if faults.is_empty() {
-            Ok(Materials::by_triangle(list, of_triangle))
+            Ok(Materials::by_cell(list, of_triangle))
         } else {
             Err(CaseError::new(faults))
         }
@@ -193,5 +193,5 @@ impl Case {
 pub(super) fn cells_in(mesh: &TriMesh, part: Part) -> Vec<usize> {
     let inside = part.contains(mesh);
     let centroid = |t: usize| mesh.corners(t).iter().sum::<Vector>() / 3.0;
-    (0..mesh.triangles().len()).filter(|t| inside(centroid(*t))).collect()
+    (0..mesh.cells().len()).filter(|t| inside(centroid(*t))).collect()
 }

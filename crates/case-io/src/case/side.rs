@@ -5,7 +5,7 @@ use crate::case_file::Reader;
 use crate::diagnostic::{CaseError, code, did_you_mean, excerpt, significant};
 use fem_core::geometry::{Vector, norm};
 use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::FacetId;
 use mesh_io::words::listed;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -160,7 +160,7 @@ impl Case {
     }
 
     /// Joins the edges of sides.
-    fn union(&self, body: usize, mesh: &TriMesh, side: &SideCase) -> Result<Vec<EdgeId>, CaseError> {
+    fn union(&self, body: usize, mesh: &TriMesh, side: &SideCase) -> Result<Vec<FacetId>, CaseError> {
         let mut all = BTreeSet::new();
         for name in &side.of {
             let Some(edges) = mesh.group(name) else {
@@ -179,7 +179,7 @@ impl Case {
 }
 
 /// Lists the boundary edges that satisfy all conditions of a side.
-fn select(mesh: &TriMesh, side: &SideCase) -> Vec<EdgeId> {
+fn select(mesh: &TriMesh, side: &SideCase) -> Vec<FacetId> {
     let inside = side.part.contains(mesh);
     let cosine = side.within.unwrap_or(WITHIN).to_radians().cos();
     let direction = side.facing.map(|d| {
@@ -189,12 +189,12 @@ fn select(mesh: &TriMesh, side: &SideCase) -> Vec<EdgeId> {
     let on_circle = |point: Vector| {
         side.circle.is_none_or(|circle| off_circle(point, &circle) <= ON_CIRCLE * circle.radius)
     };
-    let belongs = |edge: &EdgeId| {
-        let ends = mesh.edge_ends(*edge);
+    let belongs = |edge: &FacetId| {
+        let ends = mesh.facet_corners(*edge);
         ends.into_iter().all(|point| inside(point) && on_circle(point))
-            && direction.is_none_or(|d| d.dot(&mesh.edge_normal(*edge)) >= cosine)
+            && direction.is_none_or(|d| d.dot(&mesh.facet_normal(*edge)) >= cosine)
     };
-    mesh.topology().boundary_edges().iter().copied().filter(belongs).collect()
+    mesh.topology().boundary_facets().iter().copied().filter(belongs).collect()
 }
 
 /// Computes the distance of a point from a circle, m.
@@ -205,8 +205,9 @@ fn off_circle(point: Vector, circle: &Circle) -> f64 {
 /// Says how far the nearest boundary edge is from the circle of a side.
 fn nearest_to_circle(mesh: &TriMesh, side: &SideCase) -> Option<String> {
     let circle = side.circle?;
-    let farther =
-        |edge: &EdgeId| mesh.edge_ends(*edge).map(|p| off_circle(p, &circle)).into_iter().fold(0.0, f64::max);
-    let nearest = mesh.topology().boundary_edges().iter().map(farther).fold(f64::INFINITY, f64::min);
+    let farther = |edge: &FacetId| {
+        mesh.facet_corners(*edge).map(|p| off_circle(p, &circle)).into_iter().fold(0.0, f64::max)
+    };
+    let nearest = mesh.topology().boundary_facets().iter().map(farther).fold(f64::INFINITY, f64::min);
     Some(format!("the nearest boundary edge has an end {} off the circle", significant(nearest)))
 }

@@ -11,7 +11,7 @@ use crate::size::larger;
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::geometry::Vector;
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::FacetId;
 use fem_core::parallel::each_task;
 use fem_core::tensor::SymTensor2;
 use pulp::Simd;
@@ -68,7 +68,7 @@ pub(super) fn forces(
     stress: &EquilibratedStress,
     measured: Option<(Against<'_>, Accuracy)>,
 ) -> (Forces, CellMeasures) {
-    let triangles = body.mesh().triangles().len();
+    let triangles = body.mesh().cells().len();
     for given in measured.iter().flat_map(|(against, _)| against).flatten() {
         assert!(given.len() == triangles, "a stress of {} triangles on {triangles}", given.len());
     }
@@ -232,8 +232,8 @@ impl Block<'_> {
     fn edge(&self, t: usize, k: usize, worst: &mut Forces) {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
-        let edge = topology.triangle_edges()[t][k];
-        let [owner, other] = topology.edge_triangles()[edge].map(|t| t as usize);
+        let edge = topology.cell_facets()[t][k];
+        let [owner, other] = topology.facet_cells()[edge].map(|t| t as usize);
         if owner != t {
             return;
         }
@@ -246,7 +246,7 @@ impl Block<'_> {
             return;
         }
         let condition = &self.stress.conditions[topology.boundary_place(edge)];
-        let length = mesh.edge_length(edge);
+        let length = mesh.facet_measure(edge);
         for (force, traction) in own.into_iter().zip(condition.traction) {
             let given = length * traction;
             worst.scale = larger(worst.scale, square(given));
@@ -256,15 +256,15 @@ impl Block<'_> {
     }
 
     /// Tractions times length at the ends of an edge, in its own order, from triangle `t`.
-    fn edge_forces(&self, t: usize, edge: EdgeId) -> [Vector; 2] {
+    fn edge_forces(&self, t: usize, edge: FacetId) -> [Vector; 2] {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
-        let k = topology.edge_in(t, edge);
+        let k = topology.facet_in(t, edge);
         let forces = match self.cells.get(t.wrapping_sub(self.first)) {
             Some(forces) => forces[k],
             None => edge_tractions(self.body, &self.stress.cell(self.body, t), t)[k],
         };
-        let first = topology.edges()[edge][0] == mesh.triangles()[t][k];
+        let first = topology.facets()[edge][0] == mesh.cells()[t][k];
         if first { forces } else { [forces[1], forces[0]] }
     }
 }

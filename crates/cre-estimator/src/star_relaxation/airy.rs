@@ -125,7 +125,7 @@ impl Gathered {
     #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, space: &Space<'_>, triangle: usize) {
         let mesh = space.body().mesh();
-        let (nodes, edges) = (mesh.triangles()[triangle], mesh.topology().triangle_edges()[triangle]);
+        let (nodes, edges) = (mesh.cells()[triangle], mesh.topology().cell_facets()[triangle]);
         for (rows, edge) in self.restrictions.iter_mut().zip(edges) {
             let restriction = space.restriction(edge, triangle);
             (rows[0][lane], rows[1][lane]) = (restriction[0], restriction[1]);

@@ -49,7 +49,7 @@ type Key = [i64; 6];
 /// Computes the key of a triangle without a boundary node; `None` for others, and for one that is flat or not finite.
 fn key(space: &Space<'_>, triangle: usize) -> Option<Key> {
     let mesh = space.body().mesh();
-    let nodes = mesh.triangles()[triangle];
+    let nodes = mesh.cells()[triangle];
     if nodes.iter().any(|&n| !space.is_interior(n)) {
         return None;
     }
@@ -66,7 +66,7 @@ fn key(space: &Space<'_>, triangle: usize) -> Option<Key> {
         return None;
     }
     let per_unit = f64::from_bits(((1023 - exponent) as u64) << 52);
-    let edges = mesh.topology().triangle_edges()[triangle];
+    let edges = mesh.topology().cell_facets()[triangle];
     let senses =
         (0..3).fold(0, |bits, k| 2 * bits + i64::from(space.restriction(edges[k], triangle)[1] > 0.0));
     // Rounded by hand: `round` is a call on processors without an instruction for it.
@@ -93,7 +93,7 @@ impl Forms {
     pub(super) fn renew(&mut self, space: &Space<'_>, unit: f64, nodes: Range<usize>) {
         let Self { first, places, triangles, keys, forms: all, table } = self;
         let topology = space.body().mesh().topology();
-        let around = || nodes.clone().flat_map(|n| topology.triangles_around(NodeId::new(n)).iter().copied());
+        let around = || nodes.clone().flat_map(|n| topology.cells_around(NodeId::new(n)).iter().copied());
         *first = around().min().unwrap_or(0);
         let end = around().max().map_or(*first, |last| last + 1);
         places.clear();

@@ -18,7 +18,7 @@ pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
     const VECTORS: usize = 4 * size_of::<f64>();
     let topology = mesh.topology();
     let mut spokes = vec![0usize; mesh.points().len()];
-    for n in topology.edges().as_flattened() {
+    for n in topology.facets().as_flattened() {
         spokes[*n] += 1;
     }
     let mut stars = 0;
@@ -34,6 +34,6 @@ pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
     let largest = 3 + spokes.iter().copied().max().unwrap_or(0);
     let working = (largest * (largest + 1) / 2 + largest * largest) * size_of::<LaneRow>();
     stars
-        + VECTORS * (3 * mesh.points().len() + topology.edges().len())
+        + VECTORS * (3 * mesh.points().len() + topology.facets().len())
         + working * rayon::current_num_threads()
 }

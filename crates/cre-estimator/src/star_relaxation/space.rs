@@ -1,11 +1,11 @@
 //! Which Airy functions the boundary allows: the functions whose stress does not change given tractions.
 
 use crate::equilibrated::EquilibratedStress;
-use fem_core::body::{Body, EdgeCondition};
+use fem_core::body::{Body, FacetCondition};
 use fem_core::directions::Directions;
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
-use fem_core::mesh::id::{EdgeId, NodeId};
-use fem_core::norm::sum_over_triangles;
+use fem_core::mesh::id::{FacetId, NodeId};
+use fem_core::norm::sum_over_cells;
 use rayon::prelude::*;
 
 /// Directions closer than this (sine of the angle) are the same; the resulting traction error
@@ -52,16 +52,16 @@ pub(super) struct Space<'a> {
 }
 
 impl<'a> Space<'a> {
-    pub(super) fn new(body: &'a Body, conditions: &[EdgeCondition]) -> Self {
+    pub(super) fn new(body: &'a Body, conditions: &[FacetCondition]) -> Self {
         let mesh = body.mesh();
-        let triangles = mesh.triangles().len();
-        let length = (sum_over_triangles(triangles, |t| mesh.area(t)) / triangles as f64).sqrt();
+        let triangles = mesh.cells().len();
+        let length = (sum_over_cells(triangles, |t| mesh.area(t)) / triangles as f64).sqrt();
         let free = NodeBasis { value: length, slopes: [Vector::x(), Vector::y()] };
         let mut bases = vec![free];
         let mut basis_of = vec![0u32; mesh.points().len()];
         let mut boundary = Vec::with_capacity(conditions.len());
-        for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(conditions) {
-            let [a, b] = mesh.topology().oriented_edge(edge, mesh.triangles()).map(|n| mesh.points()[n]);
+        for (&edge, condition) in mesh.topology().boundary_facets().iter().zip(conditions) {
+            let [a, b] = mesh.topology().oriented_facet(edge, mesh.cells()).map(|n| mesh.points()[n]);
             let length = norm(b - a);
             let normal = 1.0 / length * rotated(b - a);
             let mut keep_value = true;
@@ -84,7 +84,7 @@ impl<'a> Space<'a> {
                 _ => [0.0, 1.0],
             };
             boundary.push(freedom);
-            for node in mesh.topology().edges()[edge] {
+            for node in mesh.topology().facets()[edge] {
                 let place = &mut basis_of[node];
                 if *place == 0 {
                     *place = bases.len() as u32;
@@ -111,15 +111,15 @@ impl<'a> Space<'a> {
         let topology = mesh.topology();
         let mut differs: Vec<bool> =
             (0..self.basis_of.len()).map(|n| self.node(n) != other.node(n)).collect();
-        for (k, &edge) in topology.boundary_edges().iter().enumerate() {
+        for (k, &edge) in topology.boundary_facets().iter().enumerate() {
             if self.boundary[k] != other.boundary[k] {
-                for n in topology.edges()[edge] {
+                for n in topology.facets()[edge] {
                     differs[n] = true;
                 }
             }
         }
         let mut marked = vec![false; differs.len()];
-        for nodes in mesh.triangles().iter().filter(|nodes| nodes.iter().any(|&n| differs[n])) {
+        for nodes in mesh.cells().iter().filter(|nodes| nodes.iter().any(|&n| differs[n])) {
             for &n in nodes {
                 marked[n] = true;
             }
@@ -129,7 +129,7 @@ impl<'a> Space<'a> {
 
     /// Counts the unknowns, including those that are always zero.
     pub(super) fn len(&self) -> usize {
-        3 * self.basis_of.len() + self.body.mesh().topology().edges().len()
+        3 * self.basis_of.len() + self.body.mesh().topology().facets().len()
     }
 
     pub(super) fn body(&self) -> &'a Body {
@@ -146,24 +146,24 @@ impl<'a> Space<'a> {
     }
 
     /// Place of an edge's unknown.
-    pub(super) fn edge_unknown(&self, edge: EdgeId) -> usize {
+    pub(super) fn edge_unknown(&self, edge: FacetId) -> usize {
         3 * self.basis_of.len() + edge.index()
     }
 
     /// The factor `κ` of an edge's tilt, and the sense of its own unknown in the direction of the triangle: 1 or −1, and 0 if the boundary allows
     /// no change.
     #[inline(always)]
-    pub(super) fn restriction(&self, edge: EdgeId, triangle: usize) -> [f64; 2] {
+    pub(super) fn restriction(&self, edge: FacetId, triangle: usize) -> [f64; 2] {
         let topology = self.body.mesh().topology();
         if topology.is_boundary(edge) {
             return self.boundary[topology.boundary_place(edge)];
         }
-        let first = topology.edge_triangles()[edge][0] as usize == triangle;
+        let first = topology.facet_cells()[edge][0] as usize == triangle;
         [0.0, if first { 1.0 } else { -1.0 }]
     }
 
     /// Basis of an edge in the direction of the triangle `triangle`, from `a` to `b`.
-    fn edge(&self, edge: EdgeId, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
+    fn edge(&self, edge: FacetId, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
         let t = b - a;
         let [tilt, sense] = self.restriction(edge, triangle);
         EdgeBasis {
@@ -183,10 +183,10 @@ impl<'a> Space<'a> {
         let topology = mesh.topology();
         let conditions = &stress.conditions;
         stress.edge_moments.par_iter_mut().enumerate().with_min_len(1024).for_each(|(e, moments)| {
-            let e = EdgeId::new(e);
-            let nodes = topology.oriented_edge(e, mesh.triangles()).map(|n| n.index());
+            let e = FacetId::new(e);
+            let nodes = topology.oriented_facet(e, mesh.cells()).map(|n| n.index());
             let [a, b] = nodes.map(|n| mesh.points()[n]);
-            let first = topology.edge_triangles()[e][0] as usize;
+            let first = topology.facet_cells()[e][0] as usize;
             let basis = self.edge(e, first, a, b);
             let value = nodes.map(|n| self.node(n).value * unknown(3 * n));
             let [ga, gb] = nodes.map(|n| {
@@ -196,12 +196,12 @@ impl<'a> Space<'a> {
             let q = unknown(self.edge_unknown(e));
             let m = (value[1] - value[0]) * basis.along + q * basis.across;
             let mut added = [rotated(m - ga), rotated(gb - m)];
-            if let Ok(place) = topology.boundary_edges().binary_search(&e) {
+            if let Ok(place) = topology.boundary_facets().binary_search(&e) {
                 // Removes round-off from the given components.
                 let held = conditions[place].reaction;
                 added = added.map(|b| held.basis().iter().map(|d| d.dot(&b) / d.dot(d) * d).sum());
             }
-            if topology.edges()[e][0].index() != nodes[0] {
+            if topology.facets()[e][0].index() != nodes[0] {
                 added.reverse();
             }
             for (moment, x) in moments.iter_mut().zip(added) {

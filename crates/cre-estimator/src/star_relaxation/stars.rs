@@ -93,8 +93,8 @@ pub(super) fn colour(mesh: &TriMesh) -> Vec<u32> {
     let mut used: Vec<u32> = Vec::new();
     for i in 0..nodes {
         // The vertex itself has no colour yet.
-        for &t in mesh.topology().triangles_around(NodeId::new(i)) {
-            for &j in &mesh.triangles()[t as usize] {
+        for &t in mesh.topology().cells_around(NodeId::new(i)) {
+            for &j in &mesh.cells()[t as usize] {
                 if let Some(mark) = used.get_mut(colours[j] as usize) {
                     *mark = i as u32;
                 }

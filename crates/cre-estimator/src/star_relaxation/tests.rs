@@ -30,11 +30,10 @@ fn mesh(cells: [usize; 2], angle: f64) -> TriMesh {
         let y = p[1] + h * (3.1 * i as f64).cos();
         [cos * x - sin * y, sin * x + cos * y]
     });
-    let groups = straight
-        .groups()
-        .iter()
-        .map(|(name, edges)| (name.clone(), edges.iter().map(|&e| straight.topology().edges()[e]).collect()));
-    TriMesh::new(points.collect(), straight.triangles().to_vec(), groups.collect()).unwrap()
+    let groups = straight.groups().iter().map(|(name, edges)| {
+        (name.clone(), edges.iter().map(|&e| straight.topology().facets()[e]).collect())
+    });
+    TriMesh::new(points.collect(), straight.cells().to_vec(), groups.collect()).unwrap()
 }
 
 fn linear() -> ScalarData {
@@ -86,7 +85,7 @@ fn solve(mesh: TriMesh, conditions: &BoundaryConditions) -> (Body, EquilibratedS
     let system = System::assemble(&body, &InterfaceSide::default()).unwrap();
     let u = CondensedBody::factorise(system, body.mesh().points()).unwrap().displacement_from_force(&[]);
     let stress =
-        EquilibratedStress::recover(&body, field::stresses(&body, &u), body.edge_conditions().to_vec());
+        EquilibratedStress::recover(&body, field::stresses(&body, &u), body.facet_conditions().to_vec());
     (body, stress)
 }
 
@@ -140,15 +139,15 @@ fn the_difference_to_the_finite_element_stress_stays_orthogonal_to_its_strains()
 fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
     let mesh = body.mesh();
     let topology = mesh.topology();
-    let unknowns = 4 * topology.edges().len();
+    let unknowns = 4 * topology.facets().len();
     let mut rows: Vec<DVector<f64>> = Vec::new();
-    for t in 0..mesh.triangles().len() {
+    for t in 0..mesh.cells().len() {
         let mut balance = [DVector::zeros(unknowns), DVector::zeros(unknowns), DVector::zeros(unknowns)];
-        for edge in topology.triangle_edges()[t] {
+        for edge in topology.cell_facets()[t] {
             let edge = edge.index();
-            let sign = if topology.edge_triangles()[edge][0] as usize == t { 1.0 } else { -1.0 };
+            let sign = if topology.facet_cells()[edge][0] as usize == t { 1.0 } else { -1.0 };
             for end in 0..2 {
-                let x = mesh.points()[topology.edges()[edge][end]];
+                let x = mesh.points()[topology.facets()[edge][end]];
                 for (c, unit) in [Vector::x(), Vector::y()].into_iter().enumerate() {
                     let unknown = 4 * edge + 2 * end + c;
                     balance[c][unknown] = sign;
@@ -158,7 +157,7 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
         }
         rows.extend(balance);
     }
-    for (&edge, condition) in topology.boundary_edges().iter().zip(&eet.conditions) {
+    for (&edge, condition) in topology.boundary_facets().iter().zip(&eet.conditions) {
         for (direction, end) in condition.reaction.complement().basis().iter().flat_map(|d| [(d, 0), (d, 1)])
         {
             let mut row = DVector::zeros(unknowns);
@@ -171,7 +170,7 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
     let conditions = DMatrix::from_columns(&rows);
     let eigen = (&conditions * conditions.transpose()).symmetric_eigen();
     let null: Vec<usize> = (0..unknowns).filter(|&k| eigen.eigenvalues[k].abs() < 1e-11).collect();
-    let cells = mesh.triangles().len();
+    let cells = mesh.cells().len();
     let difference = |a: &CellStress, b: &CellStress| -> CellStress {
         std::array::from_fn(|k| std::array::from_fn(|m| a[k][m].minus(b[k][m])))
     };
@@ -370,14 +369,14 @@ fn equal_stars_share_coefficients_that_are_right_for_all_of_them() {
     // Two materials, so that stars of the same shape differ.
     let stiff = LinearElastic::isotropic(50.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     let soft = LinearElastic::isotropic(10.0, 0.2, Hypothesis::PlaneStrain).unwrap();
-    let stiff_cells = structured.triangles().len() / 2;
-    let of_triangle = (0..structured.triangles().len()).map(|t| u32::from(t >= stiff_cells)).collect();
-    let materials = Materials::by_triangle(vec![stiff, soft], of_triangle);
+    let stiff_cells = structured.cells().len() / 2;
+    let of_triangle = (0..structured.cells().len()).map(|t| u32::from(t >= stiff_cells)).collect();
+    let materials = Materials::by_cell(vec![stiff, soft], of_triangle);
     for (mesh, share) in [(structured, true), (mesh([60, 20], 0.3), false)] {
-        let triangles: Vec<u32> = (0..mesh.triangles().len() as u32).collect();
+        let triangles: Vec<u32> = (0..mesh.cells().len() as u32).collect();
         let body = Body::new(mesh, materials.clone(), &clamped).unwrap();
-        let stars = StarRelaxation::new(&body, body.edge_conditions());
-        let spokes = 2 * body.mesh().topology().edges().len();
+        let stars = StarRelaxation::new(&body, body.facet_conditions());
+        let spokes = 2 * body.mesh().topology().facets().len();
         let stored = stars.stored_couplings();
         assert!(if share { stored < spokes / 2 } else { stored >= spokes }, "{stored} of {spokes}");
         // x·A x, and the energy of every triangle by its own form.
@@ -390,7 +389,7 @@ fn equal_stars_share_coefficients_that_are_right_for_all_of_them() {
         triangle_energy::forms(space, &triangles, 1.0, &mut forms);
         let mut product = vec![0.0; space.len()];
         for (t, form) in forms.iter().enumerate() {
-            let (nodes, edges) = (body.mesh().triangles()[t], body.mesh().topology().triangle_edges()[t]);
+            let (nodes, edges) = (body.mesh().cells()[t], body.mesh().topology().cell_facets()[t]);
             let place = |k: usize| {
                 if k < 9 { 3 * nodes[k / 3].index() + k % 3 } else { space.edge_unknown(edges[k - 9]) }
             };

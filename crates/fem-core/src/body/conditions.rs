@@ -5,13 +5,13 @@ mod single_node;
 
 use super::interpolation::{gauss_points, linear_by_moments};
 use super::rigid::{Equation, Given, RigidSide};
-use super::{Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, NodeConstraint, SupportSet};
-use crate::boundary::{BoundaryConditions, EdgeSelection, Load, RigidCondition, ScalarData, Support};
+use super::{Body, BodyError, ConditionList, ConditionPlace, FacetCondition, NodeConstraint, SupportSet};
+use crate::boundary::{BoundaryConditions, FacetSelection, Load, RigidCondition, ScalarData, Support};
 use crate::directions::Directions;
 use crate::geometry::{Vector, cross, norm};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::OnceLock;
 
@@ -24,11 +24,11 @@ const SAME_VALUE: f64 = 1e-12;
 /// The edges that each condition applies to, in the order of the conditions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Selected {
-    pub(super) displacements: Vec<Vec<EdgeId>>,
+    pub(super) displacements: Vec<Vec<FacetId>>,
     /// The node of each displacement condition that is on a single one; it has no edge.
     pub(super) nodes: Vec<Option<NodeId>>,
-    pub(super) tractions: Vec<Vec<EdgeId>>,
-    pub(super) rigid: Vec<Vec<EdgeId>>,
+    pub(super) tractions: Vec<Vec<FacetId>>,
+    pub(super) rigid: Vec<Vec<FacetId>>,
 }
 
 /// Evaluates conditions on a mesh, on the edges they select or on those `inherited` from a coarser mesh.
@@ -38,7 +38,7 @@ pub(super) fn evaluate(
     conditions: &BoundaryConditions,
     inherited: Option<Selected>,
 ) -> Result<Body, BodyError> {
-    let triangles = mesh.triangles().len();
+    let triangles = mesh.cells().len();
     if !materials.fit(triangles) {
         return Err(BodyError::Materials { cells: materials.len(), triangles });
     }
@@ -51,8 +51,8 @@ pub(super) fn evaluate(
         magnitudes: vec![0.0; mesh.points().len()],
         turned: Vec::new(),
         edges: vec![
-            EdgeCondition { reaction: Directions::NONE, traction: [Vector::zeros(); 2] };
-            mesh.topology().boundary_edges().len()
+            FacetCondition { reaction: Directions::NONE, traction: [Vector::zeros(); 2] };
+            mesh.topology().boundary_facets().len()
         ],
         mesh: &mesh,
     };
@@ -63,14 +63,14 @@ pub(super) fn evaluate(
     (selected.rigid, rigid_sides) = work.stiffen_all(conditions, inherited)?;
     selected.tractions = work.load_all(conditions, inherited)?;
     let roller_turn = work.roller_turn();
-    let (node_constraints, edge_conditions) = (work.constraints, work.edges);
+    let (node_constraints, facet_conditions) = (work.constraints, work.edges);
     let conditions = conditions.clone();
     let free_motion = OnceLock::new();
     Ok(Body {
         mesh,
         materials,
         node_constraints,
-        edge_conditions,
+        facet_conditions,
         supports,
         rigid_sides,
         roller_turn,
@@ -87,7 +87,7 @@ struct Evaluation<'a> {
     constraints: Vec<NodeConstraint>,
     /// Size of the data imposed on each node, m: the scale of their round-off.
     magnitudes: Vec<f64>,
-    edges: Vec<EdgeCondition>,
+    edges: Vec<FacetCondition>,
     turned: Vec<Turned>,
 }
 
@@ -146,7 +146,7 @@ impl Evaluation<'_> {
         &mut self,
         conditions: &BoundaryConditions,
         inherited: Option<&Selected>,
-    ) -> Result<(Vec<Vec<EdgeId>>, Vec<RigidSide>), BodyError> {
+    ) -> Result<(Vec<Vec<FacetId>>, Vec<RigidSide>), BodyError> {
         let (mut selected, mut sides) = (Vec::new(), Vec::new());
         for (index, condition) in conditions.rigid.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Rigid, index };
@@ -161,13 +161,13 @@ impl Evaluation<'_> {
     fn stiffen(
         &mut self,
         place: ConditionPlace,
-        edges: &[EdgeId],
+        edges: &[FacetId],
         condition: &RigidCondition,
     ) -> Result<RigidSide, BodyError> {
         let topology = self.mesh.topology();
         let points = self.mesh.points();
-        let middle = |edge: EdgeId| self.mesh.edge_middle(edge);
-        let origin = points[topology.edges()[edges[0]][0]];
+        let middle = |edge: FacetId| self.mesh.facet_middle(edge);
+        let origin = points[topology.facets()[edges[0]][0]];
         let numbers = condition.translation.iter().chain([&condition.rotation]).flatten().copied();
         let loads = [condition.force[0], condition.force[1], condition.moment];
         let about = condition.about.unwrap_or_default();
@@ -175,13 +175,13 @@ impl Evaluation<'_> {
             finite(place, origin, value)?;
         }
         let (piece_of, _) = topology.pieces();
-        let piece = piece_of[topology.edges()[edges[0]][0]];
+        let piece = piece_of[topology.facets()[edges[0]][0]];
         let mut equations = Vec::new();
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             if !self.edges[position].reaction.is_none() {
                 return Err(BodyError::RigidOccupied { place, point: middle(edge) });
             }
-            for node in topology.edges()[edge] {
+            for node in topology.facets()[edge] {
                 let point = points[node];
                 let constraint = &self.constraints[node];
                 if constraint.rigid_side.is_some() || piece_of[node] != piece {
@@ -213,7 +213,7 @@ impl Evaluation<'_> {
         &mut self,
         conditions: &BoundaryConditions,
         inherited: Option<&Selected>,
-    ) -> Result<Vec<Vec<EdgeId>>, BodyError> {
+    ) -> Result<Vec<Vec<FacetId>>, BodyError> {
         let mut selected = Vec::new();
         for (index, condition) in conditions.tractions.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Traction, index };
@@ -228,14 +228,14 @@ impl Evaluation<'_> {
     fn edges_of(
         &self,
         place: ConditionPlace,
-        selection: &EdgeSelection,
-        known: Option<&Vec<Vec<EdgeId>>>,
-    ) -> Result<Vec<EdgeId>, BodyError> {
+        selection: &FacetSelection,
+        known: Option<&Vec<Vec<FacetId>>>,
+    ) -> Result<Vec<FacetId>, BodyError> {
         known.map_or_else(|| self.select(place, selection), |known| Ok(known[place.index].clone()))
     }
 
     /// Selects boundary edges.
-    fn select(&self, place: ConditionPlace, selection: &EdgeSelection) -> Result<Vec<EdgeId>, BodyError> {
+    fn select(&self, place: ConditionPlace, selection: &FacetSelection) -> Result<Vec<FacetId>, BodyError> {
         if selection.node.is_some() {
             return Err(BodyError::SingleNode { place });
         }
@@ -253,7 +253,7 @@ impl Evaluation<'_> {
         };
         let mut selected = Vec::new();
         for &edge in edges {
-            let ends = self.mesh.topology().edges()[edge].map(|n| points[n]);
+            let ends = self.mesh.topology().facets()[edge].map(|n| points[n]);
             if !ends.into_iter().all(inside) {
                 continue;
             }
@@ -266,7 +266,7 @@ impl Evaluation<'_> {
     }
 
     /// Pairs boundary edges with their places among the boundary edges.
-    fn places<'s>(&'s self, edges: &'s [EdgeId]) -> impl Iterator<Item = (EdgeId, usize)> + use<'s> {
+    fn places<'s>(&'s self, edges: &'s [FacetId]) -> impl Iterator<Item = (FacetId, usize)> + use<'s> {
         edges.iter().map(|&edge| (edge, self.mesh.topology().boundary_place(edge)))
     }
 
@@ -274,7 +274,7 @@ impl Evaluation<'_> {
     fn impose(
         &mut self,
         place: ConditionPlace,
-        edges: &[EdgeId],
+        edges: &[FacetId],
         support: &Support,
     ) -> Result<BTreeMap<NodeId, Directions>, BodyError> {
         let mut holds = BTreeMap::new();
@@ -284,7 +284,7 @@ impl Evaluation<'_> {
         };
         let at_nodes = rollers::at_nodes(self.mesh, &normals);
         let magnitude = |data: &ScalarData| {
-            let all = edges.iter().flat_map(|&e| self.mesh.topology().edges()[e]);
+            let all = edges.iter().flat_map(|&e| self.mesh.topology().facets()[e]);
             all.fold(0.0f64, |largest, n| largest.max(data.at(self.mesh.points()[n]).abs()))
         };
         let magnitudes = match support {
@@ -297,7 +297,7 @@ impl Evaluation<'_> {
                 let Some((data, magnitude)) = known else { continue };
                 let reaction = &mut self.edges[position].reaction;
                 *reaction = reaction.with(direction, SAME_DIRECTION);
-                for node in self.mesh.topology().edges()[edge] {
+                for node in self.mesh.topology().facets()[edge] {
                     let held = at_nodes.get(&node).map_or(direction, |all| rollers::mean(all, direction));
                     let value = self.constrain(place, node, &Imposed { direction: held, data, magnitude })?;
                     let sine = cross(held, direction).abs();
@@ -350,13 +350,13 @@ impl Evaluation<'_> {
         self.turned.iter().filter(violates).fold(0.0, |largest, t| largest.max(t.sine))
     }
 
-    fn load(&mut self, place: ConditionPlace, edges: &[EdgeId], load: &Load) -> Result<(), BodyError> {
+    fn load(&mut self, place: ConditionPlace, edges: &[FacetId], load: &Load) -> Result<(), BodyError> {
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let traction = self.edge_traction(place, edge, load)?;
             let condition = &mut self.edges[position];
             let held = condition.reaction;
             if traction.iter().any(|&t| norm(held.components(t)) > SAME_DIRECTION * norm(t)) {
-                let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n]);
+                let ends = self.mesh.topology().facets()[edge].map(|n| self.mesh.points()[n]);
                 let point = 0.5 * (ends[0] + ends[1]);
                 return Err(BodyError::LoadOnSupport { place, point });
             }
@@ -371,11 +371,11 @@ impl Evaluation<'_> {
     fn edge_traction(
         &self,
         place: ConditionPlace,
-        edge: EdgeId,
+        edge: FacetId,
         load: &Load,
     ) -> Result<[Vector; 2], BodyError> {
-        let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n]);
-        let normal = self.mesh.edge_normal(edge);
+        let ends = self.mesh.topology().facets()[edge].map(|n| self.mesh.points()[n]);
+        let normal = self.mesh.facet_normal(edge);
         let constant = match load {
             Load::Vector([x, y]) => x.constant().zip(y.constant()).map(|(x, y)| Vector::new(x, y)),
             Load::Pressure(q) => q.constant().map(|q| -q * normal),

@@ -6,7 +6,7 @@
 use super::{Body, BodyError, ConditionList, ConditionPlace};
 use crate::geometry::{Vector, cross, norm, perpendicular};
 use crate::mesh::TriMesh;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::Refinement;
 use crate::smooth::{Arch, smooth_normals};
 use std::collections::{BTreeMap, HashMap};
@@ -158,7 +158,7 @@ impl Piece {
 /// The curves of a body's sides.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Curves {
-    pieces: BTreeMap<EdgeId, Piece>,
+    pieces: BTreeMap<FacetId, Piece>,
     /// New nodes that were left on the chord, since a cell would have turned over.
     on_chord: Vec<NodeId>,
 }
@@ -174,7 +174,7 @@ impl Curves {
                 return Err(BodyError::UnknownGroup { place, group, known: names.join(", ") });
             };
             if let Some(&edge) = edges.iter().find(|e| !mesh.topology().is_boundary(**e)) {
-                return Err(BodyError::InteriorEdge { place, group, ends: mesh.edge_ends(edge) });
+                return Err(BodyError::InteriorEdge { place, group, ends: mesh.facet_corners(edge) });
             }
             if edges.is_empty() {
                 return Err(BodyError::EmptySelection { place, group });
@@ -186,7 +186,7 @@ impl Curves {
                 };
                 for (edge, piece) in found {
                     if pieces.insert(edge, piece).is_some() {
-                        return Err(BodyError::CurvedTwice { place, point: mesh.edge_middle(edge) });
+                        return Err(BodyError::CurvedTwice { place, point: mesh.facet_middle(edge) });
                     }
                 }
             }
@@ -196,7 +196,7 @@ impl Curves {
 
     /// Creates the curves of the finer mesh.
     pub(super) fn refined(&self, old: &TriMesh, refinement: &Refinement) -> Self {
-        let parts = |(&edge, &piece): (&EdgeId, &Piece)| {
+        let parts = |(&edge, &piece): (&FacetId, &Piece)| {
             refinement.parts(old, edge).into_iter().map(move |part| (part, piece))
         };
         let pieces = self.pieces.iter().flat_map(parts).collect();
@@ -226,13 +226,13 @@ impl Body {
     }
 
     /// Returns the curve over an edge.
-    pub(crate) fn curve(&self, edge: EdgeId) -> Option<&Piece> {
+    pub(crate) fn curve(&self, edge: FacetId) -> Option<&Piece> {
         self.curves.pieces.get(&edge)
     }
 
     /// Computes the point that halves the declared curve over an edge; `None` if the edge is not on a curve.
-    pub fn curve_middle(&self, edge: EdgeId) -> Option<Vector> {
-        self.curve(edge).map(|piece| piece.middle(self.mesh.edge_ends(edge)))
+    pub fn curve_middle(&self, edge: FacetId) -> Option<Vector> {
+        self.curve(edge).map(|piece| piece.middle(self.mesh.facet_corners(edge)))
     }
 
     /// Lists the ends of the boundary edges that seem to approximate a curve and are not declared as one: at both ends the
@@ -241,9 +241,9 @@ impl Body {
         let (mesh, topology) = (&self.mesh, self.mesh.topology());
         let mut turn: HashMap<NodeId, f64> = HashMap::new();
         let mut normal: HashMap<NodeId, Vector> = HashMap::new();
-        for &edge in topology.boundary_edges() {
-            let own = mesh.edge_normal(edge);
-            let [from, to] = topology.oriented_edge(edge, mesh.triangles());
+        for &edge in topology.boundary_facets() {
+            let own = mesh.facet_normal(edge);
+            let [from, to] = topology.oriented_facet(edge, mesh.cells());
             // A node has two boundary edges: the sine of the turn from the one that ends there to the one that begins.
             for (node, begins) in [(from, true), (to, false)] {
                 let Some(other) = normal.insert(node, own) else { continue };
@@ -253,21 +253,21 @@ impl Body {
             }
         }
         let at = |n: NodeId| turn.get(&n).copied().unwrap_or(0.0);
-        let bent = |edge: &&EdgeId| {
-            let [a, b] = topology.edges()[**edge];
+        let bent = |edge: &&FacetId| {
+            let [a, b] = topology.facets()[**edge];
             at(a) * at(b) > 0.0 && self.curve(**edge).is_none()
         };
-        topology.boundary_edges().iter().filter(bent).map(|e| topology.edges()[*e]).collect()
+        topology.boundary_facets().iter().filter(bent).map(|e| topology.facets()[*e]).collect()
     }
 }
 
 /// Lists the edges between consecutive nodes.
-fn edges_of<'a>(mesh: &'a TriMesh, nodes: &'a [NodeId]) -> impl Iterator<Item = EdgeId> + 'a {
+fn edges_of<'a>(mesh: &'a TriMesh, nodes: &'a [NodeId]) -> impl Iterator<Item = FacetId> + 'a {
     nodes.windows(2).filter_map(|w| mesh.topology().find_edge(w[0], w[1]))
 }
 
 /// Finds the circle through the first, the middle and the last node of a part, and checks that all others lie on it.
-fn arc(mesh: &TriMesh, nodes: &[NodeId], place: ConditionPlace) -> Result<Vec<(EdgeId, Piece)>, BodyError> {
+fn arc(mesh: &TriMesh, nodes: &[NodeId], place: ConditionPlace) -> Result<Vec<(FacetId, Piece)>, BodyError> {
     let points: Vec<Vector> = nodes.iter().map(|n| mesh.points()[*n]).collect();
     let last = points.len() - 1;
     let closed = nodes[0] == nodes[last];
@@ -292,7 +292,7 @@ fn arc(mesh: &TriMesh, nodes: &[NodeId], place: ConditionPlace) -> Result<Vec<(E
 }
 
 /// Creates the smooth curve through the nodes of a part, with its corners.
-fn smooth(mesh: &TriMesh, nodes: &[NodeId]) -> Vec<(EdgeId, Piece)> {
+fn smooth(mesh: &TriMesh, nodes: &[NodeId]) -> Vec<(FacetId, Piece)> {
     let mut found = Vec::new();
     let (runs, closed) = between_corners(mesh, nodes);
     for run in runs {
@@ -308,8 +308,9 @@ fn smooth(mesh: &TriMesh, nodes: &[NodeId]) -> Vec<(EdgeId, Piece)> {
 
 /// Cuts a part at its corners, and tells whether it is closed and has none.
 fn between_corners(mesh: &TriMesh, nodes: &[NodeId]) -> (Vec<Vec<NodeId>>, bool) {
-    let edges: Vec<EdgeId> = edges_of(mesh, nodes).collect();
-    let is_corner = |a: usize, b: usize| mesh.edge_normal(edges[a]).dot(&mesh.edge_normal(edges[b])) < CORNER;
+    let edges: Vec<FacetId> = edges_of(mesh, nodes).collect();
+    let is_corner =
+        |a: usize, b: usize| mesh.facet_normal(edges[a]).dot(&mesh.facet_normal(edges[b])) < CORNER;
     let last = nodes.len() - 1;
     let mut nodes = nodes.to_vec();
     let mut corners: Vec<usize> = (1..last).filter(|k| is_corner(k - 1, *k)).collect();

@@ -6,7 +6,7 @@
 use super::{Body, ConditionList, ConditionPlace};
 use crate::boundary::{Load, ScalarData, Support};
 use crate::geometry::{self, Vector};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::FacetId;
 use crate::parallel::each_task;
 use crate::quadrature::GAUSS5;
 
@@ -159,8 +159,8 @@ impl Body {
         found
     }
 
-    fn ends(&self, edge: EdgeId) -> [Vector; 2] {
-        self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n])
+    fn ends(&self, edge: FacetId) -> [Vector; 2] {
+        self.mesh.topology().facets()[edge].map(|n| self.mesh.points()[n])
     }
 }
 

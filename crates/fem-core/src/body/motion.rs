@@ -178,7 +178,7 @@ fn grams(body: &Body) -> (Vec<Matrix3<f64>>, Vec<Vector>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::boundary::{BoundaryConditions, EdgeSelection};
+    use crate::boundary::{BoundaryConditions, FacetSelection};
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::TriMesh;
     use crate::mesh::generate::block;
@@ -224,7 +224,7 @@ mod tests {
         // One edge on the left prevents the rotation, but not the motion along it.
         let ends = [[f64::NEG_INFINITY, f64::INFINITY], [f64::NEG_INFINITY, 0.5]];
         let m = motion(BoundaryConditions::new().displace(
-            EdgeSelection::group("left").within(ends),
+            FacetSelection::group("left").within(ends),
             Some(0.0.into()),
             None,
         ));

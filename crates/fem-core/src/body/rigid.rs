@@ -3,7 +3,7 @@
 use super::RigidMotion;
 use crate::geometry::{Vector, cross, norm, perpendicular};
 use crate::mesh::TriMesh;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// A direction in which conditions hold a rigid side by less than this fraction (squared) of the best held one is free.
@@ -20,7 +20,7 @@ pub struct RigidSide {
     /// The edge group.
     pub group: String,
     /// Its edges, ascending.
-    pub edges: Vec<EdgeId>,
+    pub edges: Vec<FacetId>,
     /// Its nodes, ascending.
     pub nodes: Vec<NodeId>,
     /// The nodes at its ends, which have one of its edges only; none on a closed line.
@@ -57,7 +57,7 @@ pub(super) struct Equation {
 #[derive(Clone, Debug)]
 pub(super) struct Given<'a> {
     pub(super) condition: &'a crate::boundary::RigidCondition,
-    pub(super) edges: Vec<EdgeId>,
+    pub(super) edges: Vec<FacetId>,
     /// The values that other supports impose on its nodes.
     pub(super) equations: Vec<Equation>,
     /// The connected piece of the body.
@@ -109,7 +109,7 @@ impl RigidSide {
     /// The equation that contradicts the others, and the value that the others impose.
     pub(super) fn new(mesh: &TriMesh, given: Given<'_>) -> Result<Self, (Equation, f64)> {
         let Given { condition, edges, equations, piece } = given;
-        let mut ends_of: Vec<NodeId> = edges.iter().flat_map(|e| mesh.topology().edges()[*e]).collect();
+        let mut ends_of: Vec<NodeId> = edges.iter().flat_map(|e| mesh.topology().facets()[*e]).collect();
         ends_of.sort_unstable();
         let mut nodes = ends_of.clone();
         nodes.dedup();
@@ -242,12 +242,12 @@ impl RigidSide {
 }
 
 /// Computes the length of the side that belongs to each of its nodes, m.
-fn weights(mesh: &TriMesh, edges: &[EdgeId], nodes: &[NodeId]) -> Vec<f64> {
+fn weights(mesh: &TriMesh, edges: &[FacetId], nodes: &[NodeId]) -> Vec<f64> {
     let mut weights = vec![0.0; nodes.len()];
     for &edge in edges {
-        for node in mesh.topology().edges()[edge] {
+        for node in mesh.topology().facets()[edge] {
             if let Ok(place) = nodes.binary_search(&node) {
-                weights[place] += 0.5 * mesh.edge_length(edge);
+                weights[place] += 0.5 * mesh.facet_measure(edge);
             }
         }
     }

@@ -199,12 +199,12 @@ mod tests {
         let clamped = || BoundaryConditions::new().fix("left").fix("right");
         let bodies = [body(1.0, clamped()), body(0.0, clamped())];
         let interface = pair(&bodies[0], &bodies[1]).unwrap();
-        assert_eq!((interface.pairs().len(), interface.edges().len(), interface.length()), (3, 4, 2.0));
+        assert_eq!((interface.pairs().len(), interface.facets().len(), interface.length()), (3, 4, 2.0));
         let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
         assert_eq!(lengths, [0.5; 3]);
         // A constant pressure reaches the clamped ends, whose forces the supports take.
         assert_eq!(interface.mass(&[3.0; 3]), [1.5; 3]);
-        let first = interface.edges()[0];
+        let first = interface.facets()[0];
         assert_eq!((first.pairs, first.openings(&[0.2, 0.0, 0.0])), ([0; 2], [0.0, 0.2]));
         // Halved: the new nodes of the removed edges are free and belong to the contact problem.
         let mut problem = ContactProblem::between(bodies, interface);
@@ -213,7 +213,7 @@ mod tests {
                 p.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect()
             };
             let marked = |p: &ContactProblem, only: usize| {
-                [0, 1].map(|b| vec![b == only; p.bodies[b].mesh().topology().edges().len()])
+                [0, 1].map(|b| vec![b == only; p.bodies[b].mesh().topology().facets().len()])
             };
             let labels = edges(&problem);
             // Marked in one body only: contact edges are halved in both.

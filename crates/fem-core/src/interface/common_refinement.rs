@@ -44,7 +44,7 @@ mod seam;
 use super::{ContactNormal, outline};
 use crate::body::Body;
 use crate::geometry::Vector;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use chain::Chain;
 use curve::Between;
 use overlap::Overlap;
@@ -198,21 +198,21 @@ fn centre(body: &Body, chains: &[Chain]) -> Vector {
 fn surface_angle(body: &Body, group: &str) -> f64 {
     let mesh = body.mesh();
     let edges = mesh.group(group).unwrap_or(&[]);
-    chain::smallest_angle(mesh, edges.iter().flat_map(|&e| mesh.topology().edges()[e]))
+    chain::smallest_angle(mesh, edges.iter().flat_map(|&e| mesh.topology().facets()[e]))
 }
 
 /// Finds the edges of the overlaps in the group of the contact surface, and the length of the others; `None` if there are no others.
-fn restricted(body: &Body, number: usize, group: &str, overlaps: &[Overlap]) -> Option<(Vec<EdgeId>, f64)> {
+fn restricted(body: &Body, number: usize, group: &str, overlaps: &[Overlap]) -> Option<(Vec<FacetId>, f64)> {
     let mesh = body.mesh();
     let find = |ends: [NodeId; 2]| mesh.topology().find_edge(ends[0], ends[1]);
-    let mut kept: Vec<EdgeId> = overlaps.iter().flat_map(|o| o.common(number)).filter_map(find).collect();
+    let mut kept: Vec<FacetId> = overlaps.iter().flat_map(|o| o.common(number)).filter_map(find).collect();
     kept.sort_unstable();
     kept.dedup();
     let all = mesh.group(group).unwrap_or(&[]);
     if kept == all {
         return None;
     }
-    let free = all.iter().filter(|e| kept.binary_search(e).is_err()).map(|&e| mesh.edge_length(e)).sum();
+    let free = all.iter().filter(|e| kept.binary_search(e).is_err()).map(|&e| mesh.facet_measure(e)).sum();
     Some((kept, free))
 }
 

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::body::{Body, BodyError};
 use crate::geometry::norm;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::FacetId;
 use std::collections::{BTreeSet, HashMap};
 use thiserror::Error;
 
@@ -277,7 +277,7 @@ impl Matching<'_> {
         self.take_edges(pair, facing_edges(sides.each_ref()))
     }
 
-    fn take_edges(&mut self, pair: usize, edges: [Vec<EdgeId>; 2]) -> bool {
+    fn take_edges(&mut self, pair: usize, edges: [Vec<FacetId>; 2]) -> bool {
         let Contact { name, sides, .. } = &self.contacts[pair];
         let before = sides.members().zip(&self.sides[pair]);
         let before = before.map(|((b, _), side)| self.bodies[b].mesh().group(side));
@@ -364,5 +364,5 @@ impl Matching<'_> {
 /// Adds up the edges of a side.
 fn length(body: &Body, side: &str) -> f64 {
     let edges = body.mesh().group(side).unwrap_or(&[]).iter();
-    edges.map(|&edge| body.mesh().edge_ends(edge)).map(|[p, q]| norm(q - p)).sum()
+    edges.map(|&edge| body.mesh().facet_corners(edge)).map(|[p, q]| norm(q - p)).sum()
 }

@@ -2,7 +2,7 @@
 
 use crate::body::Body;
 use crate::geometry::{self, Vector, norm};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, PointDistance, RTree};
 use std::collections::HashMap;
@@ -25,7 +25,7 @@ const SAMPLES: usize = 9;
 ///
 /// The angle is 60 degrees, which pairing allows, less half of the largest turn of the two sides: so far the normals at the ends of an
 /// edge are from its own. So coarse rims are not refused for their ends.
-pub fn facing_edges(sides: [&FacingSide; 2]) -> [Vec<EdgeId>; 2] {
+pub fn facing_edges(sides: [&FacingSide; 2]) -> [Vec<FacetId>; 2] {
     let size = sides[0].size.min(sides[1].size);
     let turn = sides.iter().map(|side| side.turn).fold(0.0, f64::max);
     let facing = (FACING - 0.5 * turn).cos();
@@ -47,7 +47,7 @@ type Edge = GeomWithData<Line<[f64; 2]>, usize>;
 
 /// A side as a polygon, sorted once for all sides that it may face.
 pub struct FacingSide {
-    numbers: Vec<EdgeId>,
+    numbers: Vec<FacetId>,
     /// The ends of each edge, and its outward normal.
     edges: Vec<([Vector; 2], Vector)>,
     tree: RTree<Edge>,
@@ -64,11 +64,11 @@ impl FacingSide {
     pub fn new(body: &Body, group: &str) -> Self {
         let mesh = body.mesh();
         let numbers = mesh.group(group).unwrap_or(&[]).to_vec();
-        let edges: Vec<_> = numbers.iter().map(|e| (mesh.edge_ends(*e), mesh.edge_normal(*e))).collect();
+        let edges: Vec<_> = numbers.iter().map(|e| (mesh.facet_corners(*e), mesh.facet_normal(*e))).collect();
         let (mut before, mut turn): (HashMap<NodeId, Vector>, f64) = (HashMap::new(), 0.0);
         for edge in &numbers {
-            let normal = mesh.edge_normal(*edge);
-            for node in mesh.topology().edges()[*edge] {
+            let normal = mesh.facet_normal(*edge);
+            for node in mesh.topology().facets()[*edge] {
                 if let Some(other) = before.insert(node, normal).filter(|other| other.dot(&normal) >= TURN) {
                     turn = turn.max(geometry::angle_between(other, normal));
                 }

@@ -67,7 +67,7 @@ impl SlipBefore {
         let edges = self.edges.iter().filter(|w| w.iter().all(|w| w.is_finite())).count();
         let both = [
             ("pairs of nodes", nodes, self.nodes.len(), interface.pairs().len()),
-            ("edges", edges, self.edges.len(), interface.edges().len()),
+            ("edges", edges, self.edges.len(), interface.facets().len()),
         ];
         match both.into_iter().find(|(_, finite, all, expected)| finite != expected || all != expected) {
             Some((of, found, _, expected)) => Err(InterfaceError::BadSlip { of, found, expected }),
@@ -123,7 +123,7 @@ impl ContactPair {
     pub fn interpolated_limit(&self, first: &Body) -> Option<Difference> {
         let Friction::Tresca { limit } = &self.friction else { return None };
         let points = first.mesh().points();
-        let sum = DifferenceSum::of(self.interface.edges(), |sum, edge| {
+        let sum = DifferenceSum::of(self.interface.facets(), |sum, edge| {
             let ends = edge.pairs.map(|k| points[self.interface.pairs()[k as usize].nodes[0]]);
             sum.edge(ends, ends.map(|end| limit.at(end)), |point| limit.at(point));
         });
@@ -195,7 +195,7 @@ mod tests {
         let refined = |problem: &ContactProblem| {
             let edges: Vec<RefinementEdges> =
                 problem.bodies.iter().map(|b| RefinementEdges::longest(b.mesh())).collect();
-            let all = |body: &Body| vec![true; body.mesh().topology().edges().len()];
+            let all = |body: &Body| vec![true; body.mesh().topology().facets().len()];
             problem.refined(&edges, &problem.bodies.iter().map(all).collect::<Vec<_>>())
         };
         let error = refined(&with).unwrap_err().to_string();

@@ -4,7 +4,7 @@ use super::common_refinement::{Facing, Measured};
 use super::{InterfaceError, outline};
 use crate::body::Body;
 use crate::geometry::{self, Vector, angle_between, norm};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use std::collections::HashMap;
 
 /// Paired nodes may be this fraction of the local edge length apart if the gap is given.
@@ -14,7 +14,7 @@ pub(super) const TOLERANCE: f64 = 0.05;
 #[derive(Clone, Default)]
 pub(super) struct Stretch {
     pub(super) nodes: Vec<NodeId>,
-    pub(super) edges: Vec<EdgeId>,
+    pub(super) edges: Vec<FacetId>,
     /// For its first and its last node: true at a corner at which another stretch continues.
     pub(super) corners: [bool; 2],
     /// Normals that smooth pieces of the second body give to corners of the first, out of the first.
@@ -80,13 +80,13 @@ fn ended(bodies: [&Body; 2], mut stretch: Stretch, partner: &HashMap<NodeId, Nod
         bodies[1].mesh().topology().find_edge(partner[&stretch.ends(k)[0]], partner[&stretch.ends(k)[1]])
     };
     // Edges without a partner are refused later.
-    let Some(facing) = (0..stretch.edges.len()).map(facing).collect::<Option<Vec<EdgeId>>>() else {
+    let Some(facing) = (0..stretch.edges.len()).map(facing).collect::<Option<Vec<FacetId>>>() else {
         return vec![stretch];
     };
-    let beside = |b: usize, nodes: &[NodeId], edges: &[EdgeId]| {
+    let beside = |b: usize, nodes: &[NodeId], edges: &[FacetId]| {
         let points = stretch.points(bodies[b], nodes);
         let pieces = outline::pieces(bodies[b], edges, &points, false);
-        outline::beside(&pieces, &points, |k| bodies[b].mesh().edge_normal(edges[k]), stretch.is_closed())
+        outline::beside(&pieces, &points, |k| bodies[b].mesh().facet_normal(edges[k]), stretch.is_closed())
     };
     let own = beside(0, &stretch.nodes, &stretch.edges);
     let corners: Vec<usize> = (0..stretch.nodes.len()).filter(|k| own[*k].is_corner()).collect();
@@ -102,11 +102,11 @@ fn ended(bodies: [&Body; 2], mut stretch: Stretch, partner: &HashMap<NodeId, Nod
 }
 
 /// Collects the stretches of the first body's surface, each from its end with the smaller (x, y).
-pub(super) fn walk(body: &Body, surface: &[EdgeId]) -> Vec<Stretch> {
+pub(super) fn walk(body: &Body, surface: &[FacetId]) -> Vec<Stretch> {
     let mesh = body.mesh();
-    let mut around: HashMap<NodeId, Vec<EdgeId>> = HashMap::new();
+    let mut around: HashMap<NodeId, Vec<FacetId>> = HashMap::new();
     for &edge in surface {
-        for node in mesh.topology().edges()[edge] {
+        for node in mesh.topology().facets()[edge] {
             around.entry(node).or_default().push(edge);
         }
     }
@@ -126,7 +126,7 @@ pub(super) fn walk(body: &Body, surface: &[EdgeId]) -> Vec<Stretch> {
         let mut node = start;
         while let Some(&edge) = around[&node].iter().find(|e| !used.contains(*e)) {
             used.insert(edge);
-            let [a, b] = mesh.topology().edges()[edge];
+            let [a, b] = mesh.topology().facets()[edge];
             node = if a == node { b } else { a };
             stretch.edges.push(edge);
             if node == start {
@@ -145,7 +145,7 @@ pub(super) fn walk(body: &Body, surface: &[EdgeId]) -> Vec<Stretch> {
 /// Finds the second body's node for each node of the first body's surface.
 pub(super) fn nearest(
     bodies: [&Body; 2],
-    edges: [&[EdgeId]; 2],
+    edges: [&[FacetId]; 2],
     chain: &[Stretch],
 ) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
     let spacing = [spacings(bodies[0], edges[0]), spacings(bodies[1], edges[1])];
@@ -191,7 +191,7 @@ pub(super) fn refined<'a>(
     for stretch in chain {
         let of_edge = |k: usize| {
             let fault = || {
-                let point = body.mesh().edge_middle(stretch.edges[k]);
+                let point = body.mesh().facet_middle(stretch.edges[k]);
                 InterfaceError::EdgeWithoutPartner { body: 0, point }
             };
             along.get(&stretch.ends(k)).copied().ok_or_else(fault)
@@ -216,11 +216,11 @@ pub(super) fn refined<'a>(
 }
 
 /// Computes the shortest contact edge at each contact node.
-fn spacings(body: &Body, surface: &[EdgeId]) -> HashMap<NodeId, f64> {
+fn spacings(body: &Body, surface: &[FacetId]) -> HashMap<NodeId, f64> {
     let mut spacing: HashMap<NodeId, f64> = HashMap::new();
     for &edge in surface {
-        let length = body.mesh().edge_length(edge);
-        for node in body.mesh().topology().edges()[edge] {
+        let length = body.mesh().facet_measure(edge);
+        for node in body.mesh().topology().facets()[edge] {
             let s = spacing.entry(node).or_insert(length);
             *s = s.min(length);
         }
@@ -275,7 +275,7 @@ impl Grid {
 /// Pairs the surfaces node by node along their length, each stretch with the nearest one, whatever their distance.
 pub(super) fn along(
     bodies: [&Body; 2],
-    edges: [&[EdgeId]; 2],
+    edges: [&[FacetId]; 2],
     chain: &[Stretch],
 ) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
     let others = walk(bodies[1], edges[1]);
@@ -343,6 +343,6 @@ fn fit(body: &Body, [first, last]: [Vector; 2], nodes: &[NodeId], closed: bool) 
 /// Tells whether the body's outward normal is on the right of the stretch, that is, the body on its left.
 fn is_outward_right(body: &Body, stretch: &Stretch) -> bool {
     let topology = body.mesh().topology();
-    let [a, b] = topology.oriented_edge(stretch.edges[0], body.mesh().triangles());
+    let [a, b] = topology.oriented_facet(stretch.edges[0], body.mesh().cells());
     [a, b] == [stretch.nodes[0], stretch.nodes[1 % stretch.nodes.len()]]
 }

@@ -10,7 +10,7 @@ use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, clamped_ends, outline};
 use crate::body::Body;
 use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::FacetId;
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
@@ -74,9 +74,9 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
     let length = norm(direction);
     let unit = 1.0 / length * direction;
     for edge in edges {
-        let cosine = unit.dot(&body.mesh().edge_normal(edge.edges[0]));
+        let cosine = unit.dot(&body.mesh().facet_normal(edge.edges[0]));
         if !(cosine >= TURN && length.is_finite()) {
-            let point = body.mesh().edge_middle(edge.edges[0]);
+            let point = body.mesh().facet_middle(edge.edges[0]);
             return Err(InterfaceError::NormalAway {
                 normal: direction,
                 point,
@@ -92,7 +92,7 @@ pub(super) fn sharpest_turn(body: &Body, pairs: &[NodePair], edges: &[ContactEdg
     let mut before: HashMap<u32, Vector> = HashMap::new();
     let mut sharpest: Option<(Vector, f64)> = None;
     for edge in edges {
-        let normal = body.mesh().edge_normal(edge.edges[0]);
+        let normal = body.mesh().facet_normal(edge.edges[0]);
         for k in edge.pairs {
             let Some(other) = before.insert(k, normal) else { continue };
             let cosine = other.dot(&normal).clamp(-1.0, 1.0);
@@ -116,7 +116,7 @@ fn check_corners(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> Resu
 
 /// Uses the normals of a common refinement; on a straight stretch all nodes have the normal of the first edge.
 fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &[&Facing]) {
-    let common = body.mesh().edge_normal(edges[0].edges[0]);
+    let common = body.mesh().facet_normal(edges[0].edges[0]);
     for (pair, facing) in pairs.iter_mut().zip(facing) {
         pair.normal = facing.normal;
     }
@@ -136,7 +136,7 @@ fn averaged(
     edges: &[ContactEdge],
     stretch: &Stretch,
 ) -> Result<(), InterfaceError> {
-    let of = |edge: &ContactEdge| body.mesh().edge_normal(edge.edges[0]);
+    let of = |edge: &ContactEdge| body.mesh().facet_normal(edge.edges[0]);
     let common = of(&edges[0]);
     let (first, last) = (range.start, range.end - 1);
     let mut beyond =
@@ -159,7 +159,7 @@ fn averaged(
     }
     for (end, beyond) in [first, last].into_iter().zip(beyond) {
         if let Some(edge) = beyond {
-            pairs[end].normal += body.mesh().edge_length(edge) * body.mesh().edge_normal(edge);
+            pairs[end].normal += body.mesh().facet_measure(edge) * body.mesh().facet_normal(edge);
         }
     }
     for pair in &mut pairs[range] {
@@ -187,7 +187,7 @@ fn averaged(
 }
 
 /// Finds the edges beyond the two ends of an open stretch at which the outline continues smoothly.
-fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> [Option<EdgeId>; 2] {
+fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> [Option<FacetId>; 2] {
     let (mesh, last) = (body.mesh(), pairs.len() - 1);
     let node = |k: usize| pairs[k].nodes[0];
     let ends = |k: usize| [node(k), node(last - k)].map(|n| mesh.points()[n]);
@@ -195,7 +195,7 @@ fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> [Opti
         .map(|(end, edge)| Some((end, mesh.topology().boundary_beyond(edge.edges[0], end)?)));
     let points = found.map(|found| {
         let (end, edge) = found?;
-        mesh.topology().edges()[edge].into_iter().find(|n| *n != end).map(|n| mesh.points()[n])
+        mesh.topology().facets()[edge].into_iter().find(|n| *n != end).map(|n| mesh.points()[n])
     });
     let smooth = smooth_beyond([ends(0), ends(1)], (last > 1).then(|| ends(2)), points);
     [0, 1].map(|e| smooth[e].and(found[e]).map(|(_, edge)| edge))
@@ -254,18 +254,18 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
 fn check_turns(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
     for edge in edges {
         let [a, b] = edge.pairs.map(|k| pairs[k as usize].normal).map(|n| 1.0 / norm(n) * n);
-        let own = bodies[0].mesh().edge_normal(edge.edges[0]);
-        let other = -bodies[1].mesh().edge_normal(edge.edges[1]);
+        let own = bodies[0].mesh().facet_normal(edge.edges[0]);
+        let other = -bodies[1].mesh().facet_normal(edge.edges[1]);
         let worst = [a.dot(&b), a.dot(&own), b.dot(&own)].into_iter().fold(1.0, f64::min);
         if !(worst >= TURN - PARALLEL) {
             let degrees = worst.clamp(-1.0, 1.0).acos().to_degrees();
             return Err(InterfaceError::Curved {
-                point: bodies[0].mesh().edge_middle(edge.edges[0]),
+                point: bodies[0].mesh().facet_middle(edge.edges[0]),
                 degrees,
             });
         }
         if (a + b).dot(&other) <= 0.0 {
-            return Err(InterfaceError::NotFacing { point: bodies[0].mesh().edge_middle(edge.edges[0]) });
+            return Err(InterfaceError::NotFacing { point: bodies[0].mesh().facet_middle(edge.edges[0]) });
         }
     }
     Ok(())

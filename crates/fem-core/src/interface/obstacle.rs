@@ -7,7 +7,7 @@ use super::refinement::measure_arc;
 use super::{ContactEdge, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
 use crate::body::{Body, RigidMotion};
 use crate::geometry::{self, Vector, cross, norm, perpendicular};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
@@ -211,15 +211,16 @@ impl ContactInterface {
             let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
             InterfaceError::UnknownSurface { body: 0, group: surface.to_string(), known }
         })?;
-        let faces =
-            |edge: &EdgeId| line.distance(mesh.edge_middle(*edge)).1.dot(&mesh.edge_normal(*edge)) >= FACING;
-        let edges: Vec<EdgeId> = all.iter().copied().filter(faces).collect();
+        let faces = |edge: &FacetId| {
+            line.distance(mesh.facet_middle(*edge)).1.dot(&mesh.facet_normal(*edge)) >= FACING
+        };
+        let edges: Vec<FacetId> = all.iter().copied().filter(faces).collect();
         let Some(first) = all.first() else {
             let reason = "has no edge";
             return Err(InterfaceError::NoSurface { body: 0, group: surface.to_string(), reason });
         };
         if edges.is_empty() {
-            return Err(InterfaceError::NotFacing { point: mesh.edge_middle(*first) });
+            return Err(InterfaceError::NotFacing { point: mesh.facet_middle(*first) });
         }
         pairing::check_free(body, 0, surface, &edges)?;
         let chain = walk(body, &edges);
@@ -290,17 +291,17 @@ impl ContactInterface {
 fn check_apart(
     body: &Body,
     line: &RigidLine,
-    edges: &[EdgeId],
+    edges: &[FacetId],
     gap: Option<&Gap>,
 ) -> Result<(), InterfaceError> {
     let mesh = body.mesh();
     let given = matches!(gap, Some(Gap::Given(_) | Gap::Touching));
-    let at = |node: NodeId, edge: EdgeId| {
-        let (distance, spacing) = (line.distance(mesh.points()[node]).0, mesh.edge_length(edge));
+    let at = |node: NodeId, edge: FacetId| {
+        let (distance, spacing) = (line.distance(mesh.points()[node]).0, mesh.facet_measure(edge));
         let off = if given { distance.abs() - TOLERANCE * spacing } else { -distance };
         (off, distance, node, spacing)
     };
-    let all = edges.iter().flat_map(|edge| mesh.topology().edges()[*edge].map(|node| at(node, *edge)));
+    let all = edges.iter().flat_map(|edge| mesh.topology().facets()[*edge].map(|node| at(node, *edge)));
     let Some((off, distance, node, spacing)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(()) };
     let point = mesh.points()[node];
     if given && off > 0.0 {
@@ -356,13 +357,13 @@ impl Chained {
         body: &Body,
         line: &RigidLine,
         nodes: &[NodeId],
-        edges: &[EdgeId],
+        edges: &[FacetId],
         gap: Option<&Gap>,
     ) -> Result<(), InterfaceError> {
         let mut number: HashMap<NodeId, u32> = HashMap::new();
         for (k, &node) in nodes.iter().enumerate() {
             if k > 0 {
-                self.arc_length += body.mesh().edge_length(edges[k - 1]);
+                self.arc_length += body.mesh().facet_measure(edges[k - 1]);
             }
             number.insert(node, self.pairs.len() as u32);
             let pair = self.pair(body, line, node, self.arc_length, gap)?;
@@ -397,7 +398,7 @@ impl Chained {
             Some(Gap::Geometric) | None => {
                 let size = body.mesh().diagonal();
                 if distance < -TOUCHING * size {
-                    let around = body.mesh().topology().triangles_around(node).first();
+                    let around = body.mesh().topology().cells_around(node).first();
                     let spacing = around.map_or(size, |t| body.mesh().area(*t as usize).sqrt());
                     return Err(InterfaceError::Overlap { point, depth: -distance, spacing });
                 }
@@ -412,8 +413,8 @@ impl Chained {
     }
 
     /// Adds the edge between two pairs and its length to their tributary lengths.
-    fn join(&mut self, body: &Body, ends: [u32; 2], edge: EdgeId) {
-        let length = body.mesh().edge_length(edge);
+    fn join(&mut self, body: &Body, ends: [u32; 2], edge: FacetId) {
+        let length = body.mesh().facet_measure(edge);
         for k in ends {
             self.pairs[k as usize].tributary_length += 0.5 * length;
         }

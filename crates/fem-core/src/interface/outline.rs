@@ -6,7 +6,7 @@
 use super::{ContactEdge, NodePair};
 use crate::body::{Body, Piece};
 use crate::geometry::{Vector, angle_between, cross, norm};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 
 /// Nodes of a straight stretch may be this fraction of its length off the line.
 const COLLINEAR: f64 = 1e-9;
@@ -22,7 +22,7 @@ pub(super) const CORNER: f64 = std::f64::consts::PI / 180.0;
 ///
 /// * `edges`: of a connected part, in order; `points`: its nodes, one more, a closed one ends with its first; `cut`: whether the part ends at a
 ///   corner of a longer one with declared curves.
-pub(super) fn pieces(body: &Body, edges: &[EdgeId], points: &[Vector], cut: bool) -> Vec<Option<Piece>> {
+pub(super) fn pieces(body: &Body, edges: &[FacetId], points: &[Vector], cut: bool) -> Vec<Option<Piece>> {
     let mut pieces: Vec<Option<Piece>> = edges.iter().map(|edge| body.curve(*edge).copied()).collect();
     let declared: Vec<bool> = pieces.iter().map(Option::is_some).collect();
     let is_curved = |k: usize| declared.get(k).is_none_or(|is| *is);
@@ -159,14 +159,14 @@ pub(super) struct Radial {
 }
 
 /// Returns centre and radius of the arc on which all edges are declared; `None` if they are not.
-fn one_arc(body: &Body, mut edges: impl Iterator<Item = EdgeId>) -> Option<(Vector, f64)> {
+fn one_arc(body: &Body, mut edges: impl Iterator<Item = FacetId>) -> Option<(Vector, f64)> {
     let first = body.curve(edges.next()?)?;
     let &Piece::Arc { centre, radius } = first else { return None };
     edges.all(|edge| body.curve(edge) == Some(first)).then_some((centre, radius))
 }
 
 /// Tells whether all edges are declared as one arc.
-pub(super) fn is_one_arc(body: &Body, edges: impl Iterator<Item = EdgeId>) -> bool {
+pub(super) fn is_one_arc(body: &Body, edges: impl Iterator<Item = FacetId>) -> bool {
     one_arc(body, edges).is_some()
 }
 

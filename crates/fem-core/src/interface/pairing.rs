@@ -9,7 +9,7 @@ use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, N
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 
 /// Pairs the surfaces.
 ///
@@ -78,7 +78,7 @@ pub(super) fn pair(
     Ok(ContactInterface { gap_change, radial, ..interface })
 }
 
-fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [EdgeId], InterfaceError> {
+fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [FacetId], InterfaceError> {
     let mesh = body.mesh();
     let Some(edges) = mesh.group(group) else {
         let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -97,12 +97,12 @@ pub(super) fn check_free(
     body: &Body,
     number: usize,
     group: &str,
-    edges: &[EdgeId],
+    edges: &[FacetId],
 ) -> Result<(), InterfaceError> {
     let fault = |reason| InterfaceError::NoSurface { body: number, group: group.to_string(), reason };
     for &edge in edges {
-        let condition = body.edge_condition(edge).ok_or_else(|| fault("has an edge inside the body"))?;
-        let point = body.mesh().edge_middle(edge);
+        let condition = body.facet_condition(edge).ok_or_else(|| fault("has an edge inside the body"))?;
+        let point = body.mesh().facet_middle(edge);
         if !condition.reaction.is_none() {
             return Err(InterfaceError::Occupied { body: number, point, what: "an imposed displacement" });
         }
@@ -122,7 +122,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec
     for stretch in chain {
         for (k, &node) in stretch.nodes.iter().enumerate() {
             if k > 0 {
-                arc_length += bodies[0].mesh().edge_length(stretch.edges[k - 1]);
+                arc_length += bodies[0].mesh().facet_measure(stretch.edges[k - 1]);
             }
             pairs.push(NodePair {
                 nodes: [node, partners[pairs.len()]],
@@ -134,7 +134,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec
         }
         // The edge that closes the stretch has no further pair.
         if let Some(&edge) = stretch.edges.get(stretch.nodes.len() - 1) {
-            arc_length += bodies[0].mesh().edge_length(edge);
+            arc_length += bodies[0].mesh().facet_measure(edge);
         }
     }
     pairs
@@ -154,7 +154,7 @@ fn given_gap(points: &[Vector], pairs: &mut [NodePair], data: &ScalarData) -> Re
 
 fn make_edges(
     bodies: [&Body; 2],
-    surfaces: [&[EdgeId]; 2],
+    surfaces: [&[FacetId]; 2],
     chain: &[Stretch],
     pairs: &[NodePair],
 ) -> Result<Vec<ContactEdge>, InterfaceError> {
@@ -169,14 +169,14 @@ fn make_edges(
             let Some(other) = found.filter(|e| surfaces[1].binary_search(e).is_ok()) else {
                 return Err(InterfaceError::EdgeWithoutPartner {
                     body: 0,
-                    point: bodies[0].mesh().edge_middle(edge),
+                    point: bodies[0].mesh().facet_middle(edge),
                 });
             };
-            if bodies[0].mesh().edge_normal(edge).dot(&bodies[1].mesh().edge_normal(other)) >= -0.5 {
-                return Err(InterfaceError::NotFacing { point: bodies[0].mesh().edge_middle(edge) });
+            if bodies[0].mesh().facet_normal(edge).dot(&bodies[1].mesh().facet_normal(other)) >= -0.5 {
+                return Err(InterfaceError::NotFacing { point: bodies[0].mesh().facet_middle(edge) });
             }
             seen.insert(other);
-            let length = bodies[0].mesh().edge_length(edge);
+            let length = bodies[0].mesh().facet_measure(edge);
             let pairs = ends.map(|k| k as u32);
             // The line decides which edges are bent once it is complete.
             edges.push(ContactEdge { pairs, edges: [edge, other], length, bent: false, clamped: None });
@@ -185,7 +185,7 @@ fn make_edges(
     }
     match surfaces[1].iter().find(|e| !seen.contains(*e)) {
         Some(&edge) => {
-            Err(InterfaceError::EdgeWithoutPartner { body: 1, point: bodies[1].mesh().edge_middle(edge) })
+            Err(InterfaceError::EdgeWithoutPartner { body: 1, point: bodies[1].mesh().facet_middle(edge) })
         }
         None => Ok(edges),
     }
@@ -228,9 +228,9 @@ mod tests {
             let mesh = crate::mesh::generate::ring([x, 0.0], radii, [0.0, 360.0], [12, 1]).unwrap();
             let first = points.len();
             points.extend_from_slice(mesh.points());
-            cells.extend(mesh.triangles().iter().map(|t| t.map(|n| NodeId::new(n.index() + first))));
-            let ends = |e: &crate::mesh::id::EdgeId| {
-                mesh.topology().edges()[*e].map(|n| NodeId::new(n.index() + first))
+            cells.extend(mesh.cells().iter().map(|t| t.map(|n| NodeId::new(n.index() + first))));
+            let ends = |e: &crate::mesh::id::FacetId| {
+                mesh.topology().facets()[*e].map(|n| NodeId::new(n.index() + first))
             };
             edges.extend(mesh.group(surface).unwrap().iter().map(ends));
         }

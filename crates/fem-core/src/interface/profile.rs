@@ -9,7 +9,7 @@ use super::matching::Stretch;
 use super::{ContactEdge, NodePair, outline};
 use crate::body::{Body, Piece};
 use crate::geometry::{Vector, norm};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use std::collections::HashMap;
 
 /// A gap that differs from a linear one by less than this fraction of the edge is linear.
@@ -121,7 +121,7 @@ pub(super) fn of_matching(
         let curves = [0, 1].map(|b| {
             let nodes: Vec<NodeId> = own.iter().map(|p| p.nodes[b]).collect();
             let points = stretch.points(bodies[b], &nodes);
-            let numbers: Vec<EdgeId> = along.iter().map(|edge| edge.edges[b]).collect();
+            let numbers: Vec<FacetId> = along.iter().map(|edge| edge.edges[b]).collect();
             let pieces = outline::pieces(bodies[b], &numbers, &points, stretch.is_cut());
             Curve::new(points).kept_open(!stretch.is_closed()).with_pieces(pieces)
         });

@@ -9,7 +9,7 @@ use super::{
 use crate::body::{Body, BodyError, Piece};
 use crate::geometry::{Vector, norm};
 use crate::mesh::MeshError;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::{self, Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
 use crate::parallel::try_each_body;
@@ -187,15 +187,15 @@ impl ContactProblem {
 
     /// Finds the places of the new nodes of each body on declared curves, by edge. On a contact edge the second body's node lies on the
     /// contact normal of the first one's.
-    fn on_curves(&self, marked: &[Vec<bool>]) -> Vec<HashMap<EdgeId, Vector>> {
-        let own = |(body, marked): (&Body, &Vec<bool>)| -> HashMap<EdgeId, Vector> {
+    fn on_curves(&self, marked: &[Vec<bool>]) -> Vec<HashMap<FacetId, Vector>> {
+        let own = |(body, marked): (&Body, &Vec<bool>)| -> HashMap<FacetId, Vector> {
             if !body.has_curves() {
                 return HashMap::new();
             }
-            let edges = (0..marked.len()).map(EdgeId::new).filter(|e| marked[*e]);
+            let edges = (0..marked.len()).map(FacetId::new).filter(|e| marked[*e]);
             edges.filter_map(|e| Some((e, body.curve_middle(e)?))).collect()
         };
-        let mut places: Vec<HashMap<EdgeId, Vector>> = self.bodies.iter().zip(marked).map(own).collect();
+        let mut places: Vec<HashMap<FacetId, Vector>> = self.bodies.iter().zip(marked).map(own).collect();
         for pair in &self.contacts {
             let Some(both) = pair.bodies() else { continue };
             for edge in pair.interface.line().1 {
@@ -208,11 +208,11 @@ impl ContactProblem {
                     continue;
                 };
                 let point = places[both[m]].get(&own.1).copied();
-                let point = point.unwrap_or_else(|| own.0.mesh().edge_middle(own.1));
+                let point = point.unwrap_or_else(|| own.0.mesh().facet_middle(own.1));
                 let [i, j] = edge.pairs.map(|k| pair.interface.line().0[k as usize].normal);
                 let normal = radial.map_or(i + j, |radial| radial.at(point));
                 let normal = 1.0 / norm(normal) * normal;
-                if let Some(found) = curve.crossing(other.0.mesh().edge_ends(other.1), point, normal) {
+                if let Some(found) = curve.crossing(other.0.mesh().facet_corners(other.1), point, normal) {
                     places[both[o]].insert(other.1, found);
                 }
             }
@@ -361,7 +361,7 @@ impl ContactInterface {
         let [i, j] = ends.map(|k| pairs[k as usize].nodes);
         let find = |b: usize| bodies[b].mesh().topology().find_edge(i[b], j[b]);
         let edges = [find(0)?, find(1)?];
-        let length = bodies[self.measured_on].mesh().edge_length(edges[self.measured_on]);
+        let length = bodies[self.measured_on].mesh().facet_measure(edges[self.measured_on]);
         for k in ends {
             pairs[k as usize].tributary_length += 0.5 * length;
         }

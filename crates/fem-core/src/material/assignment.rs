@@ -7,7 +7,7 @@ use super::LinearElastic;
 /// ```
 /// use fem_core::material::{Hypothesis, LinearElastic, Materials};
 /// let [soft, hard] = [1.0, 5.0].map(|e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain));
-/// let materials = Materials::by_triangle(vec![soft?, hard?], vec![0, 0, 1]);
+/// let materials = Materials::by_cell(vec![soft?, hard?], vec![0, 0, 1]);
 /// assert!(materials.of(2).stiffness()[(0, 0)] > materials.of(1).stiffness()[(0, 0)]);
 /// # Ok::<(), fem_core::material::MaterialError>(())
 /// ```
@@ -24,7 +24,7 @@ impl Materials {
     /// * `list`: the materials.
     /// * `of_triangle`: by triangle, the place of its material in the list. [`crate::body::Body::new`] rejects places
     ///   that do not exist, and a length other than the number of triangles.
-    pub fn by_triangle(list: Vec<LinearElastic>, of_triangle: Vec<u32>) -> Self {
+    pub fn by_cell(list: Vec<LinearElastic>, of_triangle: Vec<u32>) -> Self {
         Self { list, of_triangle }
     }
 
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn materials_must_fit_the_mesh() {
         let mesh = || block([0.0, 0.0], [1.0, 1.0], [2, 1]).unwrap();
-        let body = |list, of| Body::new(mesh(), Materials::by_triangle(list, of), &BoundaryConditions::new());
+        let body = |list, of| Body::new(mesh(), Materials::by_cell(list, of), &BoundaryConditions::new());
         assert!(body(two(), vec![0, 1, 0, 1]).is_ok());
         for (list, of) in [
             (two(), vec![0, 1, 0]),
@@ -116,15 +116,15 @@ mod tests {
             let c = mesh.corners(t);
             [0, 1].map(|k| (c[0][k] + c[1][k] + c[2][k]) / 3.0)
         };
-        let of = (0..mesh.triangles().len()).map(|t| u32::from(centroid(&mesh, t)[0] > 1.0)).collect();
+        let of = (0..mesh.cells().len()).map(|t| u32::from(centroid(&mesh, t)[0] > 1.0)).collect();
         let body =
-            Body::new(mesh.clone(), Materials::by_triangle(two(), of), &BoundaryConditions::new()).unwrap();
+            Body::new(mesh.clone(), Materials::by_cell(two(), of), &BoundaryConditions::new()).unwrap();
         let edges = RefinementEdges::longest(&mesh);
-        let mut marked: Vec<bool> = (0..mesh.topology().edges().len()).map(|e| e % 3 == 0).collect();
+        let mut marked: Vec<bool> = (0..mesh.topology().facets().len()).map(|e| e % 3 == 0).collect();
         close(&mesh, &edges, &mut marked);
         let finer = body.refined(&refine(&mesh, &edges, &marked).unwrap()).unwrap();
-        assert!(finer.mesh().triangles().len() > mesh.triangles().len());
-        for t in 0..finer.mesh().triangles().len() {
+        assert!(finer.mesh().cells().len() > mesh.cells().len());
+        for t in 0..finer.mesh().cells().len() {
             let expected = usize::from(centroid(finer.mesh(), t)[0] > 1.0);
             assert_eq!(finer.material(t), &two()[expected]);
         }

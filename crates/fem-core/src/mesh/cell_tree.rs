@@ -26,7 +26,7 @@ pub struct CellAt {
 impl<'a> CellTree<'a> {
     /// Sorts the cells of a mesh.
     pub fn new(mesh: &'a TriMesh) -> Self {
-        let all: Vec<u32> = (0..mesh.triangles().len() as u32).collect();
+        let all: Vec<u32> = (0..mesh.cells().len() as u32).collect();
         Self { mesh, tree: tree(mesh, &all) }
     }
 

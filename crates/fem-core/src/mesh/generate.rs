@@ -88,15 +88,15 @@ mod tests {
     fn paper_mesh_has_190_nodes_and_exact_corners() {
         let m = block([0.0, 1.0], [2.0, 0.1], [18, 9]).unwrap();
         assert_eq!(m.points().len(), 190);
-        assert_eq!(m.triangles().len(), 324);
+        assert_eq!(m.cells().len(), 324);
         assert_eq!(*m.points().last().unwrap(), Vector::new(2.0, 1.1));
         assert_eq!(m.group("top").unwrap().len(), 18);
         let area: f64 = (0..324).map(|t| m.area(t)).sum();
         assert!((area - 0.2).abs() < 1e-15);
         // Euler: V − E + T = 1 for a disc.
-        assert_eq!(190 - m.topology().edges().len() as i64 + 324, 1);
+        assert_eq!(190 - m.topology().facets().len() as i64 + 324, 1);
         for &e in m.group("top").unwrap() {
-            assert_eq!(m.edge_normal(e), Vector::new(0.0, 1.0));
+            assert_eq!(m.facet_normal(e), Vector::new(0.0, 1.0));
         }
     }
 

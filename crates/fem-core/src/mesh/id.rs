@@ -1,12 +1,12 @@
 //! The numbers of nodes and of edges, each a type of its own, so that none is used in the place of another.
 //!
-//! Lists with one entry per node are indexed by [`NodeId`], those with one entry per edge by [`EdgeId`]:
+//! Lists with one entry per node are indexed by [`NodeId`], those with one entry per edge by [`FacetId`]:
 //!
 //! ```
 //! use fem_core::mesh::generate::block;
 //! let mesh = block([0.0, 0.0], [2.0, 1.0], [4, 2])?;
 //! let edge = mesh.group("right").unwrap()[0];
-//! for node in mesh.topology().edges()[edge] {
+//! for node in mesh.topology().facets()[edge] {
 //!     assert_eq!(mesh.points()[node][0], 2.0);
 //! }
 //! # Ok::<(), fem_core::mesh::MeshError>(())
@@ -101,7 +101,7 @@ macro_rules! number {
 
 number! {
     /// The number of an edge of a mesh, from 0.
-    EdgeId
+    FacetId
 }
 
 number! {

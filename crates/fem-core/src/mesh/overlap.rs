@@ -36,8 +36,8 @@ impl TriMesh {
     /// The time is proportional to `T log B` for `T` cells, `B` of them at the boundary.
     pub fn overlapping_cells(&self) -> Option<CellOverlap> {
         let topology = self.topology();
-        let boundary = topology.boundary_edges();
-        let mut outer: Vec<u32> = boundary.iter().map(|&e| topology.edge_triangles()[e][0]).collect();
+        let boundary = topology.boundary_facets();
+        let mut outer: Vec<u32> = boundary.iter().map(|&e| topology.facet_cells()[e][0]).collect();
         outer.sort_unstable();
         outer.dedup();
         let tree = tree(self, &outer);
@@ -73,7 +73,7 @@ fn first_near(
     mesh: &TriMesh,
     found: impl Fn(usize) -> Option<CellOverlap> + Sync,
 ) -> Option<CellOverlap> {
-    let count = mesh.triangles().len();
+    let count = mesh.cells().len();
     (0..count.div_ceil(TOGETHER)).into_par_iter().find_map_first(|k| {
         let together = k * TOGETHER..count.min((k + 1) * TOGETHER);
         // Neighbours have numbers near each other: most of these boxes are away from all cells of the tree.
@@ -166,7 +166,7 @@ mod tests {
 
     fn piece(origin: [f64; 2], size: [f64; 2], cells: [usize; 2]) -> (Vec<Vector>, Vec<[NodeId; 3]>) {
         let mesh = block(origin, size, cells).unwrap();
-        (mesh.points().to_vec(), mesh.triangles().to_vec())
+        (mesh.points().to_vec(), mesh.cells().to_vec())
     }
 
     #[test]
@@ -214,7 +214,7 @@ mod tests {
         for (angle, far) in [(0.0f64, 0.0), (0.7, 0.0), (0.7, 1e6), (2.0, -1e9)] {
             let (s, c) = angle.sin_cos();
             let turned = mesh.points().iter().map(|p| [c * p[0] - s * p[1] + far, s * p[0] + c * p[1]]);
-            let turned = TriMesh::new(turned.collect(), mesh.triangles().to_vec(), Vec::new()).unwrap();
+            let turned = TriMesh::new(turned.collect(), mesh.cells().to_vec(), Vec::new()).unwrap();
             assert_eq!(turned.overlapping_cells(), None, "{angle} {far}");
         }
     }

@@ -19,7 +19,7 @@
 use super::topology::NONE;
 use super::{MeshError, TriMesh};
 use crate::geometry::{Vector, signed_area};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The refinement edge of every triangle, by its place 0, 1 or 2 in the triangle.
@@ -33,13 +33,13 @@ impl RefinementEdges {
     /// Lengths that differ by less than 1e-9 of themselves count as equal, so that round-off does not decide.
     pub fn longest(mesh: &TriMesh) -> Self {
         let topology = mesh.topology();
-        let longest = |edges: &[EdgeId; 3]| {
-            let length = edges.map(|e| mesh.edge_length(e));
+        let longest = |edges: &[FacetId; 3]| {
+            let length = edges.map(|e| mesh.facet_measure(e));
             let limit = length.into_iter().fold(0.0, f64::max) * (1.0 - 1e-9);
             let candidates = (0..3).filter(|&k| length[k] >= limit);
-            candidates.min_by_key(|&k| topology.edges()[edges[k]]).unwrap_or(0) as u8
+            candidates.min_by_key(|&k| topology.facets()[edges[k]]).unwrap_or(0) as u8
         };
-        Self(topology.triangle_edges().iter().map(longest).collect())
+        Self(topology.cell_facets().iter().map(longest).collect())
     }
 
     /// Chooses a preferred edge of every triangle that has one, otherwise the one of [`RefinementEdges::longest`]. If
@@ -48,7 +48,7 @@ impl RefinementEdges {
     /// * `preferred`: one entry per edge.
     pub fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
         let mut edges = Self::longest(mesh);
-        for (choice, own) in edges.0.iter_mut().zip(mesh.topology().triangle_edges()) {
+        for (choice, own) in edges.0.iter_mut().zip(mesh.topology().cell_facets()) {
             if let Some(k) = own.iter().position(|&e| preferred[e]) {
                 *choice = k as u8;
             }
@@ -57,8 +57,8 @@ impl RefinementEdges {
     }
 
     /// Returns the number of the refinement edge of a triangle.
-    pub fn of(&self, mesh: &TriMesh, triangle: usize) -> EdgeId {
-        mesh.topology().triangle_edges()[triangle][usize::from(self.0[triangle])]
+    pub fn of(&self, mesh: &TriMesh, triangle: usize) -> FacetId {
+        mesh.topology().cell_facets()[triangle][usize::from(self.0[triangle])]
     }
 
     /// Returns the number of triangles.
@@ -105,8 +105,8 @@ impl Refinement {
     }
 
     /// Returns the parts of an old edge in the new mesh: itself or its two halves.
-    pub fn parts(&self, old: &TriMesh, edge: EdgeId) -> Vec<EdgeId> {
-        let [a, b] = old.topology().edges()[edge];
+    pub fn parts(&self, old: &TriMesh, edge: FacetId) -> Vec<FacetId> {
+        let [a, b] = old.topology().facets()[edge];
         let find = |a, b| self.mesh.topology().find_edge(a, b);
         match self.middle[edge] {
             NodeId::NONE => find(a, b).into_iter().collect(),
@@ -124,11 +124,11 @@ impl Refinement {
 /// If `marked` does not have one entry per edge, or the refinement edges belong to another mesh.
 pub fn close(mesh: &TriMesh, refinement_edges: &RefinementEdges, marked: &mut [bool]) -> bool {
     let topology = mesh.topology();
-    let (found, expected) = (marked.len(), topology.edges().len());
+    let (found, expected) = (marked.len(), topology.facets().len());
     assert!(found == expected, "`marked` has {found} entries, the mesh {expected} edges");
-    let (found, expected) = (refinement_edges.len(), mesh.triangles().len());
+    let (found, expected) = (refinement_edges.len(), mesh.cells().len());
     assert!(found == expected, "there are {found} refinement edges for {expected} triangles");
-    let given: Vec<EdgeId> = (0..marked.len()).map(EdgeId::new).filter(|&e| marked[e]).collect();
+    let given: Vec<FacetId> = (0..marked.len()).map(FacetId::new).filter(|&e| marked[e]).collect();
     let needed = given.into_iter().flat_map(|edge| needed_with(mesh, refinement_edges, edge));
     mark(mesh, refinement_edges, marked, needed.collect()) > 0
 }
@@ -138,7 +138,7 @@ pub(crate) fn mark(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &mut [bool],
-    mut edges: Vec<EdgeId>,
+    mut edges: Vec<FacetId>,
 ) -> usize {
     let mut added = 0;
     while let Some(edge) = edges.pop() {
@@ -155,9 +155,9 @@ pub(crate) fn mark(
 fn needed_with<'a>(
     mesh: &'a TriMesh,
     refinement_edges: &'a RefinementEdges,
-    edge: EdgeId,
-) -> impl Iterator<Item = EdgeId> + use<'a> {
-    let triangles = mesh.topology().edge_triangles()[edge].into_iter().filter(|&t| t != NONE);
+    edge: FacetId,
+) -> impl Iterator<Item = FacetId> + use<'a> {
+    let triangles = mesh.topology().facet_cells()[edge].into_iter().filter(|&t| t != NONE);
     triangles.map(|t| refinement_edges.of(mesh, t as usize))
 }
 
@@ -190,7 +190,7 @@ pub fn refine_at(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &[bool],
-    place: impl Fn(EdgeId) -> Option<Vector>,
+    place: impl Fn(FacetId) -> Option<Vector>,
 ) -> Result<Refinement, MeshError> {
     refine_onto(mesh, refinement_edges, marked, place, |_| None)
 }
@@ -207,8 +207,8 @@ pub fn refine_onto(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &[bool],
-    place: impl Fn(EdgeId) -> Option<Vector>,
-    curve: impl Fn(EdgeId) -> Option<Vector>,
+    place: impl Fn(FacetId) -> Option<Vector>,
+    curve: impl Fn(FacetId) -> Option<Vector>,
 ) -> Result<Refinement, MeshError> {
     let mut marked = marked.to_vec();
     close(mesh, refinement_edges, &mut marked);
@@ -218,18 +218,18 @@ pub fn refine_onto(
     let mut parent_nodes = Vec::new();
     let mut moves = BTreeMap::new();
     for (edge, _) in marked.iter().enumerate().filter(|(_, m)| **m) {
-        let ends = topology.edges()[edge];
+        let ends = topology.facets()[edge];
         let [a, b] = ends.map(|n| points[n]);
         let new = NodeId::new(points.len());
         middle[edge] = new;
-        points.push(place(EdgeId::new(edge)).unwrap_or_else(|| 0.5 * (a + b)));
-        moves.extend(curve(EdgeId::new(edge)).map(|to| (new, to)));
+        points.push(place(FacetId::new(edge)).unwrap_or_else(|| 0.5 * (a + b)));
+        moves.extend(curve(FacetId::new(edge)).map(|to| (new, to)));
         parent_nodes.push(ends);
     }
     let mut children = Children::default();
-    for (triangle, corners) in mesh.triangles().iter().enumerate() {
+    for (triangle, corners) in mesh.cells().iter().enumerate() {
         children.parent = triangle as u32;
-        let edges = topology.triangle_edges()[triangle].map(|e| middle[e]);
+        let edges = topology.cell_facets()[triangle].map(|e| middle[e]);
         children.cut(*corners, edges, usize::from(refinement_edges.0[triangle]));
     }
     let on_chord = stay(&points, &children.triangles, &mut moves);
@@ -238,7 +238,7 @@ pub fn refine_onto(
     }
     let groups = mesh.groups().iter().map(|(name, edges)| {
         let halves = edges.iter().flat_map(|&e| {
-            let [a, b] = topology.edges()[e];
+            let [a, b] = topology.facets()[e];
             match middle[e] {
                 NodeId::NONE => vec![[a, b]],
                 m => vec![[a, m], [m, b]],

@@ -1,7 +1,7 @@
 //! Edges of a triangle mesh and the neighbourhoods of its nodes.
 
 use super::MeshError;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use std::sync::OnceLock;
 
 /// Means 'no triangle' on the outer side of a boundary edge.
@@ -14,9 +14,9 @@ pub const NONE: u32 = u32::MAX;
 #[derive(Clone, Debug)]
 pub struct Topology {
     edges: Vec<[NodeId; 2]>,
-    edge_triangles: Vec<[u32; 2]>,
-    triangle_edges: Vec<[EdgeId; 3]>,
-    boundary_edges: Vec<EdgeId>,
+    facet_cells: Vec<[u32; 2]>,
+    cell_facets: Vec<[FacetId; 3]>,
+    boundary_facets: Vec<FacetId>,
     /// Edges whose smaller node is i: first_edge[i]..first_edge[i+1].
     first_edge: Vec<u32>,
     node_starts: Vec<u32>,
@@ -60,8 +60,8 @@ impl Topology {
         let (node_starts, node_triangles) = triangles_by_node(nodes, triangles);
         let (starts, mut half) = half_edges(nodes, triangles);
         let mut edges = Vec::with_capacity(triangles.len() * 3 / 2 + 16);
-        let mut edge_triangles: Vec<[u32; 2]> = Vec::with_capacity(edges.capacity());
-        let mut triangle_edges = vec![[EdgeId::NONE; 3]; triangles.len()];
+        let mut facet_cells: Vec<[u32; 2]> = Vec::with_capacity(edges.capacity());
+        let mut cell_facets = vec![[FacetId::NONE; 3]; triangles.len()];
         let mut first_edge = Vec::with_capacity(nodes + 1);
         for a in 0..nodes {
             first_edge.push(edges.len() as u32);
@@ -73,30 +73,30 @@ impl Topology {
                 let edge = match previous {
                     Some((other, other_forward)) if other == b => {
                         let e = edges.len() - 1;
-                        if edge_triangles[e][1] != NONE || other_forward == forward {
+                        if facet_cells[e][1] != NONE || other_forward == forward {
                             return Err(fault);
                         }
-                        edge_triangles[e][1] = triangle;
+                        facet_cells[e][1] = triangle;
                         e
                     }
                     _ => {
                         edges.push([NodeId::new(a), b]);
-                        edge_triangles.push([triangle, NONE]);
+                        facet_cells.push([triangle, NONE]);
                         edges.len() - 1
                     }
                 };
                 previous = Some((b, forward));
-                triangle_edges[triangle as usize][k as usize] = EdgeId::new(edge);
+                cell_facets[triangle as usize][k as usize] = FacetId::new(edge);
             }
         }
         first_edge.push(edges.len() as u32);
-        let boundary_edges =
-            (0..edges.len()).map(EdgeId::new).filter(|&e| edge_triangles[e][1] == NONE).collect();
+        let boundary_facets =
+            (0..edges.len()).map(FacetId::new).filter(|&e| facet_cells[e][1] == NONE).collect();
         Ok(Self {
             edges,
-            edge_triangles,
-            triangle_edges,
-            boundary_edges,
+            facet_cells,
+            cell_facets,
+            boundary_facets,
             first_edge,
             node_starts,
             node_triangles,
@@ -106,63 +106,63 @@ impl Topology {
 
     /// Returns the two nodes of every edge, the smaller first.
     #[inline]
-    pub fn edges(&self) -> &[[NodeId; 2]] {
+    pub fn facets(&self) -> &[[NodeId; 2]] {
         &self.edges
     }
 
     /// Returns the triangles of every edge; the second is [`NONE`] on the boundary.
     #[inline]
-    pub fn edge_triangles(&self) -> &[[u32; 2]] {
-        &self.edge_triangles
+    pub fn facet_cells(&self) -> &[[u32; 2]] {
+        &self.facet_cells
     }
 
     /// Returns the edges of every triangle: edge `k` joins its corners `k` and `(k+1) mod 3`.
     #[inline]
-    pub fn triangle_edges(&self) -> &[[EdgeId; 3]] {
-        &self.triangle_edges
+    pub fn cell_facets(&self) -> &[[FacetId; 3]] {
+        &self.cell_facets
     }
 
     /// Returns the edges that have only one triangle, ascending.
     #[inline]
-    pub fn boundary_edges(&self) -> &[EdgeId] {
-        &self.boundary_edges
+    pub fn boundary_facets(&self) -> &[FacetId] {
+        &self.boundary_facets
     }
 
     /// Tells whether an edge has only one triangle.
     #[inline]
-    pub fn is_boundary(&self, edge: EdgeId) -> bool {
-        self.edge_triangles[edge][1] == NONE
+    pub fn is_boundary(&self, edge: FacetId) -> bool {
+        self.facet_cells[edge][1] == NONE
     }
 
     /// Finds the edge with which the boundary continues at a node of a boundary edge; `None` if the boundary crosses itself there.
-    pub fn boundary_beyond(&self, edge: EdgeId, node: NodeId) -> Option<EdgeId> {
-        let around = self.triangles_around(node).iter().flat_map(|t| self.triangle_edges[*t as usize]);
-        let beyond = |e: &EdgeId| *e != edge && self.edges[*e].contains(&node) && self.is_boundary(*e);
+    pub fn boundary_beyond(&self, edge: FacetId, node: NodeId) -> Option<FacetId> {
+        let around = self.cells_around(node).iter().flat_map(|t| self.cell_facets[*t as usize]);
+        let beyond = |e: &FacetId| *e != edge && self.edges[*e].contains(&node) && self.is_boundary(*e);
         let mut found = around.filter(beyond);
         found.next().filter(|_| found.next().is_none())
     }
 
     /// Returns the triangles that have `node` as a corner, ascending.
     #[inline]
-    pub fn triangles_around(&self, node: NodeId) -> &[u32] {
+    pub fn cells_around(&self, node: NodeId) -> &[u32] {
         let [start, end] = [node.index(), node.index() + 1].map(|n| self.node_starts[n] as usize);
         &self.node_triangles[start..end]
     }
 
     /// Finds the edge between two nodes.
-    pub fn find_edge(&self, a: impl Into<NodeId>, b: impl Into<NodeId>) -> Option<EdgeId> {
+    pub fn find_edge(&self, a: impl Into<NodeId>, b: impl Into<NodeId>) -> Option<FacetId> {
         let [a, b] = [a.into(), b.into()];
         let (low, high) = (a.min(b).index(), a.max(b));
         let range = *self.first_edge.get(low)?..*self.first_edge.get(low + 1)?;
-        range.map(EdgeId::from).find(|&e| self.edges[e][1] == high)
+        range.map(FacetId::from).find(|&e| self.edges[e][1] == high)
     }
 
     /// Returns the nodes of an edge in the counter-clockwise sense of its first triangle.
     #[inline]
-    pub fn oriented_edge(&self, edge: EdgeId, triangles: &[[NodeId; 3]]) -> [NodeId; 2] {
-        let triangle = self.edge_triangles[edge][0] as usize;
+    pub fn oriented_facet(&self, edge: FacetId, triangles: &[[NodeId; 3]]) -> [NodeId; 2] {
+        let triangle = self.facet_cells[edge][0] as usize;
         let corners = triangles[triangle];
-        let k = self.edge_in(triangle, edge);
+        let k = self.facet_in(triangle, edge);
         [corners[k], corners[(k + 1) % 3]]
     }
 
@@ -171,25 +171,25 @@ impl Topology {
     /// # Panics
     /// If the triangle has no such edge: that is an error of the caller, whatever the mesh.
     #[inline]
-    pub fn edge_in(&self, triangle: usize, edge: EdgeId) -> usize {
-        let edges = &self.triangle_edges[triangle];
+    pub fn facet_in(&self, triangle: usize, edge: FacetId) -> usize {
+        let edges = &self.cell_facets[triangle];
         match edges.iter().position(|e| *e == edge) {
             Some(k) => k,
             None => unreachable!("edge {edge} is not one of the edges {edges:?} of triangle {triangle}"),
         }
     }
 
-    /// Finds the place of a boundary edge among [`Topology::boundary_edges`].
+    /// Finds the place of a boundary edge among [`Topology::boundary_facets`].
     ///
     /// # Panics
     /// If the edge is not on the boundary: that is an error of the caller, whatever the mesh.
     #[inline]
-    pub fn boundary_place(&self, edge: EdgeId) -> usize {
-        match self.boundary_edges.binary_search(&edge) {
+    pub fn boundary_place(&self, edge: FacetId) -> usize {
+        match self.boundary_facets.binary_search(&edge) {
             Ok(place) => place,
             Err(_) => unreachable!(
                 "edge {edge} between triangles {:?} is not on the boundary",
-                self.edge_triangles[edge]
+                self.facet_cells[edge]
             ),
         }
     }

@@ -37,7 +37,7 @@ pub(super) fn matched<'a>(read: &PointVectors, mesh: &'a TriMesh) -> Result<Matc
     let tree = CellTree::new(mesh);
     let width = SAME * mesh.diagonal();
     let around: Vec<Vec<CellAt>> = read.points.iter().map(|point| tree.around(*point, width)).collect();
-    let corners = |at: &CellAt| mesh.triangles()[at.triangle];
+    let corners = |at: &CellAt| mesh.cells()[at.triangle];
     // The nearest point of each node.
     let mut taken: Vec<Option<(f64, usize)>> = vec![None; mesh.points().len()];
     let mut node_of: Vec<Option<NodeId>> = vec![None; around.len()];
@@ -85,7 +85,7 @@ fn offsets(
 ) -> Option<Vec<Off>> {
     let mut found = Vec::with_capacity(around.len());
     for at in around {
-        let nodes = mesh.triangles()[at.triangle];
+        let nodes = mesh.cells()[at.triangle];
         let corners = nodes.map(|n| field[n]);
         let linear = corners.iter().zip(at.weights).map(|(u, weight)| weight * u).sum();
         let by = norm(value - node.map_or(linear, |node| field[node]));

@@ -91,7 +91,7 @@ fn report(
     let valid = found.bound().is_some();
     let bodies = problem.bodies.iter().zip(&case.bodies).zip(&found.unknowns).map(|((body, given), unknowns)| {
         let mesh = body.mesh();
-        json!({ "name": given.name, "nodes": mesh.points().len(), "triangles": mesh.triangles().len(), "unknowns": unknowns })
+        json!({ "name": given.name, "nodes": mesh.points().len(), "triangles": mesh.cells().len(), "unknowns": unknowns })
     });
     json!({
         "schema": SCHEMA,

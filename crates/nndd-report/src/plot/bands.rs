@@ -215,7 +215,7 @@ mod tests {
             [[id(i, j), id(i + 1, j), id(i + 1, j + 1)], [id(i, j), id(i + 1, j + 1), id(i, j + 1)]]
         });
         let mesh = TriMesh::new(points, cells.collect(), vec![]).unwrap();
-        (mesh.triangles().to_vec(), mesh.points().iter().map(|p| Some(*p)).collect())
+        (mesh.cells().to_vec(), mesh.points().iter().map(|p| Some(*p)).collect())
     }
 
     /// The area inside the closed lines of a path.

@@ -121,7 +121,7 @@ pub(crate) fn deformed(
 
 /// Fills the bodies with their colours, and draws the edges of the cells if there are few.
 fn fill(sheet: &mut Sheet, bodies: &[BodyPicture<'_>], places: &[Vec<Option<Vector>>], scale: &Scale) {
-    let count: usize = bodies.iter().map(|b| b.mesh.triangles().len()).sum();
+    let count: usize = bodies.iter().map(|b| b.mesh.cells().len()).sum();
     let cells: Vec<Cell> = match count <= cells::MOST_CELLS {
         true => bodies.iter().zip(places).flat_map(|(b, places)| cells_of(b, places)).collect(),
         false => vec![],
@@ -149,7 +149,7 @@ fn means(body: &BodyPicture<'_>) -> Vec<NodalPatch> {
     let Field::Cells(values) = body.field else { return vec![] };
     let known = (0..values.len()).filter(|t| values[*t].is_finite());
     let values = nodal::averaged(body.mesh, known, |t| values[t]);
-    vec![NodalPatch { triangles: body.mesh.triangles().to_vec(), values }]
+    vec![NodalPatch { triangles: body.mesh.cells().to_vec(), values }]
 }
 
 /// Returns the displaced points of a body, `None` for a point that cannot be drawn.
@@ -219,7 +219,7 @@ fn cells_of(body: &BodyPicture<'_>, places: &[Option<Vector>]) -> Vec<Cell> {
         let [a, b, c] = nodes.map(|v| places.get(v.index()).copied().flatten());
         Some(Cell { corners: [a?, b?, c?], value: values.get(t).copied().unwrap_or(0.0) })
     };
-    body.mesh.triangles().iter().enumerate().filter_map(cell).collect()
+    body.mesh.cells().iter().enumerate().filter_map(cell).collect()
 }
 
 fn outlines(sheet: &mut Sheet, panel: &Panel<'_>, body: &BodyPicture<'_>, factor: f64) {
@@ -258,7 +258,7 @@ fn description(bodies: &[BodyPicture<'_>], factor: f64, quantity: Quantity, scal
         text.push_str(&format!(
             " {}: {} triangles, largest displacement {}.",
             b.name,
-            b.mesh.triangles().len(),
+            b.mesh.cells().len(),
             short(largest_displacement(b))
         ));
     }

@@ -28,7 +28,7 @@ pub(super) fn write(
         let [a, b, c] = t.map(|v: fem_core::mesh::id::NodeId| places[v.index()]);
         Some((a? + b? + c?) / 3.0)
     };
-    let triangles = mesh.triangles();
+    let triangles = mesh.cells();
     let tried: Vec<Vector> = triangles.iter().step_by(step(triangles.len())).filter_map(middle).collect();
     let centre = tried.iter().sum::<Vector>() / tried.len().max(1) as f64;
     // Words are wider than high: what is beside them is nearer than it looks.

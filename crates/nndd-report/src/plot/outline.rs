@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 /// Returns the boundary of a mesh as lines through point numbers, each ending where it began.
 pub(super) fn outline(mesh: &TriMesh) -> Vec<Vec<NodeId>> {
-    let edges = mesh.topology().boundary_edges().iter();
-    let edges = edges.map(|edge| mesh.topology().oriented_edge(*edge, mesh.triangles()));
+    let edges = mesh.topology().boundary_facets().iter();
+    let edges = edges.map(|edge| mesh.topology().oriented_facet(*edge, mesh.cells()));
     // The edges of the boundary touch in pairs, so one begins and one ends at each of its points.
     let mut next: BTreeMap<NodeId, NodeId> = edges.map(|[from, to]| (from, to)).collect();
     let mut lines = vec![];

@@ -220,7 +220,7 @@ fn quantile(samples: &[[f64; 2]], part: f64) -> f64 {
 /// The largest value, with the body and the node that have it.
 fn largest_value(bodies: &[BodyPicture<'_>]) -> Option<(f64, Option<(usize, usize)>)> {
     let of = |(k, body): (usize, &BodyPicture<'_>)| -> Vec<(f64, Option<(usize, usize)>)> {
-        let node = |t: usize| body.mesh.triangles()[t][0].index();
+        let node = |t: usize| body.mesh.cells()[t][0].index();
         match body.field {
             Field::Cells(values) => {
                 values.iter().enumerate().map(|(t, v)| (*v, Some((k, node(t))))).collect()

@@ -180,9 +180,9 @@ fn shape(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     };
     let lines: String = outline(mesh).into_iter().map(closed).collect();
     sheet.fill(&lines, PALE_BLUE);
-    if mesh.triangles().len() <= WITH_EDGES {
+    if mesh.cells().len() <= WITH_EDGES {
         let cell = |t| Cell { corners: mesh.corners(t).map(|p| panel.place(p)), value: 0.0 }.path();
-        let cells: String = (0..mesh.triangles().len()).map(cell).collect();
+        let cells: String = (0..mesh.cells().len()).map(cell).collect();
         sheet.stroke(&cells, "#FFFFFF", 2.0);
     }
     let between: Vec<[Vector; 2]> = body.materials.iter().map(|edge| edge.map(|p| panel.place(p))).collect();
@@ -351,7 +351,7 @@ fn description(bodies: &[SketchBody<'_>], obstacles: &[ObstaclePicture<'_>]) -> 
             .map(|(n, what)| format!("{n} boundary edges {what}"))
             .collect();
         let parts = if parts.is_empty() { "nothing imposed".to_owned() } else { parts.join(", ") };
-        let _ = write!(text, " {}: {} triangles; {parts}.", body.name, body.mesh.triangles().len());
+        let _ = write!(text, " {}: {} triangles; {parts}.", body.name, body.mesh.cells().len());
         if body.body_force != Vector::zeros() {
             let _ = write!(text, " A body force acts on it (orange arrow).");
         }

@@ -165,9 +165,9 @@ fn regions_give_cells_another_material() {
     let body = "[[body.region]]\nmaterial = 'hard'\nbox = { x = [0.0, 0.5] }";
     let case = parse(&with(spare, body, ""));
     let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-    let stiff = (0..first.mesh().triangles().len()).filter(|t| first.material(*t).stiffness()[(0, 0)] > 5.0);
+    let stiff = (0..first.mesh().cells().len()).filter(|t| first.material(*t).stiffness()[(0, 0)] > 5.0);
     let stiff: Vec<usize> = stiff.collect();
-    assert!(!stiff.is_empty() && stiff.len() < first.mesh().triangles().len());
+    assert!(!stiff.is_empty() && stiff.len() < first.mesh().cells().len());
     for t in stiff {
         let c = first.mesh().corners(t);
         assert!((c[0][0] + c[1][0] + c[2][0]) / 3.0 <= 0.5);

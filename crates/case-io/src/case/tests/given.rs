@@ -233,5 +233,5 @@ fn a_generator_alone_makes_its_mesh() {
     let whole = |n| Node { value: NodeValue::Integer(n), at: At::of_key("generator.cells", "") };
     let cells = NodeValue::Array(vec![whole(3), whole(2)]);
     keys.put("cells".into(), Node { value: cells, at: At::of_key("generator.cells", "") });
-    assert_eq!(mesh_of_generator(&keys).unwrap().triangles().len(), 12);
+    assert_eq!(mesh_of_generator(&keys).unwrap().cells().len(), 12);
 }

@@ -3,7 +3,7 @@
 use super::SAME_DIRECTION;
 use crate::geometry::{self, Vector, cross};
 use crate::mesh::TriMesh;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use std::collections::HashMap;
 
 /// If the normals of rollers on neighbouring edges differ by at most this, they fix a node along their mean; if they
@@ -18,14 +18,14 @@ const STRAIGHT: f64 = 1e-5;
 const TURN: f64 = 0.99985;
 
 /// Finds the normal of each edge of a roller. All edges of a straight part have the normal of the line through its ends.
-pub(super) fn straightened(mesh: &TriMesh, edges: &[EdgeId]) -> HashMap<EdgeId, Vector> {
+pub(super) fn straightened(mesh: &TriMesh, edges: &[FacetId]) -> HashMap<FacetId, Vector> {
     let (points, topology) = (mesh.points(), mesh.topology());
-    let mut found: HashMap<EdgeId, Vector> =
-        edges.iter().map(|edge| (*edge, mesh.edge_normal(*edge))).collect();
+    let mut found: HashMap<FacetId, Vector> =
+        edges.iter().map(|edge| (*edge, mesh.facet_normal(*edge))).collect();
     for nodes in mesh.walks(edges, |a, b| a.cmp(&b)) {
         let between = |w: &[NodeId]| topology.find_edge(w[0], w[1]);
-        let part: Vec<EdgeId> = nodes.windows(2).filter_map(between).collect();
-        let normals: Vec<Vector> = part.iter().map(|edge| mesh.edge_normal(*edge)).collect();
+        let part: Vec<FacetId> = nodes.windows(2).filter_map(between).collect();
+        let normals: Vec<Vector> = part.iter().map(|edge| mesh.facet_normal(*edge)).collect();
         let mut first = 0;
         for last in 0..part.len() {
             if normals.get(last + 1).is_some_and(|next| next.dot(&normals[last]) > TURN) {
@@ -45,13 +45,13 @@ pub(super) fn straightened(mesh: &TriMesh, edges: &[EdgeId]) -> HashMap<EdgeId, 
 }
 
 /// Lists the normals of a roller's edges at each of their nodes, times the edges' lengths, in the order of the edges.
-pub(super) fn at_nodes(mesh: &TriMesh, normals: &HashMap<EdgeId, Vector>) -> HashMap<NodeId, Vec<Vector>> {
-    let mut edges: Vec<(&EdgeId, &Vector)> = normals.iter().collect();
+pub(super) fn at_nodes(mesh: &TriMesh, normals: &HashMap<FacetId, Vector>) -> HashMap<NodeId, Vec<Vector>> {
+    let mut edges: Vec<(&FacetId, &Vector)> = normals.iter().collect();
     edges.sort_unstable_by_key(|(edge, _)| **edge);
     let mut found: HashMap<NodeId, Vec<Vector>> = HashMap::new();
     for (edge, normal) in edges {
-        for node in mesh.topology().edges()[*edge] {
-            found.entry(node).or_default().push(mesh.edge_length(*edge) * normal);
+        for node in mesh.topology().facets()[*edge] {
+            found.entry(node).or_default().push(mesh.facet_measure(*edge) * normal);
         }
     }
     found

@@ -16,7 +16,7 @@ impl Evaluation<'_> {
     pub(super) fn node_at(&self, place: ConditionPlace, at: Vector) -> Result<NodeId, BodyError> {
         finite(place, at, at[0] + at[1])?;
         let (points, topology) = (self.mesh.points(), self.mesh.topology());
-        let nodes = topology.boundary_edges().iter().flat_map(|&edge| topology.edges()[edge]);
+        let nodes = topology.boundary_facets().iter().flat_map(|&edge| topology.facets()[edge]);
         let distance = |node: &NodeId| geometry::norm(points[*node] - at);
         let nearest = nodes.min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let tolerance = AT_NODE * self.mesh.diagonal();

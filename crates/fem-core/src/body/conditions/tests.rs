@@ -43,11 +43,11 @@ fn linear_tractions_are_exact_and_pressure_pushes() {
     let b = body(&BoundaryConditions::new().pressure("top", 2.0).traction("bottom", [linear, 0.0.into()]))
         .unwrap();
     for &e in b.mesh().group("top").unwrap() {
-        assert_eq!(b.edge_condition(e).unwrap().traction, [Vector::new(0.0, -2.0); 2]);
+        assert_eq!(b.facet_condition(e).unwrap().traction, [Vector::new(0.0, -2.0); 2]);
     }
     for &e in b.mesh().group("bottom").unwrap() {
-        let nodes = b.mesh().topology().edges()[e];
-        for (n, t) in nodes.iter().zip(b.edge_condition(e).unwrap().traction) {
+        let nodes = b.mesh().topology().facets()[e];
+        for (n, t) in nodes.iter().zip(b.facet_condition(e).unwrap().traction) {
             assert!((t[0] - (3.0 * b.mesh().points()[*n][0] - 1.0)).abs() < 1e-13);
         }
     }
@@ -64,7 +64,7 @@ fn contradictions_are_refused() {
     assert!(body(&shear).is_ok());
     assert!(matches!(body(&base().fix("botom")), Err(BodyError::UnknownGroup { .. })));
     assert!(matches!(body(&base().pressure("top", f64::NAN)), Err(BodyError::NotFinite { .. })));
-    let part = EdgeSelection::group("top").within([[5.0, 6.0], [0.0, 2.0]]);
+    let part = FacetSelection::group("top").within([[5.0, 6.0], [0.0, 2.0]]);
     assert!(matches!(body(&base().fix(part)), Err(BodyError::EmptySelection { .. })));
 }
 
@@ -122,7 +122,7 @@ fn a_bent_roller_whose_nodes_are_fixed_besides_still_shows() {
 
 #[test]
 fn a_part_selects_edges_by_both_ends() {
-    let part = EdgeSelection::group("top").within([[0.0, 1.1], [f64::NEG_INFINITY, f64::INFINITY]]);
+    let part = FacetSelection::group("top").within([[0.0, 1.1], [f64::NEG_INFINITY, f64::INFINITY]]);
     let b = body(&BoundaryConditions::new().fix(part)).unwrap();
     assert_eq!(b.supports()[0].nodes.len(), 3);
 }

@@ -27,7 +27,7 @@ fn refined(mut problem: ContactProblem, times: usize) -> ContactProblem {
         problem.bodies.iter().map(|b| RefinementEdges::longest(b.mesh())).collect();
     for _ in 0..times {
         let all: Vec<Vec<bool>> =
-            problem.bodies.iter().map(|b| vec![true; b.mesh().topology().edges().len()]).collect();
+            problem.bodies.iter().map(|b| vec![true; b.mesh().topology().facets().len()]).collect();
         let RefinedProblem { problem: finer, refinements, .. } = problem.refined(&edges, &all).unwrap();
         edges = refinements.into_iter().map(|r| r.refinement_edges).collect();
         problem = finer;
@@ -37,7 +37,7 @@ fn refined(mut problem: ContactProblem, times: usize) -> ContactProblem {
 
 fn nodes_of(body: &Body, group: &str) -> Vec<Vector> {
     let mesh = body.mesh();
-    let ends = mesh.group(group).unwrap().iter().flat_map(|e| mesh.edge_ends(*e));
+    let ends = mesh.group(group).unwrap().iter().flat_map(|e| mesh.facet_corners(*e));
     ends.collect()
 }
 
@@ -55,7 +55,7 @@ fn new_nodes_lie_on_the_circle_and_old_ones_stay() {
                 assert!(off.abs() < 4e-15, "{kind:?} {group}: {off:e}");
             }
         }
-        let area: f64 = (0..fine.mesh().triangles().len()).map(|t| fine.mesh().area(t)).sum();
+        let area: f64 = (0..fine.mesh().cells().len()).map(|t| fine.mesh().area(t)).sum();
         // Polygons of 96 edges: equal ones on an arc, nearly so on a smooth curve.
         let turn = std::f64::consts::TAU / 96.0;
         let tolerance = if kind == CurveKind::Arc { 1e-12 } else { 1e-4 };
@@ -80,9 +80,9 @@ fn a_side_that_is_no_arc_is_refused() {
         let points: Vec<Vector> = mesh.points().iter().map(moved).collect();
         let edges = |group: &str| {
             let all = mesh.group(group).unwrap().iter();
-            (group.to_owned(), all.map(|e| mesh.topology().edges()[*e]).collect::<Vec<_>>())
+            (group.to_owned(), all.map(|e| mesh.topology().facets()[*e]).collect::<Vec<_>>())
         };
-        let moved = TriMesh::new(points, mesh.triangles().to_vec(), vec![edges("inner")]).unwrap();
+        let moved = TriMesh::new(points, mesh.cells().to_vec(), vec![edges("inner")]).unwrap();
         match body(moved, &[side("inner", CurveKind::Arc)]) {
             Err(BodyError::OffArc { point, distance, radius, centre, .. }) if refused => {
                 assert!(
@@ -108,7 +108,7 @@ fn a_node_whose_cell_would_turn_over_stays_on_the_chord() {
         let off = norm(fine.mesh().points()[*node]) - 15f64.to_radians().cos();
         assert!(off.abs() < 1e-15, "{off:e}");
     }
-    assert!((0..fine.mesh().triangles().len()).all(|t| fine.mesh().area(t) > 0.0));
+    assert!((0..fine.mesh().cells().len()).all(|t| fine.mesh().area(t) > 0.0));
     // Larger cells have room for the arc.
     let large = curved_ring([0.0; 2], [1.0, 1.2], [12, 1], CurveKind::Arc);
     let fine = refined(ContactProblem::new(vec![large]), 2).bodies.remove(0);
@@ -122,8 +122,8 @@ fn nodes_of_a_smooth_curve_approach_an_ellipse_by_the_third_power_and_keep_corne
         let mesh = ring([0.0; 2], [1.0, 2.0], [0.0, 360.0], [cells, 2]).unwrap();
         let points: Vec<Vector> = mesh.points().iter().map(|p| Vector::new(2.0 * p[0], p[1])).collect();
         let all = mesh.group("inner").unwrap().iter();
-        let edges = all.map(|e| mesh.topology().edges()[*e]).collect();
-        let mesh = TriMesh::new(points, mesh.triangles().to_vec(), vec![("hole".into(), edges)]).unwrap();
+        let edges = all.map(|e| mesh.topology().facets()[*e]).collect();
+        let mesh = TriMesh::new(points, mesh.cells().to_vec(), vec![("hole".into(), edges)]).unwrap();
         let curved = body(mesh, &[side("hole", CurveKind::Smooth)]).unwrap();
         let fine = refined(ContactProblem::new(vec![curved]), 2).bodies.remove(0);
         let distance = |p: Vector| {
@@ -137,7 +137,7 @@ fn nodes_of_a_smooth_curve_approach_an_ellipse_by_the_third_power_and_keep_corne
     assert!(coarse < 1.5e-3 && coarse / fine > 7.0, "{coarse:e} {fine:e}");
     let square = crate::mesh::generate::block([0.0; 2], [1.0; 2], [2, 2]).unwrap();
     let mut square = square;
-    let all = square.topology().boundary_edges().to_vec();
+    let all = square.topology().boundary_facets().to_vec();
     square.add_group("all", all);
     let fine =
         refined(ContactProblem::new(vec![body(square, &[side("all", CurveKind::Smooth)]).unwrap()]), 2);
@@ -222,10 +222,10 @@ fn pairs_on_two_curves_face_each_other_and_their_gap_is_that_of_the_circles() {
             assert!((apart.dot(&p.normal) - p.gap).abs() < 1e-12, "{cells:?} {apart} {}", p.gap);
             assert!(cross(apart, p.normal).abs() < 1e-12, "{cells:?} {:e}", cross(apart, p.normal));
         }
-        let length: f64 = pair.edges().iter().map(|e| e.length).sum();
+        let length: f64 = pair.facets().iter().map(|e| e.length).sum();
         let last = pair.pairs().last().unwrap();
         assert!((length - std::f64::consts::TAU * radii[0]).abs() < 2e-3 && last.arc_length < length);
-        let closing = pair.edges().iter().find(|e| e.pairs[1] < e.pairs[0]).unwrap();
+        let closing = pair.facets().iter().find(|e| e.pairs[1] < e.pairs[0]).unwrap();
         assert!((last.arc_length + closing.length - length).abs() < 1e-12);
     }
 }

@@ -12,7 +12,7 @@ use super::{
 use crate::body::Body;
 use crate::geometry::Vector;
 use crate::interface::ContactNormal;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::RefinementEdges;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -38,9 +38,9 @@ pub(super) fn independent(bodies: &[Body], pairs: &[Surfaces<'_>]) -> Vec<usize>
 /// Lists the nodes of the cells that touch a surface.
 fn surroundings(bodies: &[Body], body: usize, group: &str) -> HashSet<(usize, NodeId)> {
     let mesh = bodies[body].mesh();
-    let nodes = mesh.group(group).unwrap_or(&[]).iter().flat_map(|e| mesh.topology().edges()[*e]);
-    let cells = nodes.flat_map(|node| mesh.topology().triangles_around(node));
-    cells.flat_map(|t| mesh.triangles()[*t as usize]).map(|node| (body, node)).collect()
+    let nodes = mesh.group(group).unwrap_or(&[]).iter().flat_map(|e| mesh.topology().facets()[*e]);
+    let cells = nodes.flat_map(|node| mesh.topology().cells_around(node));
+    cells.flat_map(|t| mesh.cells()[*t as usize]).map(|node| (body, node)).collect()
 }
 
 fn is_closed(body: &Body, number: usize, group: &str) -> bool {
@@ -188,7 +188,7 @@ fn restrict(
     cut: &[cut::Pair],
 ) -> Result<Vec<[f64; 2]>, CommonRefinementError> {
     let mut free = vec![[0.0; 2]; ready.len()];
-    let mut changed: Vec<BTreeMap<&str, Vec<EdgeId>>> = vec![BTreeMap::new(); bodies.len()];
+    let mut changed: Vec<BTreeMap<&str, Vec<FacetId>>> = vec![BTreeMap::new(); bodies.len()];
     for (k, (pair, cut)) in ready.iter().zip(cut).enumerate() {
         for (b, at) in pair.bodies.into_iter().enumerate() {
             let group = pairs[pair.number].groups[b];

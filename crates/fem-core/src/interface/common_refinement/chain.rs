@@ -3,7 +3,7 @@
 use crate::body::Body;
 use crate::geometry::{self, Vector};
 use crate::mesh::TriMesh;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use std::collections::{HashMap, HashSet};
 
 /// Cosine of the turn, 30 degrees, from which a node is a corner that does not move.
@@ -35,7 +35,7 @@ impl Chain {
 
 /// Sorts the edges of a surface into stretches, the one with the smallest first point (x, y) first. `None` if an edge
 /// lies inside the body.
-pub(super) fn chains(mesh: &TriMesh, surface: &[EdgeId]) -> Option<Vec<Chain>> {
+pub(super) fn chains(mesh: &TriMesh, surface: &[FacetId]) -> Option<Vec<Chain>> {
     if surface.iter().any(|edge| !mesh.topology().is_boundary(*edge)) {
         return None;
     }
@@ -83,7 +83,7 @@ impl Fixed {
         let mut ends = HashSet::new();
         for edges in body.mesh().groups().values() {
             let mut count: HashMap<NodeId, usize> = HashMap::new();
-            for node in edges.iter().flat_map(|&e| body.mesh().topology().edges()[e]) {
+            for node in edges.iter().flat_map(|&e| body.mesh().topology().facets()[e]) {
                 *count.entry(node).or_default() += 1;
             }
             ends.extend(count.into_iter().filter(|(_, c)| *c != 2).map(|(node, _)| node));
@@ -101,11 +101,11 @@ pub(super) fn motions(body: &Body, chains: &[Chain], fixed: &Fixed) -> HashMap<N
         for (k, &node) in chain.nodes.iter().enumerate() {
             let inner = k > 0 && k + 1 < chain.nodes.len();
             let held = !body.node_constraints()[node].held.is_none();
-            let cells = topology.triangles_around(node);
+            let cells = topology.cells_around(node);
             let first = body.material(cells[0] as usize);
             let mixed = cells.iter().any(|&t| body.material(t as usize) != first);
             let corner = inner && {
-                let edge = |a: NodeId, b: NodeId| topology.find_edge(a, b).map(|e| mesh.edge_normal(e));
+                let edge = |a: NodeId, b: NodeId| topology.find_edge(a, b).map(|e| mesh.facet_normal(e));
                 match [edge(chain.nodes[k - 1], node), edge(node, chain.nodes[k + 1])] {
                     [Some(m), Some(n)] => m.dot(&n) < CORNER,
                     _ => true,
@@ -128,7 +128,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain], fixed: &Fixed) -> HashMap<N
 pub(super) fn smallest_angle(mesh: &TriMesh, nodes: impl Iterator<Item = NodeId>) -> f64 {
     let mut smallest = 180.0f64;
     for node in nodes.filter(|n| *n != NodeId::NONE) {
-        for &t in mesh.topology().triangles_around(node) {
+        for &t in mesh.topology().cells_around(node) {
             smallest = smallest.min(geometry::smallest_angle(mesh.corners(t as usize)));
         }
     }

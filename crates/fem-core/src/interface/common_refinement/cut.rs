@@ -6,7 +6,7 @@ use super::error::CommonRefinementError;
 use super::overlap::{Overlap, Site};
 use crate::body::Body;
 use crate::geometry::{self, Vector, norm};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::{self, RefinementEdges};
 use std::collections::HashMap;
 
@@ -42,7 +42,7 @@ impl Cut {
         overlap: &Overlap,
         (b, k): (usize, usize),
         s: f64,
-        edge: EdgeId,
+        edge: FacetId,
     ) -> Result<Self, CommonRefinementError> {
         let point = point_at(body, overlap, b, k, s)?;
         Ok(Self { s, point, on_curve: on_curve(body, &overlap.curve, edge, s, point) })
@@ -106,7 +106,7 @@ pub(super) fn cut_all(sides: &mut [Side], pairs: &mut [Pair]) -> Result<(), Comm
 #[derive(Default)]
 struct Marks {
     open: bool,
-    thin: Vec<(Surface, Vec<EdgeId>)>,
+    thin: Vec<(Surface, Vec<FacetId>)>,
 }
 
 fn marks(body: &Body, pairs: &[Pair], surfaces: &[Surface]) -> Result<Marks, CommonRefinementError> {
@@ -132,7 +132,7 @@ fn marks(body: &Body, pairs: &[Pair], surfaces: &[Surface]) -> Result<Marks, Com
     Ok(marks)
 }
 
-fn edge_of(body: &Body, overlap: &Overlap, b: usize, k: usize) -> Result<EdgeId, CommonRefinementError> {
+fn edge_of(body: &Body, overlap: &Overlap, b: usize, k: usize) -> Result<FacetId, CommonRefinementError> {
     let [i, j] = [overlap.sites[b][k].node, overlap.sites[b][k + 1].node];
     let found = body.mesh().topology().find_edge(i, j);
     found.ok_or(CommonRefinementError::Folded { point: body.mesh().points()[i] })
@@ -156,9 +156,9 @@ fn point_at(
 
 /// Finds the point of the declared curve over an edge on the normal of the common line at an arc length; `None` if there is no
 /// curve, or none near the edge.
-pub(super) fn on_curve(body: &Body, line: &Curve, edge: EdgeId, s: f64, on_chord: Vector) -> Option<Vector> {
+pub(super) fn on_curve(body: &Body, line: &Curve, edge: FacetId, s: f64, on_chord: Vector) -> Option<Vector> {
     let found = body.curve(edge)?.meet(on_chord, line.at(s).1)?;
-    (norm(found - on_chord) <= NEAR * body.mesh().edge_length(edge)).then_some(found)
+    (norm(found - on_chord) <= NEAR * body.mesh().facet_measure(edge)).then_some(found)
 }
 
 /// Tells whether the fan that the other side's nodes make of a contact cell has too small an angle.
@@ -167,12 +167,12 @@ fn is_thin(
     overlap: &Overlap,
     b: usize,
     k: usize,
-    edge: EdgeId,
+    edge: FacetId,
 ) -> Result<bool, CommonRefinementError> {
     let mesh = body.mesh();
-    let cell = mesh.topology().edge_triangles()[edge][0] as usize;
+    let cell = mesh.topology().facet_cells()[edge][0] as usize;
     let ends = [k, k + 1].map(|k| overlap.sites[b][k].node);
-    let apex = mesh.triangles()[cell].iter().find(|n| !ends.contains(n)).map(|&n| mesh.points()[n]);
+    let apex = mesh.cells()[cell].iter().find(|n| !ends.contains(n)).map(|&n| mesh.points()[n]);
     let Some(apex) = apex else { return Ok(false) };
     let mut previous = mesh.points()[ends[0]];
     let mut smallest = f64::INFINITY;
@@ -198,10 +198,10 @@ fn bisect(
     (side, number): (&mut Side, usize),
     pairs: &mut [Pair],
     surfaces: &[Surface],
-    edges: Vec<(Surface, Vec<EdgeId>)>,
+    edges: Vec<(Surface, Vec<FacetId>)>,
 ) -> Result<(), CommonRefinementError> {
     let mesh = side.body.mesh();
-    let mut marked = vec![false; mesh.topology().edges().len()];
+    let mut marked = vec![false; mesh.topology().facets().len()];
     for ((pair, b), edges) in edges {
         pairs[pair].added[b] += refine::mark(mesh, &side.refinement_edges, &mut marked, edges);
     }
@@ -255,7 +255,7 @@ fn split(
     if cuts.is_empty() {
         return Ok(());
     }
-    let mut marked = vec![false; mesh.topology().edges().len()];
+    let mut marked = vec![false; mesh.topology().facets().len()];
     cuts.keys().for_each(|edge| marked[*edge] = true);
     let edges = RefinementEdges::preferring(mesh, &marked);
     apply((side, number), pairs, surfaces, (&edges, &marked), &cuts)
@@ -275,10 +275,10 @@ fn apply(
     pairs: &mut [Pair],
     surfaces: &[Surface],
     (edges, marked): (&RefinementEdges, &[bool]),
-    cuts: &HashMap<EdgeId, Cut>,
+    cuts: &HashMap<FacetId, Cut>,
 ) -> Result<(), CommonRefinementError> {
     let old = side.body.mesh();
-    let curve = |e: EdgeId| match cuts.get(&e) {
+    let curve = |e: FacetId| match cuts.get(&e) {
         Some(cut) => cut.on_curve,
         None => side.body.curve_middle(e),
     };

@@ -5,7 +5,7 @@ use super::curve::Curve;
 use crate::body::{Body, Piece};
 use crate::geometry::{Vector, bounding_box, norm, right_normal};
 use crate::interface::{ContactNormal, outline};
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::smooth::STRAIGHT;
 
 /// A surface as it was before it was cut: its polygon, and the place of each node on the common line.
@@ -101,7 +101,7 @@ fn beyond(body: &Body, nodes: &[NodeId], corners: [bool; 2]) -> [Option<Vector>;
                 return None;
             }
             let edge = mesh.topology().find_edge(end, inner)?;
-            let ends = mesh.topology().edges()[mesh.topology().boundary_beyond(edge, end)?];
+            let ends = mesh.topology().facets()[mesh.topology().boundary_beyond(edge, end)?];
             Some(mesh.points()[if ends[0] == end { ends[1] } else { ends[0] }])
         },
     )
@@ -117,7 +117,7 @@ pub(super) fn pieces_of(
 ) -> Vec<Option<Piece>> {
     let mesh = body.mesh();
     let find = |w: &[NodeId]| mesh.topology().find_edge(w[0], w[1]);
-    let edges: Vec<EdgeId> = nodes.windows(2).filter_map(find).collect();
+    let edges: Vec<FacetId> = nodes.windows(2).filter_map(find).collect();
     let pieces = outline::pieces(body, &edges, points, corners != [false; 2]);
     let bent = || {
         Curve::continued(points.to_vec(), beyond(body, nodes, corners)).sagitta(0)

@@ -4,7 +4,7 @@ use super::error::CommonRefinementError;
 use crate::body::Body;
 use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::{Refinement, RefinementEdges};
 use std::collections::{BTreeMap, HashMap};
 
@@ -45,20 +45,20 @@ pub(super) fn replaced(
     body: &Body,
     number: usize,
     points: Vec<Vector>,
-    changed: &BTreeMap<&str, Vec<EdgeId>>,
+    changed: &BTreeMap<&str, Vec<FacetId>>,
 ) -> Result<Body, CommonRefinementError> {
     let mesh = body.mesh();
-    let edges = mesh.topology().edges();
+    let edges = mesh.topology().facets();
     let groups = mesh.groups().iter().map(|(name, all)| {
         let kept = changed.get(name.as_str()).unwrap_or(all);
         (name.clone(), kept.iter().map(|&e| edges[e]).collect())
     });
-    let now = TriMesh::counter_clockwise(points, mesh.triangles().to_vec(), groups.collect())
+    let now = TriMesh::counter_clockwise(points, mesh.cells().to_vec(), groups.collect())
         .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
     // A refinement without cuts: conditions stay on their edges.
     let same = Refinement {
         refinement_edges: RefinementEdges::longest(&now),
-        parent_cell: (0..mesh.triangles().len() as u32).collect(),
+        parent_cell: (0..mesh.cells().len() as u32).collect(),
         parent_nodes: Vec::new(),
         middle: vec![NodeId::NONE; edges.len()],
         on_chord: Vec::new(),

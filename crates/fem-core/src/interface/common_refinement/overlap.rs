@@ -395,8 +395,8 @@ pub(super) fn try_motion(
     let uncut = &overlap.uncut[b];
     let point = uncut.curve.smooth_crossing(uncut.edge(0.5 * (site.s + s)), &overlap.curve, s);
     let place = |n: NodeId| moved.get(&n).copied().unwrap_or(mesh.points()[n]);
-    for &cell in mesh.topology().triangles_around(site.node) {
-        let corners = mesh.triangles()[cell as usize].map(|n| if n == site.node { point } else { place(n) });
+    for &cell in mesh.topology().cells_around(site.node) {
+        let corners = mesh.cells()[cell as usize].map(|n| if n == site.node { point } else { place(n) });
         if crate::geometry::signed_area(corners) < 0.3 * mesh.area(cell as usize) {
             return Ok(false);
         }

@@ -9,7 +9,7 @@ use super::overlap::{self, Overlap, ROUND_OFF, SAME, SNAP};
 use crate::body::Body;
 use crate::geometry::norm;
 use crate::interface::ContactNormal;
-use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::{self, RefinementEdges};
 use std::collections::HashMap;
 
@@ -176,13 +176,13 @@ fn insert(
     let [from, to] = ends.map(|n| mesh.points()[n]);
     let fault = CommonRefinementError::Folded { point: from };
     let edge = mesh.topology().find_edge(ends[0], ends[1]).ok_or(fault)?;
-    let mut marked = vec![false; mesh.topology().edges().len()];
+    let mut marked = vec![false; mesh.topology().facets().len()];
     marked[edge] = true;
     let t = overlap.curve.crossing(s, from, to);
     let point = (1.0 - t) * from + t * to;
     let edges = RefinementEdges::preferring(mesh, &marked);
     let curve = on_curve(&bodies[reference], &overlap.curve, edge, s, point);
-    let here = |e: EdgeId| (e == edge).then_some(point);
+    let here = |e: FacetId| (e == edge).then_some(point);
     let refinement = refine::refine_onto(mesh, &edges, &marked, here, |e| curve.filter(|_| e == edge))
         .map_err(|source| CommonRefinementError::Mesh { body: reference, source })?;
     seam[reference] = refinement.middle[edge];

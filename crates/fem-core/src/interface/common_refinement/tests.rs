@@ -5,7 +5,7 @@ use crate::interface::{ContactInterface, ContactNormal, Gap};
 use crate::material::{Hypothesis, LinearElastic};
 use crate::mesh::TriMesh;
 use crate::mesh::generate::block;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::FacetId;
 
 fn body(origin: [f64; 2], size: [f64; 2], cells: [usize; 2]) -> Body {
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
@@ -24,7 +24,7 @@ fn pair(bodies: &[Body; 2]) -> ContactInterface {
 }
 
 fn area(body: &Body) -> f64 {
-    (0..body.mesh().triangles().len()).map(|t| body.mesh().area(t)).sum()
+    (0..body.mesh().cells().len()).map(|t| body.mesh().area(t)).sum()
 }
 
 #[test]
@@ -55,8 +55,8 @@ fn matching_surfaces_stay_as_they_are() {
     assert_eq!(common.bodies.each_ref().map(|b| b.mesh().points().to_vec()), points);
 }
 
-fn mesh_of(body: &Body) -> (Vec<Vector>, Vec<[NodeId; 3]>, Vec<EdgeId>) {
-    let (points, cells) = (body.mesh().points().to_vec(), body.mesh().triangles().to_vec());
+fn mesh_of(body: &Body) -> (Vec<Vector>, Vec<[NodeId; 3]>, Vec<FacetId>) {
+    let (points, cells) = (body.mesh().points().to_vec(), body.mesh().cells().to_vec());
     (points, cells, body.mesh().groups().values().flatten().copied().collect())
 }
 
@@ -132,12 +132,12 @@ fn conditions_pass_on_and_held_nodes_stay() {
     let mesh = block([0.0, 1.0], [2.0, 1.0], [8, 4]).unwrap();
     let topology = mesh.topology();
     let mut groups: Vec<(String, Vec<[NodeId; 2]>)> = (mesh.groups().iter())
-        .map(|(name, edges)| (name.clone(), edges.iter().map(|&e| topology.edges()[e]).collect()))
+        .map(|(name, edges)| (name.clone(), edges.iter().map(|&e| topology.facets()[e]).collect()))
         .collect();
     groups.push(("half".into(), (0..4).map(|k| [k, k + 1].map(NodeId::new)).collect()));
-    let mesh = TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups).unwrap();
+    let mesh = TriMesh::new(mesh.points().to_vec(), mesh.cells().to_vec(), groups).unwrap();
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
-    let part = crate::boundary::EdgeSelection::group("left").within([[0.0, 0.0], [1.0, 1.3]]);
+    let part = crate::boundary::FacetSelection::group("left").within([[0.0, 0.0], [1.0, 1.3]]);
     let conditions = BoundaryConditions::new().displace(part, Some(0.0.into()), None).pressure("top", 2.0);
     let upper = Body::new(mesh, material, &conditions).unwrap();
     let supports = upper.supports().to_vec();
@@ -157,7 +157,7 @@ fn conditions_pass_on_and_held_nodes_stay() {
     assert_eq!(upper.supports(), supports);
     assert_eq!(upper.mesh().group("half").unwrap().len(), 8);
     for &e in upper.mesh().group("top").unwrap() {
-        assert_eq!(upper.edge_condition(e).unwrap().traction, [Vector::new(0.0, -2.0); 2]);
+        assert_eq!(upper.facet_condition(e).unwrap().traction, [Vector::new(0.0, -2.0); 2]);
     }
 }
 
@@ -301,7 +301,7 @@ fn pairs_that_are_apart_are_cut_at_once_as_they_would_be_alone() {
     let mut base = body([0.0, 0.0], [8.0, 1.0], [8, 2]);
     for (name, x) in groups.iter().zip(places) {
         let mesh = base.mesh();
-        let over = |edge: &EdgeId| mesh.edge_ends(*edge).iter().any(|p| p[0] > x && p[0] < x + 1.0);
+        let over = |edge: &FacetId| mesh.facet_corners(*edge).iter().any(|p| p[0] > x && p[0] < x + 1.0);
         let edges = mesh.group("top").unwrap().iter().copied().filter(over).collect();
         base.add_group(name, edges);
     }

@@ -1,17 +1,17 @@
 use super::*;
-use crate::boundary::{BoundaryConditions, EdgeSelection, ScalarData};
+use crate::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 use crate::geometry::Vector;
 use crate::interface::common_refinement::common_refinement;
 use crate::interface::{ContactNormal, Roles};
 use crate::material::{Hypothesis, LinearElastic};
 use crate::mesh::generate::{Facing, block, half_disc};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::FacetId;
 
 fn problem(cells: [usize; 2]) -> ContactProblem {
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
-    let pressed = EdgeSelection::group("top").within([[0.0, 0.9], everywhere]);
-    let rest = EdgeSelection::group("top").within([[1.0, 2.0], everywhere]);
+    let pressed = FacetSelection::group("top").within([[0.0, 0.9], everywhere]);
+    let rest = FacetSelection::group("top").within([[1.0, 2.0], everywhere]);
     let upper = Body::new(
         block([0.0, 1.0], [2.0, 1.0], [4, 2]).unwrap(),
         material.clone(),
@@ -33,7 +33,7 @@ fn labels(problem: &ContactProblem) -> Vec<RefinementEdges> {
 }
 
 fn unmarked(problem: &ContactProblem) -> Vec<Vec<bool>> {
-    problem.bodies.iter().map(|body| vec![false; body.mesh().topology().edges().len()]).collect()
+    problem.bodies.iter().map(|body| vec![false; body.mesh().topology().facets().len()]).collect()
 }
 
 fn refine(problem: &ContactProblem, labels: &[RefinementEdges], marked: &[Vec<bool>]) -> RefinedProblem {
@@ -46,12 +46,12 @@ fn an_edge_marked_in_one_body_is_halved_in_both() {
     let labels = labels(&coarse);
     for (body, edge) in [(0, 1), (1, 2)] {
         let mut marked = unmarked(&coarse);
-        marked[body][coarse.contacts[0].interface.edges()[edge].edges[body]] = true;
+        marked[body][coarse.contacts[0].interface.facets()[edge].edges[body]] = true;
         let predicted = coarse.close(&labels, &mut marked.clone());
         let finer = refine(&coarse, &labels, &marked);
         assert_eq!(predicted, [0, 1].map(|b| finer.problem.bodies[b].mesh().points().len()));
         let interface = &finer.problem.contacts[0].interface;
-        assert_eq!((interface.pairs().len(), interface.edges().len()), (6, 5));
+        assert_eq!((interface.pairs().len(), interface.facets().len()), (6, 5));
         assert!((interface.length() - 2.0).abs() < 1e-15);
         let new = &interface.pairs()[edge + 1];
         assert_eq!(finer.pairs[0].parents[edge + 1], [edge as u32, edge as u32 + 1]);
@@ -71,7 +71,7 @@ fn a_refined_interface_is_the_one_that_pairing_finds() {
         for (b, marks) in marked.iter_mut().enumerate() {
             let mesh = coarse.bodies[b].mesh();
             for (e, mark) in marks.iter_mut().enumerate() {
-                let [x, y] = (mesh.points()[mesh.topology().edges()[e][0]]).into();
+                let [x, y] = (mesh.points()[mesh.topology().facets()[e][0]]).into();
                 *mark = (x - 0.7).hypot(y - 1.0) < 1.0 / f64::from(1 << round);
             }
         }
@@ -80,7 +80,7 @@ fn a_refined_interface_is_the_one_that_pairing_finds() {
         let gap = Gap::Given(ScalarData::function(|x| x[0] * x[0]));
         let found = ContactInterface::pair(upper, lower, ["bottom", "top"], &gap).unwrap();
         let interface = &finer.problem.contacts[0].interface;
-        assert_eq!(interface.edges(), found.edges());
+        assert_eq!(interface.facets(), found.facets());
         assert_eq!([0, 1].map(|s| interface.side(s)), [0, 1].map(|s| found.side(s)));
         for (a, b) in interface.pairs().iter().zip(found.pairs()) {
             assert_eq!((a.nodes, a.normal, a.gap), (b.nodes, b.normal, b.gap));
@@ -108,7 +108,7 @@ fn conditions_stay_on_the_edges_they_were_given_on() {
     // x <= 0.9 selects the first edge of the top, [0, 0.5], only; on the finer mesh it would select [0, 0.75].
     let coarse = problem([4, 3]);
     let edges = labels(&coarse);
-    let marked = [0, 1].map(|b| vec![true; coarse.bodies[b].mesh().topology().edges().len()]);
+    let marked = [0, 1].map(|b| vec![true; coarse.bodies[b].mesh().topology().facets().len()]);
     let finer = refine(&coarse, &edges, &marked).problem;
     let body = &finer.bodies[0];
     let x = |n: &NodeId| body.mesh().points()[*n][0];
@@ -121,12 +121,12 @@ fn conditions_stay_on_the_edges_they_were_given_on() {
         assert!(constraint.supported().contains(Vector::y(), 0.0), "node {node}");
         assert_eq!(constraint.displacement()[1], expected);
     }
-    let loaded = |e: &&EdgeId| body.edge_condition(**e).unwrap().traction != [Vector::zeros(); 2];
+    let loaded = |e: &&FacetId| body.facet_condition(**e).unwrap().traction != [Vector::zeros(); 2];
     let top = body.mesh().group("top").unwrap();
     assert_eq!(top.iter().filter(loaded).count(), 4);
     for edge in top.iter().filter(loaded) {
-        let nodes = body.mesh().topology().edges()[*edge];
-        for (node, t) in nodes.iter().zip(body.edge_condition(*edge).unwrap().traction) {
+        let nodes = body.mesh().topology().facets()[*edge];
+        for (node, t) in nodes.iter().zip(body.facet_condition(*edge).unwrap().traction) {
             assert!((t[1] - x(node)).abs() < 1e-14);
         }
     }
@@ -138,7 +138,7 @@ fn a_gap_that_becomes_negative_between_the_nodes_is_refused() {
     // Zero at every node of the first mesh, negative between them.
     let gap = ScalarData::function(|x| -(2.0 * std::f64::consts::PI * x[0]).sin().abs().max(1e-9) + 1e-9);
     coarse.contacts[0].interface.gap = Gap::Given(gap);
-    let marked = [0, 1].map(|b| vec![true; coarse.bodies[b].mesh().topology().edges().len()]);
+    let marked = [0, 1].map(|b| vec![true; coarse.bodies[b].mesh().topology().facets().len()]);
     let edges = labels(&coarse);
     let error = coarse.refined(&edges, &marked).unwrap_err();
     assert!(matches!(error, RefineError::Interface(InterfaceError::BadGap { .. })), "{error}");
@@ -175,7 +175,7 @@ fn a_measured_gap_follows_the_curves_between_the_nodes_of_the_first_meshes() {
         let mut noted = problem.interpolated_gaps()[0].unwrap().largest;
         let mut labels = labels(&problem);
         for _ in 0..3 {
-            let marked = [0, 1].map(|b| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
+            let marked = [0, 1].map(|b| vec![true; problem.bodies[b].mesh().topology().facets().len()]);
             let finer = refine(&problem, &labels, &marked);
             labels = finer.refinements.iter().map(|r| r.refinement_edges.clone()).collect();
             problem = finer.problem;

@@ -69,8 +69,8 @@ mod tests {
         let mesh = disc([1.0, -2.0], 0.5, 8, 30.0).unwrap();
         assert_eq!(mesh.points().len() as u64, disc_nodes(8));
         assert_eq!(mesh.group("rim").unwrap().len(), 48);
-        assert_eq!(mesh.topology().boundary_edges().len(), 48);
-        let area: f64 = (0..mesh.triangles().len()).map(|t| mesh.area(t)).sum();
+        assert_eq!(mesh.topology().boundary_facets().len(), 48);
+        let area: f64 = (0..mesh.cells().len()).map(|t| mesh.area(t)).sum();
         // The area of the polygon.
         let polygon = 24.0 * 0.25 * (FRAC_PI_3 / 8.0).sin();
         assert!((area - polygon).abs() < 1e-14, "{area} {polygon}");

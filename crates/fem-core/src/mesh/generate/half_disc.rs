@@ -57,7 +57,7 @@ pub fn half_disc(
     let grid = Grid { n, layers: layers as usize, radius, half_width };
     let sign = if facing == Facing::Down { 1.0 } else { -1.0 };
     let points = grid.points().into_iter().map(|p| pole + Vector::new(p[0], sign * p[1])).collect();
-    let mut triangles = grid.triangles();
+    let mut triangles = grid.cells();
     if facing == Facing::Up {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
@@ -144,7 +144,7 @@ impl Grid {
         points
     }
 
-    fn triangles(&self) -> Vec<[u32; 3]> {
+    fn cells(&self) -> Vec<[u32; 3]> {
         let n = self.n;
         let mut triangles = Vec::with_capacity(4 * n * n + 8 * n * self.layers);
         // Corners counter-clockwise. The diagonals of the rays' two halves are mirror images. In the block they are parallel,
@@ -193,17 +193,17 @@ mod tests {
                 let centre = Vector::new(1.0, 2.0 + sign * 3.0);
                 for name in ["contact", "arc"] {
                     for &e in m.group(name).unwrap() {
-                        for node in m.topology().edges()[e] {
+                        for node in m.topology().facets()[e] {
                             let r = norm(m.points()[node] - centre);
                             assert!((r - 3.0).abs() < 1e-13, "{r}");
                         }
                     }
                 }
                 for &e in m.group("flat").unwrap() {
-                    assert_eq!(m.edge_normal(e), Vector::new(0.0, sign));
+                    assert_eq!(m.facet_normal(e), Vector::new(0.0, sign));
                 }
                 assert_eq!(m.group("contact").unwrap().len(), 2 * cells);
-                let area: f64 = (0..m.triangles().len()).map(|t| m.area(t)).sum();
+                let area: f64 = (0..m.cells().len()).map(|t| m.area(t)).sum();
                 assert!(area < 4.5 * PI && area > 4.5 * PI * 0.98, "{area}");
                 assert!(m.smallest_angle() > 12.0, "{width} {cells}: {}", m.smallest_angle());
             }

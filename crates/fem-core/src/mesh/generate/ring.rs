@@ -96,15 +96,15 @@ mod tests {
         let m = ring([0.5, -1.0], [1.0, 2.0], [0.0, 90.0], [8, 4]).unwrap();
         assert_eq!(m.points().len(), 45);
         for &e in m.group("end").unwrap() {
-            assert_eq!(m.edge_normal(e).map(f64::abs), Vector::new(1.0, 0.0));
+            assert_eq!(m.facet_normal(e).map(f64::abs), Vector::new(1.0, 0.0));
         }
         for &e in m.group("start").unwrap() {
-            assert_eq!(m.edge_normal(e), Vector::new(0.0, -1.0));
+            assert_eq!(m.facet_normal(e), Vector::new(0.0, -1.0));
         }
         assert_eq!(m.group("inner").unwrap().len(), 8);
         // The polygons' areas.
         let sine = (90.0f64 / 8.0).to_radians().sin();
-        let area: f64 = (0..m.triangles().len()).map(|t| m.area(t)).sum();
+        let area: f64 = (0..m.cells().len()).map(|t| m.area(t)).sum();
         assert!((area - 8.0 * 0.5 * sine * (4.0 - 1.0)).abs() < 1e-13);
     }
 
@@ -113,9 +113,9 @@ mod tests {
         let m = ring([0.0, 0.0], [1.0, 2.0], [0.0, 360.0], [12, 3]).unwrap();
         assert_eq!(m.points().len(), 48);
         // Euler: V − E + T = 0 for a ring.
-        assert_eq!(48 + m.triangles().len(), m.topology().edges().len());
+        assert_eq!(48 + m.cells().len(), m.topology().facets().len());
         assert!(m.group("start").is_none());
-        assert!(m.topology().boundary_edges().len() == 24);
+        assert!(m.topology().boundary_facets().len() == 24);
     }
 
     #[test]

@@ -21,17 +21,17 @@ fn rough(cells: [usize; 2], random: &mut Random) -> TriMesh {
         if inner(p) { Vector::from_fn(|c, _| p[c] + 0.4 * (random.next() - 0.5) * step[c]) } else { *p }
     };
     let points = regular.points().iter().map(&mut moved).collect();
-    let edges = regular.topology().edges();
+    let edges = regular.topology().facets();
     let groups = regular.groups().iter().map(|(n, g)| (n.clone(), g.iter().map(|&e| edges[e]).collect()));
-    TriMesh::new(points, regular.triangles().to_vec(), groups.collect()).unwrap()
+    TriMesh::new(points, regular.cells().to_vec(), groups.collect()).unwrap()
 }
 
 fn area(mesh: &TriMesh) -> f64 {
-    (0..mesh.triangles().len()).map(|t| mesh.area(t)).sum()
+    (0..mesh.cells().len()).map(|t| mesh.area(t)).sum()
 }
 
 fn length(mesh: &TriMesh, group: &str) -> f64 {
-    mesh.group(group).unwrap().iter().map(|&e| mesh.edge_length(e)).sum()
+    mesh.group(group).unwrap().iter().map(|&e| mesh.facet_measure(e)).sum()
 }
 
 /// All relations between a mesh and its refinement.
@@ -39,7 +39,8 @@ fn check(old: &TriMesh, new: &Refinement) {
     let mesh = &new.mesh;
     // TriMesh::new has checked orientation and that no edge has three triangles. Conforming: a hanging node would be
     // a boundary node inside, and lengthen the boundary.
-    let boundary = |m: &TriMesh| m.topology().boundary_edges().iter().map(|&e| m.edge_length(e)).sum::<f64>();
+    let boundary =
+        |m: &TriMesh| m.topology().boundary_facets().iter().map(|&e| m.facet_measure(e)).sum::<f64>();
     assert!((boundary(mesh) - boundary(old)).abs() < 1e-12 * boundary(old));
     assert!((area(mesh) - area(old)).abs() < 1e-12 * area(old));
     assert_eq!(mesh.points()[..old.points().len()], *old.points());
@@ -47,7 +48,7 @@ fn check(old: &TriMesh, new: &Refinement) {
         let ends = [a, b].map(|n| old.points()[*n]);
         assert_eq!(mesh.points()[old.points().len() + k], 0.5 * (ends[0] + ends[1]));
     }
-    let mut part = vec![0.0; old.triangles().len()];
+    let mut part = vec![0.0; old.cells().len()];
     for (t, parent) in new.parent_cell.iter().enumerate() {
         part[*parent as usize] += mesh.area(t);
     }
@@ -74,7 +75,7 @@ fn one_to_three_marked_edges_make_two_to_four_triangles() {
         }
         let new = refine(&mesh, &labels, &marked).unwrap();
         check(&mesh, &new);
-        new.mesh.triangles().len()
+        new.mesh.cells().len()
     };
     assert_eq!(count(&[]), 2);
     assert_eq!(count(&[[0, 3]]), 4);
@@ -94,7 +95,7 @@ fn random_refinements_keep_shapes_area_and_groups() {
             // Few edges, near one point, so that the mesh is strongly graded.
             let marked: Vec<bool> = mesh
                 .topology()
-                .edges()
+                .facets()
                 .iter()
                 .map(|e| {
                     let [x, y] = (mesh.points()[e[0]]).into();
@@ -104,11 +105,11 @@ fn random_refinements_keep_shapes_area_and_groups() {
             let new = refine(&mesh, &labels, &marked).unwrap();
             check(&mesh, &new);
             let again = refine(&mesh, &labels, &marked).unwrap();
-            assert_eq!(new.mesh.triangles(), again.mesh.triangles());
+            assert_eq!(new.mesh.cells(), again.mesh.cells());
             assert_eq!(new.refinement_edges, again.refinement_edges);
             (mesh, labels) = (new.mesh, new.refinement_edges);
         }
-        assert!(mesh.triangles().len() > 1000, "{}", mesh.triangles().len());
+        assert!(mesh.cells().len() > 1000, "{}", mesh.cells().len());
         let (found, start) = (mesh.smallest_angle(), first.smallest_angle());
         assert!(found >= 0.5 * start, "seed {seed}: {found} from {start}");
     }
@@ -120,7 +121,7 @@ fn right_isosceles_triangles_stay_what_they_are() {
     let mut labels = RefinementEdges::longest(&mesh);
     for _ in 0..6 {
         let marked: Vec<bool> =
-            mesh.topology().edges().iter().map(|e| mesh.points()[e[0]][0] < 0.2).collect();
+            mesh.topology().facets().iter().map(|e| mesh.points()[e[0]][0] < 0.2).collect();
         let new = refine(&mesh, &labels, &marked).unwrap();
         check(&mesh, &new);
         (mesh, labels) = (new.mesh, new.refinement_edges);
@@ -133,9 +134,9 @@ fn linear_fields_are_carried_over_exactly() {
     let mesh = rough([4, 4], &mut Random(3));
     let linear = |p: &Vector| Vector::new(2.0 * p[0] - 0.5 * p[1] + 1.0, p[1] - 3.0 * p[0]);
     let field: Vec<Vector> = mesh.points().iter().map(linear).collect();
-    let marked = vec![true; mesh.topology().edges().len()];
+    let marked = vec![true; mesh.topology().facets().len()];
     let new = refine(&mesh, &RefinementEdges::longest(&mesh), &marked).unwrap();
-    assert_eq!(new.mesh.triangles().len(), 4 * mesh.triangles().len());
+    assert_eq!(new.mesh.cells().len(), 4 * mesh.cells().len());
     for (p, u) in new.mesh.points().iter().zip(new.prolong(&field)) {
         let exact = linear(p);
         assert!((0..2).all(|c| (u[c] - exact[c]).abs() < 1e-14), "{u:?} against {exact:?}");

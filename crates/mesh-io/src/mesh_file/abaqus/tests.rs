@@ -22,7 +22,7 @@ fn refused(more: &str) -> String {
 /// Returns the edges of a group by their nodes' numbers in the deck.
 fn side(mesh: &TriMesh, name: &str) -> Vec<[u32; 2]> {
     let edges = mesh.group(name).unwrap_or_default();
-    edges.iter().map(|e| mesh.topology().edges()[*e].map(|n| u32::from(n) + 1)).collect()
+    edges.iter().map(|e| mesh.topology().facets()[*e].map(|n| u32::from(n) + 1)).collect()
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn parts_are_read_once_for_each_of_their_instances() {
         mesh.group(name)
             .unwrap_or_default()
             .iter()
-            .map(|e| mesh.topology().edges()[*e].map(u32::from))
+            .map(|e| mesh.topology().facets()[*e].map(u32::from))
             .collect()
     };
     assert_eq!(ends(&plate, "bottom"), [[0, 1]]);

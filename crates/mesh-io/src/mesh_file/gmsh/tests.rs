@@ -32,11 +32,11 @@ fn names_may_stand_in_two_dimensions_and_hold_anything() {
     assert_eq!(region.node_numbers(), [2, 5, 30, 400]);
     assert_eq!(region.notes(), ["1 clockwise cell of region \"body\" was turned counter-clockwise"]);
     let mesh = region.mesh().unwrap();
-    assert_eq!(mesh.triangles(), [[0, 2, 3], [0, 3, 1]].map(|t| t.map(NodeId::new)));
+    assert_eq!(mesh.cells(), [[0, 2, 3], [0, 3, 1]].map(|t| t.map(NodeId::new)));
     // An edge written twice, once backwards, is in both groups; its normal comes from its cell.
     let [low] = mesh.group("a \"quoted\" näme").unwrap() else { panic!() };
     assert!(mesh.group("body").unwrap().contains(low));
-    assert_eq!(mesh.edge_normal(*low), Vector::new(0.0, -1.0));
+    assert_eq!(mesh.facet_normal(*low), Vector::new(0.0, -1.0));
 }
 
 #[test]

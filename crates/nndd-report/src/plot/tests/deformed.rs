@@ -9,7 +9,7 @@ fn picture(n: usize, u: impl Fn([f64; 2]) -> [f64; 2], density: impl Fn(usize) -
     let fields = meshes.each_ref().map(|m| -> (Vec<Vector>, Vec<_>) {
         (
             m.points().iter().map(|p| u((*p).into()).into()).collect(),
-            (0..m.triangles().len()).map(&density).collect(),
+            (0..m.cells().len()).map(&density).collect(),
         )
     });
     let bodies = [0, 1].map(|k| BodyPicture {
@@ -28,7 +28,7 @@ fn a_singular_peak_does_not_take_the_scale() {
     let with = |peak: f64, infinite: bool| {
         let mut values: Vec<f64> = mesh.points().iter().map(|p| 1.0 + p[0]).collect();
         values[0] = peak;
-        let patch = [NodalPatch { triangles: mesh.triangles().to_vec(), values }];
+        let patch = [NodalPatch { triangles: mesh.cells().to_vec(), values }];
         let body = BodyPicture { name: "b", mesh: &mesh, displacement: &still, field: Field::Nodes(&patch) };
         deformed("d", Quantity::VonMises, &[body], &[], &[], infinite, &Labels::default())
     };
@@ -61,7 +61,7 @@ fn deformed_never_draws_bodies_into_each_other() {
             name: "b",
             mesh: &mesh,
             displacement: &vec![Vector::new(0.0, -0.02); mesh.points().len()],
-            field: Field::Cells(&vec![1.0; mesh.triangles().len()]),
+            field: Field::Cells(&vec![1.0; mesh.cells().len()]),
         };
         let svg = density("d", &[body], &[], &[Closing { gap, approach }]);
         svg.split("multiplied by ").nth(1).unwrap().split(". ").next().unwrap().parse::<f64>().unwrap()
@@ -130,7 +130,7 @@ fn the_title_of_the_displacement_says_the_word_once() {
     let mesh = block(2, 0.0);
     let moved = vec![Vector::new(0.0, -0.02); mesh.points().len()];
     let values = vec![0.02; mesh.points().len()];
-    let patch = [NodalPatch { triangles: mesh.triangles().to_vec(), values }];
+    let patch = [NodalPatch { triangles: mesh.cells().to_vec(), values }];
     let body = BodyPicture { name: "b", mesh: &mesh, displacement: &moved, field: Field::Nodes(&patch) };
     let svg = deformed("Displacement", Quantity::Displacement, &[body], &[], &[], false, &Labels::default());
     assert!(svg.contains("<title>Displacement (drawn × 5)</title>"), "{svg}");
