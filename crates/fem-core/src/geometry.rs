@@ -1,4 +1,6 @@
-//! Plane vectors, and the operations on them shared by the other modules.
+//! Vectors of the plane, and the operations on them shared by the other modules; some serve any [`crate::space::Space`].
+
+use crate::space::Coordinates;
 
 pub use nalgebra::Vector2;
 
@@ -29,8 +31,29 @@ pub fn cross(a: Vector, b: Vector) -> f64 {
 
 /// Computes the Euclidean length of a vector without undue overflow.
 #[inline]
-pub fn norm(a: Vector) -> f64 {
-    a[0].hypot(a[1])
+pub fn norm<V: Coordinates>(a: V) -> f64 {
+    a.length()
+}
+
+/// A point as messages show it: `(x, y)` or `(x, y, z)`, see [`shown`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    entries: [f64; 3],
+    count: usize,
+}
+
+impl<V: Coordinates> From<V> for Point {
+    fn from(point: V) -> Self {
+        let given = point.entries();
+        Self { entries: [0, 1, 2].map(|k| given.get(k).copied().unwrap_or(0.0)), count: given.len() }
+    }
+}
+
+impl std::fmt::Display for Point {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let entries = self.entries[..self.count].iter().map(|x| shown(*x));
+        write!(f, "({})", entries.collect::<Vec<_>>().join(", "))
+    }
 }
 
 /// Rotates a vector by +90 degrees, `(x, y) ↦ (−y, x)`.
@@ -88,11 +111,11 @@ pub fn smallest_angle(corners: [Vector; 3]) -> f64 {
 /// Computes the axis-aligned bounding box `[lower left, upper right]` of a set of points.
 ///
 /// Returns two infinite corners in the wrong order for an empty set.
-pub fn bounding_box(points: &[Vector]) -> [Vector; 2] {
-    let mut low = Vector::repeat(f64::INFINITY);
-    let mut high = Vector::repeat(f64::NEG_INFINITY);
+pub fn bounding_box<V: Coordinates>(points: &[V]) -> [V; 2] {
+    let mut low = V::of(|_| f64::INFINITY);
+    let mut high = V::of(|_| f64::NEG_INFINITY);
     for p in points {
-        for c in 0..2 {
+        for c in 0..p.entries().len() {
             low[c] = low[c].min(p[c]);
             high[c] = high[c].max(p[c]);
         }
@@ -101,7 +124,7 @@ pub fn bounding_box(points: &[Vector]) -> [Vector; 2] {
 }
 
 /// Computes the length of the bounding box's diagonal, the length scale of geometric tolerances.
-pub fn diagonal(points: &[Vector]) -> f64 {
+pub fn diagonal<V: Coordinates>(points: &[V]) -> f64 {
     let [low, high] = bounding_box(points);
     if points.is_empty() { 0.0 } else { norm(high - low) }
 }

@@ -77,6 +77,7 @@ pub mod prepared;
 pub mod quadrature;
 pub mod residual;
 mod smooth;
+pub mod space;
 pub mod sparse;
 pub mod tensor;
 

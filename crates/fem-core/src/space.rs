@@ -1,0 +1,139 @@
+//! The plane and the space: all that depends on the number of dimensions.
+//!
+//! Meshes, bodies and unknowns are generic over a [`Space`], [`Plane`] unless it is named. What they ask of it ends at the cell: arrays of
+//! one value per axis or corner, the formulas of one cell and one facet, and rigid motions. Everything else is written once.
+//!
+//! | | [`Plane`] | [`Solid`] |
+//! |---|---|---|
+//! | cell, facet | triangle, edge | tetrahedron, triangle |
+//! | their measures | area, length | volume, area |
+//! | components of a tensor; rigid motions | 3 | 6 |
+//! | a spin and a moment | number | vector |
+
+mod array;
+mod matrix;
+mod plane;
+mod solid;
+mod vector;
+
+use crate::mesh::id::NodeId;
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
+
+pub use array::{Array, Item};
+pub use matrix::Matrix;
+pub use plane::Plane;
+pub use solid::Solid;
+pub use vector::Coordinates;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for super::Plane {}
+    impl Sealed for super::Solid {}
+}
+
+/// The corners of a cell: a triangle or a tetrahedron.
+pub type Cell<S> = <S as Space>::Corners<NodeId>;
+
+/// The corners of a facet, which has as many as there are axes: an edge or a triangle.
+pub type Facet<S> = <S as Space>::Axes<NodeId>;
+
+/// A number of dimensions. It is sealed: [`Plane`] and [`Solid`] are all there are.
+///
+/// Components of symmetric tensors are in Voigt's order: `xx, yy, xy` and `xx, yy, zz, yz, xz, xy`.
+pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sync + 'static {
+    /// The number of axes.
+    const DIM: usize;
+    /// The number of components of a symmetric tensor, and of rigid motions.
+    const COMPONENTS: usize;
+    /// The names of the components of a displacement and of a rotation.
+    const MOTIONS: &'static [&'static str];
+    /// The unit vectors along the axes.
+    const AXES: Self::Axes<Self::Vector>;
+    /// The same number of vectors zero.
+    const ZEROS: Self::Axes<Self::Vector>;
+
+    /// A point, a displacement, a force.
+    type Vector: Coordinates;
+    /// A symmetric tensor, made of its components.
+    type Tensor: Copy
+        + Debug
+        + Default
+        + PartialEq
+        + Send
+        + Sync
+        + From<Self::Components<f64>>
+        + Into<Self::Components<f64>>;
+    /// A linear map between components: a stiffness.
+    type Matrix: Matrix<Self::Components<f64>>;
+    /// A rotation, and what does work on it: a moment.
+    type Spin: Copy
+        + Debug
+        + Default
+        + PartialEq
+        + Send
+        + Sync
+        + Add<Output = Self::Spin>
+        + Sub<Output = Self::Spin>
+        + Mul<f64, Output = Self::Spin>
+        + AddAssign
+        + SubAssign;
+
+    /// One value for each axis, or for each corner of a facet.
+    type Axes<T: Item>: Array<T> + Item;
+    /// One value for each corner of a cell.
+    type Corners<T: Item>: Array<T> + Item;
+    /// One value for each component of a tensor, or for each rigid motion.
+    type Components<T: Item>: Array<T> + Item;
+    /// One value for each axis that may own memory.
+    type Data<T: Clone + Debug + Send + Sync>: Array<T>;
+
+    /// Makes one value for each axis, or for each corner of a facet.
+    fn axes<T: Item>(value: impl FnMut(usize) -> T) -> Self::Axes<T>;
+    /// Makes one value for each corner of a cell.
+    fn corners<T: Item>(value: impl FnMut(usize) -> T) -> Self::Corners<T>;
+    /// Makes one value for each component.
+    fn components<T: Item>(value: impl FnMut(usize) -> T) -> Self::Components<T>;
+    /// Makes one value for each axis that may own memory.
+    fn data<T: Clone + Debug + Send + Sync>(value: impl FnMut(usize) -> T) -> Self::Data<T>;
+
+    /// Completes orthonormal vectors to a basis: returns orthonormal vectors that are perpendicular to them, then zeros.
+    fn complement(basis: &[Self::Vector]) -> Self::Axes<Self::Vector>;
+
+    /// Returns the corners of facet `k` of a cell of positive measure. Seen from outside they run counter-clockwise; in the plane from right
+    /// to left.
+    fn facet(k: usize) -> Self::Axes<usize>;
+    /// Computes the signed measure of a cell, m² or m³.
+    fn measure(corners: &Self::Corners<Self::Vector>) -> f64;
+    /// Computes the signed measure of a cell; `None` if its sign is round-off, or if it is not finite.
+    fn sure_measure(corners: &Self::Corners<Self::Vector>) -> Option<f64>;
+    /// Computes the gradients of the shape functions of a cell, 1/m.
+    ///
+    /// * `measure`: of the cell.
+    fn gradients(corners: &Self::Corners<Self::Vector>, measure: f64) -> Self::Corners<Self::Vector>;
+    /// Computes the measure of a facet, m or m².
+    fn facet_measure(corners: &Self::Axes<Self::Vector>) -> f64;
+    /// Computes the unit normal of a facet whose corners are in the order of [`Self::facet`].
+    fn facet_normal(corners: &Self::Axes<Self::Vector>) -> Self::Vector;
+    /// Returns a quadrature rule on a facet that is exact for polynomials of the fifth degree: barycentric coordinates, and weights of sum 1.
+    fn facet_rule() -> &'static [(Self::Axes<f64>, f64)];
+
+    /// Computes the displacement of a rotation about the origin, `ω × x`.
+    fn turned(spin: Self::Spin, arm: Self::Vector) -> Self::Vector;
+    /// Computes the moment of a force about the origin, `x × f`.
+    fn moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin;
+    /// Joins a translation and a spin.
+    fn motion(translation: Self::Vector, spin: Self::Spin) -> Self::Components<f64>;
+    /// Takes a motion apart.
+    fn parts(motion: &Self::Components<f64>) -> (Self::Vector, Self::Spin);
+    /// Computes the spin `ω` with `Σ w x × (ω × x) = m`.
+    ///
+    /// * `moment`: m; `arms`: w and x.
+    fn spin_of(moment: Self::Spin, arms: impl Iterator<Item = (f64, Self::Vector)>) -> Self::Spin;
+
+    /// Returns the component of a symmetric tensor in row `i` and column `j`.
+    #[inline(always)]
+    fn component(i: usize, j: usize) -> usize {
+        if i == j { i } else { Self::COMPONENTS - i - j }
+    }
+}

@@ -1,0 +1,128 @@
+//! The plane.
+
+use super::{Coordinates, Item, Space};
+use crate::geometry::{cross, perpendicular, right_normal, signed_area, sure_area};
+use crate::quadrature::GAUSS5;
+use crate::tensor::SymTensor2;
+use nalgebra::{Matrix3, Vector2};
+use std::array::from_fn;
+use std::fmt::Debug;
+
+/// The plane: triangles and edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Plane;
+
+/// [`GAUSS5`] in barycentric coordinates.
+const RULE: [([f64; 2], f64); 5] = {
+    let mut rule = [([0.0; 2], 0.0); 5];
+    let mut k = 0;
+    while k < rule.len() {
+        let (s, weight) = GAUSS5[k];
+        rule[k] = ([1.0 - s, s], weight);
+        k += 1;
+    }
+    rule
+};
+
+impl Space for Plane {
+    const DIM: usize = 2;
+    const COMPONENTS: usize = 3;
+    const MOTIONS: &'static [&'static str] = &["ux", "uy", "rotation"];
+    const AXES: [Vector2<f64>; 2] = [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
+    const ZEROS: [Vector2<f64>; 2] = [Vector2::new(0.0, 0.0); 2];
+
+    type Vector = Vector2<f64>;
+    type Tensor = SymTensor2;
+    type Matrix = Matrix3<f64>;
+    type Spin = f64;
+    type Axes<T: Item> = [T; 2];
+    type Corners<T: Item> = [T; 3];
+    type Components<T: Item> = [T; 3];
+    type Data<T: Clone + Debug + Send + Sync> = [T; 2];
+
+    #[inline(always)]
+    fn axes<T: Item>(value: impl FnMut(usize) -> T) -> [T; 2] {
+        from_fn(value)
+    }
+
+    #[inline(always)]
+    fn corners<T: Item>(value: impl FnMut(usize) -> T) -> [T; 3] {
+        from_fn(value)
+    }
+
+    #[inline(always)]
+    fn components<T: Item>(value: impl FnMut(usize) -> T) -> [T; 3] {
+        from_fn(value)
+    }
+
+    fn data<T: Clone + Debug + Send + Sync>(value: impl FnMut(usize) -> T) -> [T; 2] {
+        from_fn(value)
+    }
+
+    fn complement(basis: &[Vector2<f64>]) -> [Vector2<f64>; 2] {
+        match basis {
+            [] => Self::AXES,
+            [direction] => [perpendicular(*direction), Vector2::zeros()],
+            _ => Self::ZEROS,
+        }
+    }
+
+    #[inline(always)]
+    fn facet(k: usize) -> [usize; 2] {
+        [k, (k + 1) % 3]
+    }
+
+    #[inline(always)]
+    fn measure(corners: &[Vector2<f64>; 3]) -> f64 {
+        signed_area(*corners)
+    }
+
+    #[inline]
+    fn sure_measure(corners: &[Vector2<f64>; 3]) -> Option<f64> {
+        sure_area(*corners)
+    }
+
+    #[inline(always)]
+    fn gradients(corners: &[Vector2<f64>; 3], measure: f64) -> [Vector2<f64>; 3] {
+        let half = 1.0 / (2.0 * measure);
+        from_fn(|k| {
+            let (a, b) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            Vector2::new((a[1] - b[1]) * half, (b[0] - a[0]) * half)
+        })
+    }
+
+    #[inline]
+    fn facet_measure([a, b]: &[Vector2<f64>; 2]) -> f64 {
+        (b - a).length()
+    }
+
+    #[inline]
+    fn facet_normal([a, b]: &[Vector2<f64>; 2]) -> Vector2<f64> {
+        right_normal(*a, *b)
+    }
+
+    fn facet_rule() -> &'static [([f64; 2], f64)] {
+        &RULE
+    }
+
+    #[inline(always)]
+    fn turned(spin: f64, arm: Vector2<f64>) -> Vector2<f64> {
+        spin * perpendicular(arm)
+    }
+
+    fn moment(arm: Vector2<f64>, force: Vector2<f64>) -> f64 {
+        cross(arm, force)
+    }
+
+    fn motion(translation: Vector2<f64>, spin: f64) -> [f64; 3] {
+        [translation[0], translation[1], spin]
+    }
+
+    fn parts([x, y, spin]: &[f64; 3]) -> (Vector2<f64>, f64) {
+        (Vector2::new(*x, *y), *spin)
+    }
+
+    fn spin_of(moment: f64, arms: impl Iterator<Item = (f64, Vector2<f64>)>) -> f64 {
+        moment / arms.map(|(weight, arm)| weight * arm.norm_squared()).sum::<f64>()
+    }
+}

@@ -1,0 +1,146 @@
+//! The space of three dimensions.
+
+use super::{Coordinates, Item, Space};
+use crate::quadrature::RADON7;
+use crate::tensor::SymTensor3;
+use nalgebra::{Matrix3, Matrix6, Vector3};
+use std::array::from_fn;
+use std::fmt::Debug;
+
+/// The space of three dimensions: tetrahedra and triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Solid;
+
+/// The smallest volume over the cube of the longest edge of a tetrahedron whose sign is not round-off.
+const FLAT: f64 = 1e-14;
+
+/// The corners of the facets of a tetrahedron of positive volume; the remaining corner is on the inner side.
+const FACETS: [[usize; 3]; 4] = [[0, 2, 1], [1, 2, 3], [0, 3, 2], [0, 1, 3]];
+
+/// Computes the triple product of the edges from the first corner, six times the volume.
+#[inline(always)]
+fn triple([o, a, b, c]: &[Vector3<f64>; 4]) -> f64 {
+    (a - o).cross(&(b - o)).dot(&(c - o))
+}
+
+/// Computes the normal of a triangle, as long as twice its area.
+#[inline]
+fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
+    (b - a).cross(&(c - a))
+}
+
+impl Space for Solid {
+    const DIM: usize = 3;
+    const COMPONENTS: usize = 6;
+    const MOTIONS: &'static [&'static str] =
+        &["ux", "uy", "uz", "rotation about x", "rotation about y", "rotation about z"];
+    const AXES: [Vector3<f64>; 3] =
+        [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)];
+    const ZEROS: [Vector3<f64>; 3] = [Vector3::new(0.0, 0.0, 0.0); 3];
+
+    type Vector = Vector3<f64>;
+    type Tensor = SymTensor3;
+    type Matrix = Matrix6<f64>;
+    type Spin = Vector3<f64>;
+    type Axes<T: Item> = [T; 3];
+    type Corners<T: Item> = [T; 4];
+    type Components<T: Item> = [T; 6];
+    type Data<T: Clone + Debug + Send + Sync> = [T; 3];
+
+    #[inline(always)]
+    fn axes<T: Item>(value: impl FnMut(usize) -> T) -> [T; 3] {
+        from_fn(value)
+    }
+
+    #[inline(always)]
+    fn corners<T: Item>(value: impl FnMut(usize) -> T) -> [T; 4] {
+        from_fn(value)
+    }
+
+    #[inline(always)]
+    fn components<T: Item>(value: impl FnMut(usize) -> T) -> [T; 6] {
+        from_fn(value)
+    }
+
+    fn data<T: Clone + Debug + Send + Sync>(value: impl FnMut(usize) -> T) -> [T; 3] {
+        from_fn(value)
+    }
+
+    fn complement(basis: &[Vector3<f64>]) -> [Vector3<f64>; 3] {
+        match basis {
+            [] => Self::AXES,
+            [a] => {
+                // The axis that is farthest from the vector.
+                let axis = Self::AXES[a.iamin()];
+                let b = a.cross(&axis).normalize();
+                [b, a.cross(&b), Vector3::zeros()]
+            }
+            [a, b] => [a.cross(b), Vector3::zeros(), Vector3::zeros()],
+            _ => Self::ZEROS,
+        }
+    }
+
+    #[inline(always)]
+    fn facet(k: usize) -> [usize; 3] {
+        FACETS[k]
+    }
+
+    #[inline(always)]
+    fn measure(corners: &[Vector3<f64>; 4]) -> f64 {
+        triple(corners) / 6.0
+    }
+
+    fn sure_measure(corners: &[Vector3<f64>; 4]) -> Option<f64> {
+        let edges = (0..4).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let longest = edges.map(|(i, j)| (corners[i] - corners[j]).length()).fold(0.0, f64::max);
+        let volume = Self::measure(corners);
+        (volume.is_finite() && volume.abs() > FLAT * longest.powi(3)).then_some(volume)
+    }
+
+    #[inline(always)]
+    fn gradients(corners: &[Vector3<f64>; 4], measure: f64) -> [Vector3<f64>; 4] {
+        let sixth = 1.0 / (6.0 * measure);
+        let [a, b, c] = [1, 2, 3].map(|k| corners[k] - corners[0]);
+        let [one, two, three] = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|normal| normal * sixth);
+        [-(one + two + three), one, two, three]
+    }
+
+    fn facet_measure(corners: &[Vector3<f64>; 3]) -> f64 {
+        0.5 * across(corners).length()
+    }
+
+    fn facet_normal(corners: &[Vector3<f64>; 3]) -> Vector3<f64> {
+        let normal = across(corners);
+        normal / normal.length()
+    }
+
+    fn facet_rule() -> &'static [([f64; 3], f64)] {
+        &RADON7
+    }
+
+    #[inline(always)]
+    fn turned(spin: Vector3<f64>, arm: Vector3<f64>) -> Vector3<f64> {
+        spin.cross(&arm)
+    }
+
+    fn moment(arm: Vector3<f64>, force: Vector3<f64>) -> Vector3<f64> {
+        arm.cross(&force)
+    }
+
+    fn motion(translation: Vector3<f64>, spin: Vector3<f64>) -> [f64; 6] {
+        from_fn(|k| if k < 3 { translation[k] } else { spin[k - 3] })
+    }
+
+    fn parts(motion: &[f64; 6]) -> (Vector3<f64>, Vector3<f64>) {
+        (Vector3::from_fn(|k, _| motion[k]), Vector3::from_fn(|k, _| motion[k + 3]))
+    }
+
+    fn spin_of(moment: Vector3<f64>, arms: impl Iterator<Item = (f64, Vector3<f64>)>) -> Vector3<f64> {
+        let square = |x: Vector3<f64>| Matrix3::identity() * x.norm_squared() - x * x.transpose();
+        let inertia: Matrix3<f64> = arms.map(|(weight, arm)| weight * square(arm)).sum();
+        inertia.try_inverse().map_or_else(Vector3::zeros, |inverse| inverse * moment)
+    }
+}
+
+#[cfg(test)]
+mod tests;
