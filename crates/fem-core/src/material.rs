@@ -1,14 +1,15 @@
-//! Linear elastic materials of the plane.
+//! Linear elastic materials.
 //!
 //! In Voigt form `σ = (σ_xx, σ_yy, σ_xy)`, `ε = (ε_xx, ε_yy, 2 ε_xy)` and `σ = D ε`, with `D` 3×3,
-//! symmetric and positive definite.
+//! symmetric and positive definite. In space `σ = (σ_xx, σ_yy, σ_zz, σ_yz, σ_xz, σ_xy)`, and `D` is 6×6.
 
 mod anisotropic;
 mod assignment;
 
 use crate::geometry::shown;
-use crate::tensor::SymTensor2;
-use nalgebra::Matrix3;
+use crate::space::{Matrix, Plane, Solid, Space};
+use crate::tensor::{SymTensor2, contracted};
+use nalgebra::{Matrix3, Matrix6};
 use thiserror::Error;
 
 pub use anisotropic::Orthotropic;
@@ -78,6 +79,9 @@ pub enum MaterialError {
         /// ν₁₂, ν₁₃, ν₂₃.
         ratios: [f64; 3],
     },
+    /// Two vectors that span no plane.
+    #[error("the axes of the material must be two vectors of finite length that are not parallel")]
+    Axes,
     /// A number that is infinite, NaN, or too large.
     #[error("{name} is {found:?}; it must be a finite number (at most 1e100 in magnitude)")]
     NotFinite {
@@ -118,17 +122,28 @@ pub enum MaterialError {
     },
 }
 
-/// A linear elastic material under one plane hypothesis.
+/// A linear elastic material, in the plane under one hypothesis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LinearElastic {
-    stiffness: Matrix3<f64>,
-    compliance: Matrix3<f64>,
-    /// σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy), if it is known.
-    out_of_plane: Option<[f64; 3]>,
+pub struct LinearElastic<S: Space = Plane> {
+    stiffness: S::Matrix,
+    compliance: S::Matrix,
+    /// In the plane σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy), if it is known.
+    out_of_plane: Option<S::Components<f64>>,
+}
+
+/// Checks the constants of an isotropic material.
+fn check(young: f64, poisson: f64) -> Result<(), MaterialError> {
+    if !(1e-100..=1e100).contains(&young) {
+        return Err(MaterialError::Young { found: young });
+    }
+    if !(poisson > -1.0 && poisson < 0.5) {
+        return Err(MaterialError::Poisson { found: poisson });
+    }
+    Ok(())
 }
 
 impl LinearElastic {
-    /// Creates an isotropic material.
+    /// Creates an isotropic material of the plane.
     ///
     /// Plane strain: `D = λ 1⊗1 + 2µ I` with `λ = Eν/((1+ν)(1−2ν))`, `µ = E/(2(1+ν))`; plane stress
     /// has `λ* = Eν/(1−ν²)` instead of `λ`.
@@ -139,12 +154,7 @@ impl LinearElastic {
     /// # Errors
     /// A modulus or ratio outside its range, or NaN.
     pub fn isotropic(young: f64, poisson: f64, hypothesis: Hypothesis) -> Result<Self, MaterialError> {
-        if !(1e-100..=1e100).contains(&young) {
-            return Err(MaterialError::Young { found: young });
-        }
-        if !(poisson > -1.0 && poisson < 0.5) {
-            return Err(MaterialError::Poisson { found: poisson });
-        }
+        check(young, poisson)?;
         let mu = young / (2.0 * (1.0 + poisson));
         // In-plane Young's modulus and Poisson's ratio: plane strain is plane stress with (E', ν').
         let (lambda, young_plane, poisson_plane) = match hypothesis {
@@ -166,46 +176,11 @@ impl LinearElastic {
         Ok(Self { stiffness, compliance, out_of_plane: Some(out_of_plane) })
     }
 
-    /// Returns `D` of `σ = D ε` (Voigt, engineering shear), Pa.
-    pub fn stiffness(&self) -> &Matrix3<f64> {
-        &self.stiffness
-    }
-
-    /// Computes the stress of a strain, `σ = E ε`.
-    #[inline]
-    pub fn stress(&self, strain: SymTensor2) -> SymTensor2 {
-        let d = &self.stiffness;
-        let (x, y, g) = (strain.xx, strain.yy, 2.0 * strain.xy);
-        SymTensor2::new(
-            d.m11 * x + d.m12 * y + d.m13 * g,
-            d.m21 * x + d.m22 * y + d.m23 * g,
-            d.m31 * x + d.m32 * y + d.m33 * g,
-        )
-    }
-
     /// Returns the entries of `D⁻¹`, the upper half by rows, 1/Pa.
     #[inline]
     pub fn compliance_entries(&self) -> [f64; 6] {
         let c = &self.compliance;
         [c.m11, c.m12, c.m13, c.m22, c.m23, c.m33]
-    }
-
-    /// Computes the strain of a stress, `ε = E⁻¹ σ`.
-    #[inline]
-    pub fn strain(&self, stress: SymTensor2) -> SymTensor2 {
-        let c = &self.compliance;
-        let SymTensor2 { xx, yy, xy } = stress;
-        SymTensor2 {
-            xx: c.m11 * xx + c.m12 * yy + c.m13 * xy,
-            yy: c.m21 * xx + c.m22 * yy + c.m23 * xy,
-            xy: 0.5 * (c.m31 * xx + c.m32 * yy + c.m33 * xy),
-        }
-    }
-
-    /// Computes `σ : E⁻¹ τ`, the complementary energy product of two stresses (J/m³, no factor ½).
-    #[inline]
-    pub fn complementary(&self, sigma: SymTensor2, tau: SymTensor2) -> f64 {
-        sigma.contract(self.strain(tau))
     }
 
     /// Computes von Mises' equivalent stress with the out-of-plane stress of the hypothesis, Pa; `None` if that is
@@ -220,6 +195,60 @@ impl LinearElastic {
     /// plane stiffness in plane strain, which does not determine it.
     pub fn out_of_plane_stress(&self, sigma: SymTensor2) -> Option<f64> {
         self.out_of_plane.map(|[a, b, c]| a * sigma.xx + b * sigma.yy + c * sigma.xy)
+    }
+}
+
+impl LinearElastic<Solid> {
+    /// Creates an isotropic material of the space, `σ = λ tr ε 1 + 2µ ε`.
+    ///
+    /// * `young`: E from 1e-100 to 1e100, Pa; `poisson`: ν in (−1, ½), dimensionless.
+    ///
+    /// # Errors
+    /// A modulus or ratio outside its range, or NaN.
+    pub fn isotropic_solid(young: f64, poisson: f64) -> Result<Self, MaterialError> {
+        check(young, poisson)?;
+        let mu = young / (2.0 * (1.0 + poisson));
+        let lambda = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+        let entries = |same: f64, other: f64, shear: f64| {
+            Matrix6::from_fn(|i, j| match (i == j, i < 3 && j < 3) {
+                (true, true) => same,
+                (false, true) => other,
+                (true, false) => shear,
+                (false, false) => 0.0,
+            })
+        };
+        Ok(Self {
+            stiffness: entries(lambda + 2.0 * mu, lambda, mu),
+            compliance: entries(1.0 / young, -poisson / young, 1.0 / mu),
+            out_of_plane: None,
+        })
+    }
+}
+
+impl<S: Space> LinearElastic<S> {
+    /// Returns `D` of `σ = D ε` (Voigt, engineering shear), Pa.
+    pub fn stiffness(&self) -> &S::Matrix {
+        &self.stiffness
+    }
+
+    /// Computes the stress of a strain, `σ = E ε`.
+    #[inline]
+    pub fn stress(&self, strain: S::Tensor) -> S::Tensor {
+        let e: S::Components<f64> = strain.into();
+        self.stiffness.times(&S::components(|k| if k < S::DIM { e[k] } else { 2.0 * e[k] })).into()
+    }
+
+    /// Computes the strain of a stress, `ε = E⁻¹ σ`.
+    #[inline]
+    pub fn strain(&self, stress: S::Tensor) -> S::Tensor {
+        let e = self.compliance.times(&stress.into());
+        S::components(|k| if k < S::DIM { e[k] } else { 0.5 * e[k] }).into()
+    }
+
+    /// Computes `σ : E⁻¹ τ`, the complementary energy product of two stresses (J/m³, no factor ½).
+    #[inline]
+    pub fn complementary(&self, sigma: S::Tensor, tau: S::Tensor) -> f64 {
+        contracted::<S>(sigma, self.strain(tau))
     }
 }
 

@@ -248,6 +248,7 @@ pub(super) fn cure(error: &MaterialError) -> (&'static str, &'static str) {
             "lower it: poisson_12 is the strain along 2 for a stress along 1, and belongs to young_1",
         ),
         MaterialError::NotFinite { .. } => ("a finite number", "write the number itself"),
+        MaterialError::Axes => ("two vectors that span a plane", "write the vectors along axes 1 and 2"),
         MaterialError::NotSymmetric { .. } => {
             ("a symmetric matrix", "write the entry above the diagonal and its mirror image alike")
         }
@@ -269,6 +270,7 @@ pub(super) fn key_of(error: &MaterialError) -> &'static str {
         MaterialError::Modulus { name, .. } | MaterialError::PoissonPair { name, .. } => name,
         MaterialError::PoissonTriple { .. } => "poisson_12",
         MaterialError::NotFinite { name: "angle", .. } => "angle",
+        MaterialError::Axes => "axes",
         MaterialError::NotFinite { .. }
         | MaterialError::NotSymmetric { .. }
         | MaterialError::NearlySingular { .. }

@@ -1,7 +1,9 @@
 //! Materials whose stiffness depends on the direction.
 
 use super::{Hypothesis, LinearElastic, MaterialError};
-use nalgebra::{Matrix3, RowVector3};
+use crate::space::{Matrix, Plane, Solid, Space};
+use crate::tensor::{SymTensor3, applied};
+use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3};
 
 /// No modulus or stiffness is larger than this, so that squares of stresses stay finite.
 const LARGEST: f64 = 1e100;
@@ -9,7 +11,8 @@ const LARGEST: f64 = 1e100;
 /// A stiffness whose eigenvalues differ by more is singular to round-off.
 const SINGULAR: f64 = 1e-12;
 
-/// The constants of an orthotropic material with the axes 1 and 2 in the plane and 3 out of it.
+/// The constants of an orthotropic material with the axes 1 and 2 in the plane and 3 out of it. In space two vectors span that plane, and
+/// two more shear moduli are needed, see [`LinearElastic::orthotropic_solid`].
 ///
 /// `ν_ij` is the contraction along j over the extension along i, pulled along i: `ν_ij/E_i = ν_ji/E_j`. Plane stress
 /// does not use the constants of axis 3.
@@ -156,43 +159,124 @@ impl LinearElastic {
     /// # Errors
     /// Entries that are not finite, a matrix that is not symmetric, not positive definite, or singular to round-off.
     pub fn from_stiffness(stiffness: [[f64; 3]; 3], hypothesis: Hypothesis) -> Result<Self, MaterialError> {
-        for found in stiffness.into_iter().flatten() {
-            if !(found.abs() <= LARGEST) {
-                return Err(MaterialError::NotFinite { name: "an entry of the stiffness", found });
-            }
-        }
-        let given = Matrix3::from_fn(|i, j| stiffness[i][j]);
-        let largest_entry = given.amax();
-        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-            let values = [given[(i, j)], given[(j, i)]];
-            if (values[0] - values[1]).abs() > 1e-12 * largest_entry {
-                return Err(MaterialError::NotSymmetric { entry: [i + 1, j + 1], values });
-            }
-        }
-        let singular = |smallest, largest| Err(MaterialError::NotPositiveDefinite { smallest, largest });
-        if !(largest_entry >= 1.0 / LARGEST) {
-            return singular(0.0, largest_entry);
-        }
-        let stiffness = symmetric(&given);
-        let scaled = stiffness / largest_entry;
-        let eigenvalues = scaled.symmetric_eigenvalues();
-        let (smallest, largest) = (eigenvalues.min(), eigenvalues.max());
-        let ratio = smallest / largest;
-        if ratio > 0.0 && !(ratio > SINGULAR) {
-            return Err(MaterialError::NearlySingular { ratio });
-        }
-        if !(smallest > SINGULAR * largest) {
-            return singular(smallest * largest_entry, largest * largest_entry);
-        }
-        let Some(inverse) = scaled.try_inverse() else {
-            return singular(smallest * largest_entry, largest * largest_entry);
-        };
+        let (stiffness, compliance) = checked::<Plane>(stiffness)?;
         let out_of_plane = match hypothesis {
             Hypothesis::PlaneStrain => None,
             Hypothesis::PlaneStress => Some([0.0; 3]),
         };
-        Ok(Self { stiffness, compliance: symmetric(&inverse) / largest_entry, out_of_plane })
+        Ok(Self { stiffness, compliance, out_of_plane })
     }
+}
+
+impl LinearElastic<Solid> {
+    /// Creates an orthotropic material of the space.
+    ///
+    /// * `constants`: with [`Orthotropic::angle`] measured from the first vector, towards the second.
+    /// * `shear`: G₁₃ and G₂₃ > 0, Pa.
+    /// * `plane`: two vectors that span the plane of axes 1 and 2; of the second one the part perpendicular to the first is used.
+    ///
+    /// # Errors
+    /// Moduli that are not positive, ratios with which the material is not positive definite, parallel vectors.
+    pub fn orthotropic_solid(
+        constants: &Orthotropic,
+        shear: [f64; 2],
+        plane: [Vector3<f64>; 2],
+    ) -> Result<Self, MaterialError> {
+        constants.check(Hypothesis::PlaneStrain)?;
+        for (name, found) in ["shear_13", "shear_23"].into_iter().zip(shear) {
+            if !(1.0 / LARGEST..=LARGEST).contains(&found) {
+                return Err(MaterialError::Modulus { name, found });
+            }
+        }
+        let [x, y] = plane.map(|v| v / v.norm());
+        let z = x.cross(&y);
+        if !(z.norm() > SINGULAR) {
+            return Err(MaterialError::Axes);
+        }
+        let z = z / z.norm();
+        let (sin, cos) = constants.angle.sin_cos();
+        let axes = Matrix3::from_columns(&[cos * x + sin * z.cross(&x), cos * z.cross(&x) - sin * x, z]);
+        let mut compliance = Matrix6::zeros();
+        compliance.fixed_view_mut::<3, 3>(0, 0).copy_from(&constants.normal_compliance());
+        for (k, modulus) in [(3, shear[1]), (4, shear[0]), (5, constants.shear)] {
+            compliance[(k, k)] = 1.0 / modulus;
+        }
+        let Some(stiffness) = compliance.inverse() else {
+            return Err(MaterialError::NotPositiveDefinite { smallest: 0.0, largest: LARGEST });
+        };
+        let turn = turn_solid(&axes);
+        let turned = turn * stiffness * turn.transpose();
+        Self::from_solid_stiffness(std::array::from_fn(|i| {
+            std::array::from_fn(|j| 0.5 * (turned[(i, j)] + turned[(j, i)]))
+        }))
+    }
+
+    /// Creates a material from its stiffness `D`, `(σ_xx, σ_yy, σ_zz, σ_yz, σ_xz, σ_xy) = D (ε_xx, ε_yy, ε_zz, 2 ε_yz, 2 ε_xz, 2 ε_xy)`.
+    ///
+    /// * `stiffness`: 6×6 by rows, symmetric (to 1e-12 of its largest entry) and positive definite, Pa.
+    ///
+    /// # Errors
+    /// Entries that are not finite, a matrix that is not symmetric, not positive definite, or singular to round-off.
+    pub fn from_solid_stiffness(stiffness: [[f64; 6]; 6]) -> Result<Self, MaterialError> {
+        let (stiffness, compliance) = checked::<Solid>(stiffness)?;
+        Ok(Self { stiffness, compliance, out_of_plane: None })
+    }
+}
+
+/// Returns the matrix that transforms the components of a stress along axes, the columns of a rotation, to components along x, y and z.
+fn turn_solid(axes: &Matrix3<f64>) -> Matrix6<f64> {
+    let column = |k: usize| -> [f64; 6] {
+        let unit = SymTensor3::from(std::array::from_fn(|i| f64::from(u8::from(i == k))));
+        let along = [0, 1, 2].map(|i| applied::<Solid>(unit, Solid::AXES[i]));
+        let turned = axes * Matrix3::from_columns(&along) * axes.transpose();
+        [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)].map(|place| turned[place])
+    };
+    Matrix6::from_fn(|i, k| column(k)[i])
+}
+
+/// Checks a stiffness; returns it, exactly symmetric, and its inverse.
+fn checked<S: Space>(
+    given: S::Components<S::Components<f64>>,
+) -> Result<(S::Matrix, S::Matrix), MaterialError> {
+    let places = || (0..S::COMPONENTS).flat_map(|i| (0..S::COMPONENTS).map(move |j| (i, j)));
+    let mut largest_entry = 0.0f64;
+    for (i, j) in places() {
+        let found = given[i][j];
+        if !(found.abs() <= LARGEST) {
+            return Err(MaterialError::NotFinite { name: "an entry of the stiffness", found });
+        }
+        largest_entry = largest_entry.max(found.abs());
+    }
+    for (i, j) in places().filter(|(i, j)| i < j) {
+        let values = [given[i][j], given[j][i]];
+        if (values[0] - values[1]).abs() > 1e-12 * largest_entry {
+            return Err(MaterialError::NotSymmetric { entry: [i + 1, j + 1], values });
+        }
+    }
+    let singular = |smallest, largest| Err(MaterialError::NotPositiveDefinite { smallest, largest });
+    if !(largest_entry >= 1.0 / LARGEST) {
+        return singular(0.0, largest_entry);
+    }
+    let [mut stiffness, mut scaled] = [S::Matrix::default(); 2];
+    for (i, j) in places() {
+        stiffness[(i, j)] = 0.5 * (given[i][j] + given[j][i]);
+        scaled[(i, j)] = stiffness[(i, j)] / largest_entry;
+    }
+    let eigenvalues = || scaled.eigen().into_iter().map(|(value, _)| value);
+    let smallest = eigenvalues().fold(f64::INFINITY, f64::min);
+    let largest = eigenvalues().fold(f64::NEG_INFINITY, f64::max);
+    let ratio = smallest / largest;
+    if ratio > 0.0 && !(ratio > SINGULAR) {
+        return Err(MaterialError::NearlySingular { ratio });
+    }
+    let Some(inverse) = scaled.inverse().filter(|_| smallest > SINGULAR * largest) else {
+        return singular(smallest * largest_entry, largest * largest_entry);
+    };
+    let mut compliance = S::Matrix::default();
+    for (i, j) in places() {
+        compliance[(i, j)] = 0.5 * (inverse[(i, j)] + inverse[(j, i)]) / largest_entry;
+    }
+    Ok((stiffness, compliance))
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
-//! The material of each triangle of a body.
+//! The material of each cell of a body.
 
 use super::LinearElastic;
+use crate::space::{Plane, Space};
 
-/// The materials of a body, each triangle with one of them.
+/// The materials of a body, each cell with one of them.
 ///
 /// ```
 /// use fem_core::material::{Hypothesis, LinearElastic, Materials};
@@ -12,71 +13,71 @@ use super::LinearElastic;
 /// # Ok::<(), fem_core::material::MaterialError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Materials {
-    list: Vec<LinearElastic>,
-    /// Place in the list by triangle; empty if there is one material.
-    of_triangle: Vec<u32>,
+pub struct Materials<S: Space = Plane> {
+    list: Vec<LinearElastic<S>>,
+    /// Place in the list by cell; empty if there is one material.
+    of_cell: Vec<u32>,
 }
 
-impl Materials {
-    /// Gives each triangle a material.
+impl<S: Space> Materials<S> {
+    /// Gives each cell a material.
     ///
     /// * `list`: the materials.
-    /// * `of_triangle`: by triangle, the place of its material in the list. [`crate::body::Body::new`] rejects places
-    ///   that do not exist, and a length other than the number of triangles.
-    pub fn by_cell(list: Vec<LinearElastic>, of_triangle: Vec<u32>) -> Self {
-        Self { list, of_triangle }
+    /// * `of_cell`: by cell, the place of its material in the list. [`crate::body::Body::new`] rejects places
+    ///   that do not exist, and a length other than the number of cells.
+    pub fn by_cell(list: Vec<LinearElastic<S>>, of_cell: Vec<u32>) -> Self {
+        Self { list, of_cell }
     }
 
     /// Returns the materials.
-    pub fn list(&self) -> &[LinearElastic] {
+    pub fn list(&self) -> &[LinearElastic<S>] {
         &self.list
     }
 
-    /// Returns the material of a triangle.
+    /// Returns the material of a cell.
     #[inline]
-    pub fn of(&self, triangle: usize) -> &LinearElastic {
-        &self.list[self.index(triangle)]
+    pub fn of(&self, cell: usize) -> &LinearElastic<S> {
+        &self.list[self.index(cell)]
     }
 
-    /// Returns the place in [`Self::list`] of the material of a triangle.
+    /// Returns the place in [`Self::list`] of the material of a cell.
     #[inline]
-    pub fn index(&self, triangle: usize) -> usize {
-        self.of_triangle.get(triangle).map_or(0, |&k| k as usize)
+    pub fn index(&self, cell: usize) -> usize {
+        self.of_cell.get(cell).map_or(0, |&k| k as usize)
     }
 
-    /// Counts the triangles that have an assigned material, 0 if one material is used for all.
+    /// Counts the cells that have an assigned material, 0 if one material is used for all.
     pub fn len(&self) -> usize {
-        self.of_triangle.len()
+        self.of_cell.len()
     }
 
-    /// Tells whether one material is used for all triangles.
+    /// Tells whether one material is used for all cells.
     pub fn is_empty(&self) -> bool {
-        self.of_triangle.is_empty()
+        self.of_cell.is_empty()
     }
 
-    /// Tells whether each of a number of triangles has an existing material.
-    pub(crate) fn fit(&self, triangles: usize) -> bool {
-        let known = self.of_triangle.iter().all(|&k| (k as usize) < self.list.len());
+    /// Tells whether each of a number of cells has an existing material.
+    pub(crate) fn fit(&self, cells: usize) -> bool {
+        let known = self.of_cell.iter().all(|&k| (k as usize) < self.list.len());
         match self.is_empty() {
             true => self.list.len() == 1,
-            false => known && self.len() == triangles,
+            false => known && self.len() == cells,
         }
     }
 
     /// Transfers the materials of the parents to the cells of a finer mesh.
     pub(crate) fn inherited(&self, parent_cell: &[u32]) -> Self {
-        let of_triangle = match self.is_empty() {
+        let of_cell = match self.is_empty() {
             true => Vec::new(),
-            false => parent_cell.iter().map(|&p| self.of_triangle[p as usize]).collect(),
+            false => parent_cell.iter().map(|&p| self.of_cell[p as usize]).collect(),
         };
-        Self { list: self.list.clone(), of_triangle }
+        Self { list: self.list.clone(), of_cell }
     }
 }
 
-impl From<LinearElastic> for Materials {
-    fn from(material: LinearElastic) -> Self {
-        Self { list: vec![material], of_triangle: Vec::new() }
+impl<S: Space> From<LinearElastic<S>> for Materials<S> {
+    fn from(material: LinearElastic<S>) -> Self {
+        Self { list: vec![material], of_cell: Vec::new() }
     }
 }
 

@@ -123,3 +123,39 @@ fn what_is_not_positive_definite_is_refused() {
     assert!(diagonal(1e-11).is_ok());
     assert!(matches!(full([[0.0; 3]; 3]), Err(MaterialError::NotPositiveDefinite { .. })));
 }
+
+#[test]
+fn a_solid_material_is_the_same_whatever_its_constants_are_called() {
+    let (young, poisson) = (2000.0, 0.3);
+    let isotropic = LinearElastic::isotropic_solid(young, poisson).unwrap();
+    let shear = young / (2.0 * (1.0 + poisson));
+    let constants = Orthotropic::in_plane([young; 2], poisson, shear, 0.7);
+    let plane = [Vector3::new(1.0, 2.0, -0.5), Vector3::new(0.3, 0.1, 2.0)];
+    let turned = LinearElastic::orthotropic_solid(&constants, [shear; 2], plane).unwrap();
+    let entries = std::array::from_fn(|i| std::array::from_fn(|j| isotropic.stiffness[(i, j)]));
+    let full = LinearElastic::from_solid_stiffness(entries).unwrap();
+    for other in [turned, full] {
+        assert!((other.stiffness - isotropic.stiffness).amax() < 1e-12 * isotropic.stiffness.amax());
+        assert!((other.compliance - isotropic.compliance).amax() < 1e-12 * isotropic.compliance.amax());
+    }
+}
+
+#[test]
+fn wood_is_pulled_along_its_axes_in_space() {
+    // Axis 1 along z, axis 2 along x: pulled along z it shrinks by ν₁₂ along x and by ν₁₃ along y.
+    let constants = wood(0.0);
+    let plane = [Vector3::z(), Vector3::x()];
+    let m = LinearElastic::orthotropic_solid(&constants, [600.0, 40.0], plane).unwrap();
+    let strain = m.strain(SymTensor3 { zz: 11.0, ..Default::default() });
+    for (found, expected) in [(strain.zz, 1e-3), (strain.xx, -0.37e-3), (strain.yy, -0.42e-3)] {
+        assert!((found - expected).abs() < 1e-15);
+    }
+    // G₂₃ is between x and y, G₁₃ between y and z, G₁₂ between z and x.
+    let shears = SymTensor3 { xy: 40.0, yz: 600.0, xz: 750.0, ..Default::default() };
+    let strain = m.strain(shears);
+    assert!([strain.xy, strain.yz, strain.xz].iter().all(|e| (e - 0.5).abs() < 1e-12), "{strain:?}");
+    assert_eq!(
+        LinearElastic::orthotropic_solid(&constants, [600.0, 40.0], [Vector3::x(), -2.0 * Vector3::x()]),
+        Err(MaterialError::Axes)
+    );
+}
