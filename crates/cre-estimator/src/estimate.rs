@@ -331,7 +331,7 @@ fn energy_rounding(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<f64> 
             let element = Triangle::new(mesh.corners(t));
             let corners = mesh.cells()[t].iter().zip(&element.gradients);
             let strain: f64 = corners.map(|(n, g)| norm(fields.displacement[*n]) * norm(*g)).sum();
-            element.area * body.material(t).stiffness().trace() * strain * strain
+            element.measure * body.material(t).stiffness().trace() * strain * strain
         })
     };
     problem.bodies.iter().zip(&pair.bodies).map(|of| 64.0 * f64::EPSILON * energy(of).sqrt()).collect()

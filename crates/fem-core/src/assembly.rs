@@ -5,13 +5,13 @@
 
 use crate::body::{Body, FreeMotion, RigidMotion};
 use crate::dof::{DofMap, IMPOSED};
-use crate::element::Triangle;
+use crate::element::{Block, Triangle};
 use crate::geometry::{Vector, shown};
 use crate::interface::InterfaceSide;
 use crate::memory::fits_in_memory;
 use crate::mesh::id::NodeId;
+use crate::space::{Plane, Space};
 use crate::sparse::SymmetricCsc;
-use nalgebra::Matrix2;
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -315,7 +315,7 @@ impl Columns<'_> {
 struct Gather {
     node: Option<usize>,
     /// In the order of [`Columns::around`].
-    blocks: Vec<Matrix2<f64>>,
+    blocks: Vec<Block<Plane>>,
     entries: Vec<(u32, f64)>,
 }
 
@@ -328,7 +328,7 @@ impl Gather {
         self.node = Some(node);
         let beside = columns.beside(node);
         self.blocks.clear();
-        self.blocks.resize(beside.len() + 1, Matrix2::zeros());
+        self.blocks.resize(beside.len() + 1, Plane::ZEROS);
         let mesh = columns.body.mesh();
         for &t in mesh.topology().cells_around(NodeId::new(node)) {
             let t = t as usize;
@@ -347,7 +347,9 @@ impl Gather {
                 } else {
                     unreachable!("node {} of triangle {t} is not beside node {node}", corners[row])
                 };
-                self.blocks[place] += block;
+                for (sum, forces) in self.blocks[place].iter_mut().zip(block) {
+                    *sum += forces;
+                }
             }
         }
     }
@@ -358,10 +360,7 @@ impl Gather {
         let dofs = columns.dofs;
         let mut load = columns.external[node].dot(&axis);
         for (n, block) in columns.around(node).zip(&self.blocks) {
-            let force = Vector::new(
-                block[(0, 0)] * axis[0] + block[(0, 1)] * axis[1],
-                block[(1, 0)] * axis[0] + block[(1, 1)] * axis[1],
-            );
+            let force = block[0] * axis[0] + block[1] * axis[1];
             for d in 0..2 {
                 let entry = || dofs.axis(n, d).dot(&force);
                 match dofs.number(n, d) {

@@ -1,89 +1,111 @@
-//! The P1 triangle: gradients, strain, stiffness.
+//! The P1 cell: gradients, strain, stiffness.
 
-use crate::geometry::{Vector, signed_area};
 use crate::material::LinearElastic;
-use crate::tensor::SymTensor2;
-use nalgebra::Matrix2;
+use crate::space::{Plane, Space};
+use crate::tensor::applied;
 
-/// Area and the constant gradients of the three shape functions of a triangle.
+/// Measure and the constant gradients of the shape functions of a cell.
 #[derive(Clone, Copy, Debug)]
-pub struct Triangle {
-    /// Area, m².
-    pub area: f64,
+pub struct Element<S: Space = Plane> {
+    /// Area, m², or volume, m³.
+    pub measure: f64,
     /// `∇φ_k`, 1/m.
-    pub gradients: [Vector; 3],
+    pub gradients: S::Corners<S::Vector>,
 }
 
-impl Triangle {
-    /// Computes area and gradients from the corners, counter-clockwise.
+/// A triangle.
+pub type Triangle = Element<Plane>;
+
+/// The nodal forces along each axis under a unit displacement of one node along each axis: the columns of a block of the stiffness.
+pub type Block<S> = <S as Space>::Axes<<S as Space>::Vector>;
+
+impl<S: Space> Element<S> {
+    /// Computes measure and gradients from the corners of a cell of positive measure.
     #[inline]
-    pub fn new(corners: [Vector; 3]) -> Self {
-        let area = signed_area(corners);
-        let half = 1.0 / (2.0 * area);
-        let gradients = std::array::from_fn(|k| {
-            let (a, b) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-            Vector::new((a[1] - b[1]) * half, (b[0] - a[0]) * half)
-        });
-        Self { area, gradients }
+    pub fn new(corners: S::Corners<S::Vector>) -> Self {
+        let measure = S::measure(&corners);
+        Self { measure, gradients: S::gradients(&corners, measure) }
     }
 
-    /// Computes the strain of nodal displacements, constant in the triangle: from their differences, so that a translation
+    /// Computes the strain of nodal displacements, constant in the cell: from their differences, so that a translation
     /// has zero strain.
     #[inline]
-    pub fn strain(&self, displacement: [Vector; 3]) -> SymTensor2 {
-        let mut e = SymTensor2::default();
-        for k in 1..3 {
+    pub fn strain(&self, displacement: S::Corners<S::Vector>) -> S::Tensor {
+        let mut e = S::components(|_| 0.0);
+        for k in 1..=S::DIM {
             let (u, g) = (displacement[k] - displacement[0], self.gradients[k]);
-            e.xx += u[0] * g[0];
-            e.yy += u[1] * g[1];
-            e.xy += 0.5 * (u[0] * g[1] + u[1] * g[0]);
+            for i in 0..S::DIM {
+                e[i] += u[i] * g[i];
+                for j in 0..i {
+                    e[S::component(i, j)] += 0.5 * (u[j] * g[i] + u[i] * g[j]);
+                }
+            }
         }
-        e
+        e.into()
     }
 
-    /// Computes the 2×2 blocks of `K_e = A Bᵀ D B` for the three corners (rows) and the corner `b` (columns), Pa.
+    /// Computes the blocks of `K_e = A Bᵀ D B` for all corners (rows) and the corner `b` (columns), each by columns.
     #[inline]
-    pub fn stiffness_column(&self, material: &LinearElastic, b: usize) -> [Matrix2<f64>; 3] {
+    pub fn stiffness_column(&self, material: &LinearElastic<S>, b: usize) -> S::Corners<Block<S>> {
         let d = material.stiffness();
-        let [x, y] = (self.area * self.gradients[b]).into();
-        // A D B: the stress, times the area, of a unit displacement of the corner along each axis.
-        let stress = [0, 1, 2].map(|i| [d[(i, 0)] * x + d[(i, 2)] * y, d[(i, 1)] * y + d[(i, 2)] * x]);
-        self.gradients.map(|g| {
-            let force = |c: usize| {
-                [g[0] * stress[0][c] + g[1] * stress[2][c], g[1] * stress[1][c] + g[0] * stress[2][c]]
-            };
-            let [[xx, yx], [xy, yy]] = [force(0), force(1)];
-            Matrix2::new(xx, xy, yx, yy)
-        })
+        let gradient = self.gradients[b] * self.measure;
+        // A D B: the stress, times the measure, of a unit displacement of the corner along each axis.
+        let stress = S::axes(|axis| {
+            S::Tensor::from(S::components(|k| {
+                let entry = |j: usize| d[(k, S::component(axis, j))] * gradient[j];
+                (1..S::DIM).fold(entry(0), |sum, j| sum + entry(j))
+            }))
+        });
+        S::corners(|a| S::axes(|axis| applied::<S>(stress[axis], self.gradients[a])))
     }
 
-    /// Computes `∫ σ ∇φ_k`, the nodal forces of a constant stress, N/m.
+    /// Computes `∫ σ ∇φ_k`, the nodal forces of a constant stress, N/m in the plane, N in space.
     #[inline]
-    pub fn internal_forces(&self, stress: SymTensor2) -> [Vector; 3] {
-        self.gradients.map(|g| self.area * stress.apply(g))
+    pub fn internal_forces(&self, stress: S::Tensor) -> S::Corners<S::Vector> {
+        S::corners(|k| applied::<S>(stress, self.gradients[k]) * self.measure)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::perpendicular;
+    use crate::geometry::{Vector, perpendicular};
     use crate::material::Hypothesis;
+    use crate::space::{Coordinates, Solid};
+    use nalgebra::Vector3;
+
+    fn check<S: Space>(
+        material: &LinearElastic<S>,
+        corners: S::Corners<S::Vector>,
+        u: S::Corners<S::Vector>,
+    ) {
+        let t = Element::<S>::new(corners);
+        let forces = t.internal_forces(material.stress(t.strain(u)));
+        for a in 0..=S::DIM {
+            let mut f = S::Vector::default();
+            for b in 0..=S::DIM {
+                let block = t.stiffness_column(material, b)[a];
+                for axis in 0..S::DIM {
+                    f += block[axis] * u[b][axis];
+                }
+            }
+            assert!((f - forces[a]).length() < 3e-14);
+        }
+    }
+
+    const TETRAHEDRON: [[f64; 3]; 4] = [[0.1, 0.2, -0.3], [1.3, 0.1, 0.2], [0.4, 0.9, 0.1], [0.2, 0.3, 1.1]];
 
     #[test]
     fn stiffness_times_displacement_is_the_internal_force() {
         let material = LinearElastic::isotropic(3.0, 0.2, Hypothesis::PlaneStrain).unwrap();
-        let t = Triangle::new([[0.1, 0.2], [1.3, 0.1], [0.4, 0.9]].map(Vector::from));
         let u = [[0.3, -0.1], [0.2, 0.7], [-0.5, 0.4]].map(Vector::from);
-        let forces = t.internal_forces(material.stress(t.strain(u)));
-        let columns = [0, 1, 2].map(|b| t.stiffness_column(&material, b));
-        for a in 0..3 {
-            let mut f = Vector::zeros();
-            for b in 0..3 {
-                f += columns[b][a] * u[b];
-            }
-            assert!((f[0] - forces[a][0]).abs() < 1e-14 && (f[1] - forces[a][1]).abs() < 1e-14);
-        }
+        check::<Plane>(&material, [[0.1, 0.2], [1.3, 0.1], [0.4, 0.9]].map(Vector::from), u);
+        // A full stiffness.
+        let entry = |i: usize, j: usize| if i == j { 3.0 } else { 0.1 * ((i + 1) * (j + 1)) as f64 / 10.0 };
+        let entries = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
+        let material = LinearElastic::from_solid_stiffness(entries).unwrap();
+        let u = [[0.3, -0.1, 0.2], [0.2, 0.7, -0.3], [-0.5, 0.4, 0.1], [0.6, 0.1, 0.9]].map(Vector3::from);
+        check::<Solid>(&material, TETRAHEDRON.map(Vector3::from), u);
     }
 
     #[test]
@@ -91,5 +113,21 @@ mod tests {
         let corners = [[0.1, 0.2], [1.3, 0.1], [0.4, 0.9]].map(Vector::from);
         let e = Triangle::new(corners).strain(corners.map(perpendicular));
         assert!(e.contract(e) < 1e-28);
+        let corners = TETRAHEDRON.map(Vector3::from);
+        let turned = corners.map(|x| Solid::turned(Vector3::new(0.3, -0.2, 0.7), x));
+        let e: [f64; 6] = Element::<Solid>::new(corners).strain(turned).into();
+        assert!(e.iter().all(|e| e.abs() < 1e-14), "{e:?}");
+    }
+
+    #[test]
+    fn a_linear_field_has_its_strain() {
+        // u = G x with a gradient that is not symmetric.
+        let gradient = nalgebra::Matrix3::new(0.1, 0.4, -0.3, 0.2, -0.5, 0.7, 0.9, -0.1, 0.3);
+        let corners = TETRAHEDRON.map(Vector3::from);
+        let e: [f64; 6] = Element::<Solid>::new(corners).strain(corners.map(|x| gradient * x)).into();
+        for (found, (i, j)) in e.into_iter().zip([(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]) {
+            let expected = 0.5 * (gradient[(i, j)] + gradient[(j, i)]);
+            assert!((found - expected).abs() < 1e-14, "{i} {j}");
+        }
     }
 }

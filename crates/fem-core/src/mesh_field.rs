@@ -65,7 +65,7 @@ impl<'a> MeshField<'a> {
             if self.has_cell(mesh, t) {
                 let difference = nodes.map(|n| self.values[n] - field[n]);
                 let element = Triangle::new(corners);
-                return element.area * energy_density(body, t, element.strain(difference));
+                return element.measure * energy_density(body, t, element.strain(difference));
             }
             let strain = Triangle::new(corners).strain(nodes.map(|n| field[n]));
             let part = |(cell, area): (usize, f64)| {

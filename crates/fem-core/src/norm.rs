@@ -34,7 +34,7 @@ pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
         let u = mesh.cells()[t].map(|n| displacement[n]);
         let element = Triangle::new(mesh.corners(t));
         let strain = element.strain(u);
-        element.area * body.material(t).stress(strain).contract(strain)
+        element.measure * body.material(t).stress(strain).contract(strain)
     })
 }
 
