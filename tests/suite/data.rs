@@ -216,7 +216,7 @@ fn adaptive_refinement_keeps_materials_and_evaluates_expressions_anew() {
         let body = &problem.bodies[1];
         let material = &body.materials().list()[k];
         let cells = 0..body.mesh().cells().len();
-        cells.filter(|t| body.material(*t) == material).map(|t| body.mesh().area(t)).sum()
+        cells.filter(|t| body.material(*t) == material).map(|t| body.mesh().measure(t)).sum()
     };
     for k in 0..3 {
         let (coarse, fine) = (area(&problem, k), area(&fine, k));

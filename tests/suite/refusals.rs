@@ -162,13 +162,13 @@ fn model(body: &Body, displacement: &[Vector]) -> f64 {
         let lengths = [0, 1, 2].map(|k| norm(c[(k + 1) % 3] - c[k]));
         let longest = lengths.iter().copied().fold(0.0, f64::max);
         let perimeter: f64 = lengths.iter().sum();
-        let flatness = (longest * longest / (4.0 * mesh.area(t))).max(1.0);
+        let flatness = (longest * longest / (4.0 * mesh.measure(t))).max(1.0);
         let stiffness = body.material(t).stiffness().amax();
         let unit = |s: SymTensor2| body.material(t).complementary(s, s);
         let softness = unit(SymTensor2::new(1.0, 0.0, 0.0))
             + unit(SymTensor2::new(0.0, 1.0, 0.0))
             + unit(SymTensor2::new(0.0, 0.0, 1.0));
-        stiffness * stiffness * softness * perimeter * perimeter / (4.0 * mesh.area(t)) * flatness.powi(3)
+        stiffness * stiffness * softness * perimeter * perimeter / (4.0 * mesh.measure(t)) * flatness.powi(3)
     };
     let sum: f64 = (0..triangles).map(of_triangle).sum();
     let largest = displacement.iter().map(|u| norm(*u)).fold(0.0, f64::max);

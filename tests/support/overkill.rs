@@ -93,7 +93,7 @@ impl Overkill {
             for (t, &parent) in self.parents[b].iter().enumerate() {
                 let own = estimate.pair.bodies[b].stress[t];
                 let d = own.minus(coarse[parent as usize]);
-                let (area, material) = (body.mesh().area(t), body.material(t));
+                let (area, material) = (body.mesh().measure(t), body.material(t));
                 distance += area * material.complementary(d, d);
                 defect -= area * material.complementary(own.minus(balanced[t]), d);
             }

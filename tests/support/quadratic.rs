@@ -67,7 +67,7 @@ impl<'a> Quadratic<'a> {
         // ∫ φ is zero at the corners and a third of the area at the middles.
         for (t, triangle) in mesh.topology().cell_facets().iter().enumerate() {
             for &edge in triangle {
-                let share = mesh.area(t) / 3.0 * body.body_force();
+                let share = mesh.measure(t) / 3.0 * body.body_force();
                 load[points + edge.index()] += share;
             }
         }
@@ -203,7 +203,7 @@ fn for_entries(quadratic: &Quadratic<'_>, mut act: impl FnMut(&[usize; 6], [usiz
     let mesh = quadratic.body.mesh();
     for t in 0..mesh.cells().len() {
         let (nodes, gradients) = (quadratic.nodes(t), quadratic.gradients(t));
-        let (weight, material) = (mesh.area(t) / 3.0, quadratic.body.material(t));
+        let (weight, material) = (mesh.measure(t) / 3.0, quadratic.body.material(t));
         for column in 0..12 {
             let [d, e] = [column / 2, column % 2];
             let stresses = gradients.map(|g| material.stress(strain(g[d], e)));

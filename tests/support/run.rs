@@ -217,7 +217,7 @@ pub fn stress_error_squared(
                 let x = l[0] * points[0] + l[1] * points[1] + l[2] * points[2];
                 let tau = values[0].scaled(l[0]).plus(values[1].scaled(l[1])).plus(values[2].scaled(l[2]));
                 let d = tau.minus(exact(x));
-                sum += w * mesh.area(t) / 3.0 * body.material(t).complementary(d, d);
+                sum += w * mesh.measure(t) / 3.0 * body.material(t).complementary(d, d);
             }
         }
     }
@@ -232,7 +232,7 @@ pub fn cell_imbalance(body: &Body, stress: &EquilibratedStress) -> [f64; 2] {
     for t in 0..mesh.cells().len() {
         let corners = mesh.corners(t);
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let mut total = mesh.area(t) * body.body_force();
+        let mut total = mesh.measure(t) * body.body_force();
         let mut turn = 0.0;
         for (k, ends) in stress.cell_loads(body, t).iter().enumerate() {
             let points = [corners[k], corners[(k + 1) % 3]];

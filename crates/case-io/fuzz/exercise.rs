@@ -72,7 +72,7 @@ fn mesh(read: Result<MeshFile, MeshFileError>) {
         for merge in [false, true] {
             match file.region(name, RegionOptions::with_merge(merge)) {
                 Ok(region) => match region.mesh() {
-                    Ok(mesh) => assert!((0..mesh.cells().len()).all(|t| mesh.area(t) > 0.0)),
+                    Ok(mesh) => assert!((0..mesh.cells().len()).all(|t| mesh.measure(t) > 0.0)),
                     Err(error) => refused(error),
                 },
                 Err(error) => refused(error),

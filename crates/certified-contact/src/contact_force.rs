@@ -219,7 +219,7 @@ fn of_trace(problem: &PreparedProblem, estimate: &Estimate, b: usize, k: usize) 
     let (mesh, stress) = (body.mesh(), &estimate.pair.bodies[b].stress);
     let inner = sum_over_cells(mesh.cells().len(), |t| {
         let strain = Triangle::new(mesh.corners(t)).strain(mesh.cells()[t].map(|n| w[n]));
-        mesh.area(t) * stress[t].contract(strain)
+        mesh.measure(t) * stress[t].contract(strain)
     });
     let squared = energy_norm_squared(body, &w).max(0.0);
     let loads = || problem.external_forces()[b].iter().zip(&w).map(|(f, w)| f.dot(w));

@@ -68,8 +68,8 @@ fn centroid(mesh: &TriMesh) -> Vector {
     let origin = mesh.points()[0];
     for (t, corners) in mesh.cells().iter().enumerate() {
         let middle: Vector = corners.iter().map(|&v| mesh.points()[v] - origin).sum();
-        sum += mesh.area(t) / 3.0 * middle;
-        area += mesh.area(t);
+        sum += mesh.measure(t) / 3.0 * middle;
+        area += mesh.measure(t);
     }
     origin + 1.0 / area * sum
 }

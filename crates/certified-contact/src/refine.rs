@@ -234,7 +234,7 @@ fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f6
         parents
             .map(|(cell, &parent)| {
                 let parent = parent as usize;
-                contributions[b][parent] * (mesh.area(cell) / coarse.area(parent)).powi(2)
+                contributions[b][parent] * (mesh.measure(cell) / coarse.measure(parent)).powi(2)
             })
             .collect()
     };

@@ -237,7 +237,7 @@ fn rotation(body: &Body, displacement: &[Vector]) -> f64 {
             0.5 * (u[k] + u[next]).dot(&(corners[next] - corners[k]))
         };
         turned += 0.5 * (along(0) + along(1) + along(2));
-        area += mesh.area(t);
+        area += mesh.measure(t);
     }
     (turned / area).abs()
 }

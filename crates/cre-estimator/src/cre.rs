@@ -73,7 +73,7 @@ pub(crate) fn cell_distances(body: &Body, fields: &AdmissibleBody, t: usize, tau
 /// Computes `‖τ − σ‖²` of one triangle for a stress that is constant in the triangles, J/m.
 #[inline(always)]
 fn cell_distance(body: &Body, t: usize, tau: &CellStress, stress: &[SymTensor2]) -> f64 {
-    johnson_mercier::distance_squared(tau, stress[t], body.mesh().area(t), body.material(t))
+    johnson_mercier::distance_squared(tau, stress[t], body.mesh().measure(t), body.material(t))
 }
 
 impl Cre {
@@ -161,6 +161,6 @@ pub(crate) struct CellMeasures {
 pub(crate) fn distance_squared(body: &Body, a: &[SymTensor2], b: &[SymTensor2]) -> f64 {
     sum_over_cells(a.len(), |t| {
         let d = a[t].minus(b[t]);
-        body.mesh().area(t) * body.material(t).complementary(d, d)
+        body.mesh().measure(t) * body.material(t).complementary(d, d)
     })
 }

@@ -120,7 +120,7 @@ impl Recovery<'_> {
             c -= stress.apply(0.5 * perpendicular(b - a));
             if body_force != Vector::zeros() {
                 // The same share at every corner, as in the FE load.
-                c += mesh.area(sector.triangle as usize) / 3.0 * body_force;
+                c += mesh.measure(sector.triangle as usize) / 3.0 * body_force;
             }
             relative.push(c);
         }

@@ -56,7 +56,7 @@ impl EquilibratedStress {
         johnson_mercier::distance_squared(
             &stress,
             constant,
-            body.mesh().area(triangle),
+            body.mesh().measure(triangle),
             body.material(triangle),
         )
     }

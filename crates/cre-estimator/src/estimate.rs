@@ -342,7 +342,7 @@ fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<Vec<f64>,
     let energy = |(body, fields): (&Body, &AdmissibleBody)| {
         sum_over_cells(fields.stress.len(), |t| {
             let s = fields.stress[t];
-            body.mesh().area(t) * body.material(t).complementary(s, s)
+            body.mesh().measure(t) * body.material(t).complementary(s, s)
         })
     };
     let energies: Vec<f64> = problem.bodies.iter().zip(&pair.bodies).map(energy).collect();

@@ -350,7 +350,7 @@ fn energy(body: &Body, field: &[(NodeId, Vector)]) -> f64 {
     let of_cell = |t: u32| {
         let t = t as usize;
         let strain = Triangle::new(mesh.corners(t)).strain(mesh.cells()[t].map(at));
-        mesh.area(t) * body.material(t).stress(strain).contract(strain)
+        mesh.measure(t) * body.material(t).stress(strain).contract(strain)
     };
     triangles.into_iter().map(of_cell).sum()
 }

@@ -26,7 +26,7 @@ pub fn contributions(problem: &ContactProblem, estimate: &Estimate) -> Vec<Vec<f
             let stresses = fields.equilibrated.finite_element.iter().zip(&fields.stress);
             for (t, ((recovered, computed), cell)) in stresses.zip(cells).enumerate() {
                 let difference = recovered.minus(*computed);
-                *cell += body.mesh().area(t) * body.material(t).complementary(difference, difference);
+                *cell += body.mesh().measure(t) * body.material(t).complementary(difference, difference);
             }
         }
     }

@@ -46,7 +46,7 @@ impl RecoveredStress {
         assert!(means.len() == count, "{} stresses of {count} triangles", means.len());
         let cell = |t: usize| {
             let [a, b, c] = mesh.corners(t);
-            Cell { centre: (a + b + c) / 3.0, area: mesh.area(t), stress: means[t] }
+            Cell { centre: (a + b + c) / 3.0, area: mesh.measure(t), stress: means[t] }
         };
         let cells: Vec<Cell> = (0..count).into_par_iter().with_min_len(FEWEST_PER_TASK).map(cell).collect();
         let material = |t: u32| body.materials().index(t as usize) as u32;

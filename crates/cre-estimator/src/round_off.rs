@@ -127,7 +127,7 @@ impl Shape {
         Self {
             perimeter: lengths.iter().sum(),
             longest: lengths.iter().fold(0.0, |m, l| larger(m, *l)),
-            area: body.mesh().area(t),
+            area: body.mesh().measure(t),
             stiffness: body.material(t).stiffness().amax(),
         }
     }

@@ -183,7 +183,7 @@ pub fn external_forces(body: &Body) -> Vec<Vector> {
     let b = body.body_force();
     if b != Vector::zeros() {
         for (t, corners) in mesh.cells().iter().enumerate() {
-            let share = mesh.area(t) / 3.0;
+            let share = mesh.measure(t) / 3.0;
             for &n in corners {
                 forces[n] += share * b;
             }

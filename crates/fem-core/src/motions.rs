@@ -155,7 +155,7 @@ impl ContactProblem {
         let (forces, moved) = (external_forces(of), motion.displacements(of));
         let load: f64 = forces.iter().zip(&moved).map(|(f, u)| f.dot(u)).sum();
         let size: f64 = forces.iter().zip(&moved).map(|(f, u)| f.norm() * u.norm()).sum();
-        let area: f64 = (0..of.mesh().cells().len()).map(|t| of.mesh().area(t)).sum();
+        let area: f64 = (0..of.mesh().cells().len()).map(|t| of.mesh().measure(t)).sum();
         self.bodies[body].turn(-load / (2.0 * area * motion.spin));
         self.left_out.push(LeftOut { body, motion, load, share: load.abs() / size });
     }

@@ -80,7 +80,7 @@ pub fn l2_error_squared(
         let at = |values: [Vector; 3], l: [f64; 3]| l[0] * values[0] + l[1] * values[1] + l[2] * values[2];
         let mean: f64 =
             RADON7.iter().map(|(l, w)| w * norm(at(u, *l) - exact(at(corners, *l))).powi(2)).sum();
-        mean * mesh.area(t)
+        mean * mesh.measure(t)
     })
 }
 
@@ -110,7 +110,7 @@ pub fn integrate(mesh: &TriMesh, function: impl Fn(usize, Vector) -> f64 + Sync)
                 mean += 0.25 * w * function(t, x);
             }
         }
-        mean * mesh.area(t)
+        mean * mesh.measure(t)
     })
 }
 

@@ -38,6 +38,25 @@ pub type Cell<S> = <S as Space>::Corners<NodeId>;
 /// The corners of a facet, which has as many as there are axes: an edge or a triangle.
 pub type Facet<S> = <S as Space>::Axes<NodeId>;
 
+/// The words of messages.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Words {
+    /// A cell.
+    pub cell: &'static str,
+    /// Several cells.
+    pub cells: &'static str,
+    /// A facet.
+    pub facet: &'static str,
+    /// Several facets.
+    pub facets: &'static str,
+    /// Before the word for a facet.
+    pub article: &'static str,
+    /// The measure of a cell.
+    pub measure: &'static str,
+    /// What makes the measure of a cell positive.
+    pub sound: &'static str,
+}
+
 /// A number of dimensions. It is sealed: [`Plane`] and [`Solid`] are all there are.
 ///
 /// Components of symmetric tensors are in Voigt's order: `xx, yy, xy` and `xx, yy, zz, yz, xz, xy`.
@@ -48,6 +67,8 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
     const COMPONENTS: usize;
     /// The names of the components of a displacement and of a rotation.
     const MOTIONS: &'static [&'static str];
+    /// The words of messages.
+    const WORDS: Words;
     /// The unit vectors along the axes.
     const AXES: Self::Axes<Self::Vector>;
     /// The same number of vectors zero.

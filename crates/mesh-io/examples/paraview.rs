@@ -20,7 +20,7 @@ fn write(directory: &Path) -> Result<(), Box<dyn Error>> {
     let mesh = block([0.0, 0.0], [2.0, 1.0], [30, 15])?;
     let displacement: Vec<_> = mesh.points().iter().map(|p| [0.01 * p[0] * p[1], -0.02 * p[1]]).collect();
     let stress: Vec<_> = (0..mesh.cells().len()).map(|t| [1.0, 2.0, 3.0, t as f64, 0.0, 0.5]).collect();
-    let area = (0..mesh.cells().len()).map(|t| mesh.area(t)).collect();
+    let area = (0..mesh.cells().len()).map(|t| mesh.measure(t)).collect();
     let body = VtuMesh::from(&mesh);
     let data = VtuData {
         point: vec![VtuArray::vectors("displacement", &displacement)],

@@ -45,7 +45,7 @@ fn all_formats_hold_the_same_two_blocks() {
                 let found = found.group(side).unwrap_or_else(|| panic!("{name}: {side}"));
                 assert_eq!(found.len(), edges.len(), "{name}: {side}");
             }
-            let area = |m: &TriMesh| (0..m.cells().len()).map(|t| m.area(t)).sum::<f64>();
+            let area = |m: &TriMesh| (0..m.cells().len()).map(|t| m.measure(t)).sum::<f64>();
             assert!((area(found) - 2.0).abs() < 1e-12, "{name}");
         }
     }

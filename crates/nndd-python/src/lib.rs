@@ -147,7 +147,7 @@ impl Case {
         })?;
         let densities = problem.bodies.iter().zip(&found.estimate.cre.by_cell).map(|(body, cells)| {
             let mesh = body.mesh();
-            let density = cells.iter().enumerate().map(|(t, squared)| squared / mesh.area(t));
+            let density = cells.iter().enumerate().map(|(t, squared)| squared / mesh.measure(t));
             Ok((arrays::mesh(py, mesh)?, PyArray1::from_iter(py, density).into_any()))
         });
         Ok((loads(py, &numbers)?, densities.collect::<PyResult<_>>()?))

@@ -98,7 +98,7 @@ impl BodyFields<'_> {
             }
             "error_density" => VtuArray::scalars(name, figures::error_density(self.solution, self.body)),
             "error_density_mesh" => {
-                scalars(&|t| self.estimate.cre.discretisation_by_cell[self.body][t] / mesh.area(t))
+                scalars(&|t| self.estimate.cre.discretisation_by_cell[self.body][t] / mesh.measure(t))
             }
             // Constant in the cell: its energy density.
             "error_density_iteration" => scalars(&|t| {

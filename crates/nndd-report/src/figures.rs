@@ -36,7 +36,7 @@ pub(crate) struct Picture {
 pub(crate) fn error_density(solution: &Fields<'_>, body: usize) -> Vec<f64> {
     let mesh = solution.problem.bodies[body].mesh();
     let Some(estimate) = solution.estimate else { return vec![0.0; mesh.cells().len()] };
-    estimate.cre.by_cell[body].iter().enumerate().map(|(t, e)| e / mesh.area(t)).collect()
+    estimate.cre.by_cell[body].iter().enumerate().map(|(t, e)| e / mesh.measure(t)).collect()
 }
 
 /// Draws the figures of a solve.

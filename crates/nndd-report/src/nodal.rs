@@ -24,7 +24,7 @@ pub(crate) fn averaged(
 ) -> Vec<f64> {
     let mut sums = vec![[0.0; 2]; mesh.points().len()];
     for t in cells {
-        let (area, value) = (mesh.area(t), value(t));
+        let (area, value) = (mesh.measure(t), value(t));
         for node in mesh.cells()[t] {
             let sum = &mut sums[node.index()];
             *sum = [sum[0] + area * value, sum[1] + area];

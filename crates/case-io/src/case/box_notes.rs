@@ -110,7 +110,7 @@ fn on_side(mesh: &TriMesh, group: &str, part: Part) -> Cover {
 /// Measures what a `box` takes of a body, [`cells_in`].
 fn in_body(mesh: &TriMesh, part: Part) -> Cover {
     let tolerance = Part::tolerance(mesh);
-    let taken = cells_in(mesh, part).into_iter().fold(0.0, |sum, t| sum + mesh.area(t));
+    let taken = cells_in(mesh, part).into_iter().fold(0.0, |sum, t| sum + mesh.measure(t));
     let mut cover = Cover { taken, ..Cover::default() };
     for t in 0..mesh.cells().len() {
         let mut polygon = mesh.corners(t).to_vec();
@@ -119,7 +119,7 @@ fn in_body(mesh: &TriMesh, part: Part) -> Cover {
         }
         let covered = area(&polygon);
         cover.written += covered;
-        cover.cut += usize::from((SHARE..1.0 - SHARE).contains(&(covered / mesh.area(t))));
+        cover.cut += usize::from((SHARE..1.0 - SHARE).contains(&(covered / mesh.measure(t))));
     }
     cover
 }

@@ -155,7 +155,7 @@ impl pulp::WithSimd for BlockForces<'_> {
                 force[1].store(&mut pair[1]);
             }
             for (lane, t) in group.clone().enumerate() {
-                let area = body.mesh().area(t);
+                let area = body.mesh().measure(t);
                 worst.equilibrium = larger(worst.equilibrium, rows[0][lane]);
                 worst.scale = larger(worst.scale, square(area * load));
                 let mut forces = CellForces::default();

@@ -55,7 +55,7 @@ impl<'a> Space<'a> {
     pub(super) fn new(body: &'a Body, conditions: &[FacetCondition]) -> Self {
         let mesh = body.mesh();
         let triangles = mesh.cells().len();
-        let length = (sum_over_cells(triangles, |t| mesh.area(t)) / triangles as f64).sqrt();
+        let length = (sum_over_cells(triangles, |t| mesh.measure(t)) / triangles as f64).sqrt();
         let free = NodeBasis { value: length, slopes: [Vector::x(), Vector::y()] };
         let mut bases = vec![free];
         let mut basis_of = vec![0u32; mesh.points().len()];

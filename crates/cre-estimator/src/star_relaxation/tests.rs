@@ -189,7 +189,7 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
         .collect();
     let norm = |a: &[CellStress]| -> f64 {
         (0..cells)
-            .map(|t| distance_squared(&a[t], SymTensor2::default(), mesh.area(t), body.material(t)))
+            .map(|t| distance_squared(&a[t], SymTensor2::default(), mesh.measure(t), body.material(t)))
             .sum()
     };
     let product = |a: &[CellStress], b: &[CellStress]| -> f64 {

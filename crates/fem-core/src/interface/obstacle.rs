@@ -399,7 +399,7 @@ impl Chained {
                 let size = body.mesh().diagonal();
                 if distance < -TOUCHING * size {
                     let around = body.mesh().topology().cells_around(node).first();
-                    let spacing = around.map_or(size, |t| body.mesh().area(*t as usize).sqrt());
+                    let spacing = around.map_or(size, |t| body.mesh().measure(*t as usize).sqrt());
                     return Err(InterfaceError::Overlap { point, depth: -distance, spacing });
                 }
                 distance.max(0.0)

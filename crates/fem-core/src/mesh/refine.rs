@@ -246,7 +246,7 @@ pub fn refine_onto(
         });
         (name.clone(), halves.collect())
     });
-    let finer = TriMesh::counter_clockwise(points, children.triangles, groups.collect())?;
+    let finer = TriMesh::oriented(points, children.triangles, groups.collect())?;
     Ok(Refinement {
         mesh: finer,
         refinement_edges: RefinementEdges(children.refinement_edges),

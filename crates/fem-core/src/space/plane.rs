@@ -1,6 +1,6 @@
 //! The plane.
 
-use super::{Coordinates, Item, Space};
+use super::{Coordinates, Item, Space, Words};
 use crate::geometry::{cross, perpendicular, right_normal, signed_area, sure_area};
 use crate::quadrature::GAUSS5;
 use crate::tensor::SymTensor2;
@@ -28,6 +28,15 @@ impl Space for Plane {
     const DIM: usize = 2;
     const COMPONENTS: usize = 3;
     const MOTIONS: &'static [&'static str] = &["ux", "uy", "rotation"];
+    const WORDS: Words = Words {
+        cell: "triangle",
+        cells: "triangles",
+        facet: "edge",
+        facets: "edges",
+        article: "an",
+        measure: "area",
+        sound: "corners not on one line, and counter-clockwise",
+    };
     const AXES: [Vector2<f64>; 2] = [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
     const ZEROS: [Vector2<f64>; 2] = [Vector2::new(0.0, 0.0); 2];
 

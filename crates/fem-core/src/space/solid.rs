@@ -1,6 +1,6 @@
 //! The space of three dimensions.
 
-use super::{Coordinates, Item, Space};
+use super::{Coordinates, Item, Space, Words};
 use crate::quadrature::RADON7;
 use crate::tensor::SymTensor3;
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -34,6 +34,15 @@ impl Space for Solid {
     const COMPONENTS: usize = 6;
     const MOTIONS: &'static [&'static str] =
         &["ux", "uy", "uz", "rotation about x", "rotation about y", "rotation about z"];
+    const WORDS: Words = Words {
+        cell: "tetrahedron",
+        cells: "tetrahedra",
+        facet: "face",
+        facets: "faces",
+        article: "a",
+        measure: "volume",
+        sound: "corners not in one plane, and not turned over",
+    };
     const AXES: [Vector3<f64>; 3] =
         [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)];
     const ZEROS: [Vector3<f64>; 3] = [Vector3::new(0.0, 0.0, 0.0); 3];

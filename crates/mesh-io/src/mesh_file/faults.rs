@@ -40,12 +40,12 @@ impl Region {
         let fault =
             |found: String| MeshFileError::new(MeshFault::Content, &self.file, MeshPlace::File, found);
         match error {
-            MeshError::NonManifoldEdge { a, b } => {
+            MeshError::NonManifold { nodes, .. } => {
+                let nodes: Vec<String> = nodes.iter().map(|n| self.node(*n)).collect();
                 let found = format!(
-                    "{}: the edge between nodes {} and {} belongs to more than two cells, or to two on the same side",
+                    "{}: the edge between nodes {} belongs to more than two cells, or to two on the same side",
                     self.title,
-                    self.node(*a),
-                    self.node(*b)
+                    nodes.join(" and ")
                 );
                 fault(found)
                     .expected("one or two cells at every edge")
@@ -55,8 +55,8 @@ impl Region {
                 let found = format!("{}: two parts touch in node {} alone", self.title, self.node(*node));
                 fault(found).expected("parts that share an edge, or no node")
             }
-            MeshError::Area { triangle, .. } => {
-                let number = self.cell_numbers.get(*triangle).copied().unwrap_or_default();
+            MeshError::Measure { cell, .. } => {
+                let number = self.cell_numbers.get(*cell).copied().unwrap_or_default();
                 fault(format!("{}: element {number} has no area", self.title))
             }
             MeshError::Scale { .. } => fault(format!("{}: {error}", self.title))

@@ -35,7 +35,7 @@ pub fn write(
     let mark = format!("certify {named:?} {}", case.hash());
     let mut directory = OutputDirectory::open(path, ResultKind::Solve, &mark, force)?;
     let densities: Vec<Vec<f64>> = (problem.bodies.iter().zip(&found.estimate.cre.by_cell))
-        .map(|(body, cells)| cells.iter().enumerate().map(|(t, e)| e / body.mesh().area(t)).collect())
+        .map(|(body, cells)| cells.iter().enumerate().map(|(t, e)| e / body.mesh().measure(t)).collect())
         .collect();
     for (b, density) in densities.iter().enumerate() {
         let displacement = &found.estimate.pair.bodies[b].displacement;

@@ -176,7 +176,7 @@ pub(super) fn three(value: f64) -> String {
 /// The values of a body's triangles or nodes, each with its area; a node has a third of the triangles around it.
 fn samples(body: &BodyPicture<'_>) -> Vec<[f64; 2]> {
     match body.field {
-        Field::Cells(values) => values.iter().enumerate().map(|(t, v)| [*v, body.mesh.area(t)]).collect(),
+        Field::Cells(values) => values.iter().enumerate().map(|(t, v)| [*v, body.mesh.measure(t)]).collect(),
         Field::Nodes(patches) => {
             let of = |patch: &NodalPatch| -> Vec<[f64; 2]> {
                 let mut samples: Vec<[f64; 2]> = patch.values.iter().map(|v| [*v, 0.0]).collect();

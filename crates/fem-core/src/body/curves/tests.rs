@@ -55,7 +55,7 @@ fn new_nodes_lie_on_the_circle_and_old_ones_stay() {
                 assert!(off.abs() < 4e-15, "{kind:?} {group}: {off:e}");
             }
         }
-        let area: f64 = (0..fine.mesh().cells().len()).map(|t| fine.mesh().area(t)).sum();
+        let area: f64 = (0..fine.mesh().cells().len()).map(|t| fine.mesh().measure(t)).sum();
         // Polygons of 96 edges: equal ones on an arc, nearly so on a smooth curve.
         let turn = std::f64::consts::TAU / 96.0;
         let tolerance = if kind == CurveKind::Arc { 1e-12 } else { 1e-4 };
@@ -108,7 +108,7 @@ fn a_node_whose_cell_would_turn_over_stays_on_the_chord() {
         let off = norm(fine.mesh().points()[*node]) - 15f64.to_radians().cos();
         assert!(off.abs() < 1e-15, "{off:e}");
     }
-    assert!((0..fine.mesh().cells().len()).all(|t| fine.mesh().area(t) > 0.0));
+    assert!((0..fine.mesh().cells().len()).all(|t| fine.mesh().measure(t) > 0.0));
     // Larger cells have room for the arc.
     let large = curved_ring([0.0; 2], [1.0, 1.2], [12, 1], CurveKind::Arc);
     let fine = refined(ContactProblem::new(vec![large]), 2).bodies.remove(0);

@@ -53,7 +53,7 @@ pub(super) fn replaced(
         let kept = changed.get(name.as_str()).unwrap_or(all);
         (name.clone(), kept.iter().map(|&e| edges[e]).collect())
     });
-    let now = TriMesh::counter_clockwise(points, mesh.cells().to_vec(), groups.collect())
+    let now = TriMesh::oriented(points, mesh.cells().to_vec(), groups.collect())
         .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
     // A refinement without cuts: conditions stay on their edges.
     let same = Refinement {

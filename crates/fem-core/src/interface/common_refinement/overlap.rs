@@ -397,7 +397,7 @@ pub(super) fn try_motion(
     let place = |n: NodeId| moved.get(&n).copied().unwrap_or(mesh.points()[n]);
     for &cell in mesh.topology().cells_around(site.node) {
         let corners = mesh.cells()[cell as usize].map(|n| if n == site.node { point } else { place(n) });
-        if crate::geometry::signed_area(corners) < 0.3 * mesh.area(cell as usize) {
+        if crate::geometry::signed_area(corners) < 0.3 * mesh.measure(cell as usize) {
             return Ok(false);
         }
     }

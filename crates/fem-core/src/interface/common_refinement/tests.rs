@@ -24,7 +24,7 @@ fn pair(bodies: &[Body; 2]) -> ContactInterface {
 }
 
 fn area(body: &Body) -> f64 {
-    (0..body.mesh().cells().len()).map(|t| body.mesh().area(t)).sum()
+    (0..body.mesh().cells().len()).map(|t| body.mesh().measure(t)).sum()
 }
 
 #[test]

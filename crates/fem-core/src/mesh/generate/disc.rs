@@ -51,7 +51,7 @@ pub fn disc(centre: impl Into<Vector>, radius: f64, cells: usize, start: f64) ->
         }
     }
     let rim = (0..6 * cells).map(|j| [node(cells, j), node(cells, j + 1)]).collect();
-    TriMesh::counter_clockwise(points, triangles, vec![("rim".to_string(), rim)])
+    TriMesh::oriented(points, triangles, vec![("rim".to_string(), rim)])
 }
 
 /// Counts the nodes of [`disc`].
@@ -70,7 +70,7 @@ mod tests {
         assert_eq!(mesh.points().len() as u64, disc_nodes(8));
         assert_eq!(mesh.group("rim").unwrap().len(), 48);
         assert_eq!(mesh.topology().boundary_facets().len(), 48);
-        let area: f64 = (0..mesh.cells().len()).map(|t| mesh.area(t)).sum();
+        let area: f64 = (0..mesh.cells().len()).map(|t| mesh.measure(t)).sum();
         // The area of the polygon.
         let polygon = 24.0 * 0.25 * (FRAC_PI_3 / 8.0).sin();
         assert!((area - polygon).abs() < 1e-14, "{area} {polygon}");

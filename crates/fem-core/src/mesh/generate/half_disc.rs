@@ -203,7 +203,7 @@ mod tests {
                     assert_eq!(m.facet_normal(e), Vector::new(0.0, sign));
                 }
                 assert_eq!(m.group("contact").unwrap().len(), 2 * cells);
-                let area: f64 = (0..m.cells().len()).map(|t| m.area(t)).sum();
+                let area: f64 = (0..m.cells().len()).map(|t| m.measure(t)).sum();
                 assert!(area < 4.5 * PI && area > 4.5 * PI * 0.98, "{area}");
                 assert!(m.smallest_angle() > 12.0, "{width} {cells}: {}", m.smallest_angle());
             }

@@ -36,7 +36,7 @@ pub fn ring(
         return fault("the angles must be [start, end] in degrees, start below end, at most 360 apart");
     }
     let [around, across] = cells;
-    if around == 0 || across == 0 || too_many(cells) {
+    if around == 0 || across == 0 || too_many(&cells) {
         return fault("at least one cell is needed in each direction, and at most 2^28 - 1 of them");
     }
     if sweep / around as f64 > 60.0 {
@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(m.group("inner").unwrap().len(), 8);
         // The polygons' areas.
         let sine = (90.0f64 / 8.0).to_radians().sin();
-        let area: f64 = (0..m.cells().len()).map(|t| m.area(t)).sum();
+        let area: f64 = (0..m.cells().len()).map(|t| m.measure(t)).sum();
         assert!((area - 8.0 * 0.5 * sine * (4.0 - 1.0)).abs() < 1e-13);
     }
 

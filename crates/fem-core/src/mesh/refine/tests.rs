@@ -27,7 +27,7 @@ fn rough(cells: [usize; 2], random: &mut Random) -> TriMesh {
 }
 
 fn area(mesh: &TriMesh) -> f64 {
-    (0..mesh.cells().len()).map(|t| mesh.area(t)).sum()
+    (0..mesh.cells().len()).map(|t| mesh.measure(t)).sum()
 }
 
 fn length(mesh: &TriMesh, group: &str) -> f64 {
@@ -50,11 +50,11 @@ fn check(old: &TriMesh, new: &Refinement) {
     }
     let mut part = vec![0.0; old.cells().len()];
     for (t, parent) in new.parent_cell.iter().enumerate() {
-        part[*parent as usize] += mesh.area(t);
+        part[*parent as usize] += mesh.measure(t);
     }
     for (t, part) in part.iter().enumerate() {
         // Coordinates of size 2 are rounded.
-        assert!((part - old.area(t)).abs() < 1e-15 * old.area(t).sqrt(), "triangle {t}");
+        assert!((part - old.measure(t)).abs() < 1e-15 * old.measure(t).sqrt(), "triangle {t}");
     }
     for side in ["bottom", "right", "top", "left"] {
         assert!((length(mesh, side) - length(old, side)).abs() < 1e-13);
