@@ -1,11 +1,12 @@
 //! A fill-reducing order of elimination: nested dissection by coordinates (George 1973).
 //!
-//! The mesh is cut recursively at the median of its longer direction; the nodes on a cut are eliminated
+//! The mesh is cut recursively at the median of its longest direction; the nodes on a cut are eliminated
 //! after both halves. The tree of cuts is the tree of fronts of the factorisation.
 
-use crate::geometry::Vector;
-use crate::mesh::TriMesh;
+use crate::mesh::Mesh;
 use crate::mesh::id::NodeId;
+use crate::space::Space;
+use std::cmp::Ordering;
 use std::ops::Range;
 
 /// Parts of at most this many nodes are not cut further: one dense front costs less than more, smaller ones.
@@ -33,13 +34,20 @@ pub struct Dissection {
 }
 
 /// Orders the nodes of a mesh for elimination.
-pub fn dissect(mesh: &TriMesh) -> Dissection {
+pub fn dissect<S: Space>(mesh: &Mesh<S>) -> Dissection {
     let (starts, neighbours) = mesh.topology().node_neighbours();
     let points = mesh.points();
-    let extents = mesh.topology().facets().iter().map(|[a, b]| (points[*a] - points[*b]).abs());
-    let reach = extents.fold(Vector::zeros(), |most, extent| most.sup(&extent));
+    let mut reach = S::Vector::default();
+    for facet in mesh.topology().facets() {
+        for (k, j) in (0..S::DIM).flat_map(|k| (0..k).map(move |j| (k, j))) {
+            let along = points[facet[k]] - points[facet[j]];
+            for c in 0..S::DIM {
+                reach[c] = reach[c].max(along[c].abs());
+            }
+        }
+    }
     let mut nodes: Vec<NodeId> = (0..mesh.points().len()).map(NodeId::new).collect();
-    let mut work = Work {
+    let mut work = Work::<S> {
         points,
         reach,
         starts: &starts,
@@ -59,17 +67,17 @@ enum Side {
     Separator,
 }
 
-struct Work<'a> {
-    points: &'a [Vector],
+struct Work<'a, S: Space> {
+    points: &'a [S::Vector],
     /// The largest extent of an edge along each axis.
-    reach: Vector,
+    reach: S::Vector,
     starts: &'a [u32],
     neighbours: &'a [NodeId],
     side: Vec<Side>,
     result: Dissection,
 }
 
-impl Work<'_> {
+impl<S: Space> Work<'_, S> {
     fn touches(&self, node: NodeId, side: Side) -> bool {
         let around = self.starts[node] as usize..self.starts[node.index() + 1] as usize;
         self.neighbours[around].iter().any(|&m| self.side[m] == side)
@@ -80,17 +88,22 @@ impl Work<'_> {
         if part.len() <= LEAF {
             return vec![self.finish(part, &[])];
         }
-        let [low, high] = part.iter().fold([self.points[part[0]]; 2], |[low, high], &n| {
-            let point = &self.points[n];
-            [low.inf(point), high.sup(point)]
-        });
-        let axis = usize::from(high[1] - low[1] > high[0] - low[0]);
         let points = self.points;
+        let (mut low, mut high) = (points[part[0]], points[part[0]]);
+        for n in part.iter() {
+            for c in 0..S::DIM {
+                low[c] = low[c].min(points[*n][c]);
+                high[c] = high[c].max(points[*n][c]);
+            }
+        }
+        let longest =
+            |axis: usize, c: usize| if high[c] - low[c] > high[axis] - low[axis] { c } else { axis };
+        let axis = (1..S::DIM).fold(0, longest);
         let coordinate = |n: NodeId| points[n][axis];
         let middle = part.len() / 2;
         let (_, &mut median, _) = part
             .select_nth_unstable_by(middle, |a, b| coordinate(*a).total_cmp(&coordinate(*b)).then(a.cmp(b)));
-        // Nodes on the median line all go to one side, which makes a grid line a clean cut.
+        // Nodes on the median line or plane all go to one side, which makes a line of a grid a clean cut.
         let line = coordinate(median);
         let is_left = |n: NodeId| if line > low[axis] { coordinate(n) < line } else { coordinate(n) <= line };
         for &n in part.iter() {
@@ -103,8 +116,12 @@ impl Work<'_> {
         };
         let (on_left, on_right) = (border(Side::Left, Side::Right), border(Side::Right, Side::Left));
         let mut separator = if on_left.len() < on_right.len() { on_left } else { on_right };
-        separator
-            .sort_unstable_by(|a, b| points[*a][1 - axis].total_cmp(&points[*b][1 - axis]).then(a.cmp(b)));
+        separator.sort_unstable_by(|a, b| {
+            let others = (0..S::DIM).filter(|c| *c != axis);
+            others
+                .fold(Ordering::Equal, |order, c| order.then(points[*a][c].total_cmp(&points[*b][c])))
+                .then(a.cmp(b))
+        });
         for &n in &separator {
             self.side[n] = Side::Separator;
         }
@@ -142,12 +159,10 @@ impl Work<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::generate::block;
+    use crate::mesh::generate::{block, cuboid};
 
-    #[test]
-    fn order_is_a_permutation_and_parts_are_separated() {
-        let mesh = block([0.0, 0.0], [2.0, 1.0], [40, 20]).unwrap();
-        let d = dissect(&mesh);
+    fn check<S: Space>(mesh: &Mesh<S>) {
+        let d = dissect(mesh);
         let mut sorted = d.order.clone();
         sorted.sort_unstable();
         assert_eq!(sorted, (0..mesh.points().len()).map(NodeId::new).collect::<Vec<_>>());
@@ -159,14 +174,32 @@ mod tests {
                 part_of[n] = k as u32;
             }
         }
-        for [a, b] in mesh.topology().facets() {
-            let (low, high) = (part_of[*a], part_of[*b]);
-            let (mut k, top) = (low.min(high), low.max(high));
-            while k < top {
-                k = d.parts[k as usize].parent;
+        let (starts, neighbours) = mesh.topology().node_neighbours();
+        for a in 0..mesh.points().len() {
+            for b in &neighbours[starts[a] as usize..starts[a + 1] as usize] {
+                let (low, high) = (part_of[a], part_of[*b]);
+                let (mut k, top) = (low.min(high), low.max(high));
+                while k < top {
+                    k = d.parts[k as usize].parent;
+                }
+                assert_eq!(k, top);
             }
-            assert_eq!(k, top);
         }
+    }
+
+    #[test]
+    fn order_is_a_permutation_and_parts_are_separated() {
+        check(&block([0.0, 0.0], [2.0, 1.0], [40, 20]).unwrap());
+        check(&cuboid([0.0; 3], [2.0, 1.0, 0.7], [9, 8, 7]).unwrap());
+    }
+
+    #[test]
+    fn a_box_is_cut_across_its_longest_side_first() {
+        let mesh = cuboid([0.0; 3], [1.0, 4.0, 1.0], [4, 16, 4]).unwrap();
+        let d = dissect(&mesh);
+        let top = d.parts.last().unwrap();
+        assert_eq!((top.nodes.len(), top.parent), (25, ROOT));
+        assert!(d.order[top.nodes.clone()].iter().all(|n| mesh.points()[*n][1] == 2.0));
     }
 
     #[test]
