@@ -110,8 +110,7 @@ fn a_floating_body_that_turns_far_fails_the_check() {
 fn a_rigid_side_whose_traction_has_another_resultant_fails_the_check() {
     let plate = RigidCondition {
         edges: FacetSelection::group("top"),
-        translation: [Some(0.0), None],
-        rotation: Some(0.0),
+        motion: [Some(0.0), None, Some(0.0)],
         force: Vector::new(0.0, -20.0),
         moment: 0.0,
         about: None,

@@ -59,8 +59,7 @@ pub fn problem(edge: f64) -> Made<ContactProblem> {
     let steel = || isotropic(210e3, 0.3);
     let top = RigidCondition {
         edges: "top".into(),
-        translation: [Some(0.0), None],
-        rotation: Some(0.0),
+        motion: [Some(0.0), None, Some(0.0)],
         force: Vector::new(0.0, -FORCE),
         moment: 0.0,
         about: None,

@@ -18,6 +18,7 @@ use fem_core::directions::{Directions, with_products};
 use fem_core::geometry::{Vector, cross, perpendicular};
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::for_each_task;
+use fem_core::space::Plane;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -167,7 +168,7 @@ impl Recovery<'_> {
         let other =
             given[1..].iter().copied().max_by(|a, b| cross(e, a.0).abs().total_cmp(&cross(e, b.0).abs()));
         match other {
-            Some((d, second)) if cross(e, d).abs() > 1e-6 => with_products([e, d], [value, second]),
+            Some((d, second)) if cross(e, d).abs() > 1e-6 => with_products::<Plane>([e, d], [value, second]),
             _ => mean + (value - e.dot(&mean)) * e,
         }
     }

@@ -11,6 +11,7 @@
 use fem_core::directions::Directions;
 use fem_core::interface::{ContactState, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
+use fem_core::space::Plane;
 
 /// A support along a direction holds the tangent if the sine of their angle is at most this.
 const PARALLEL: f64 = 1e-10;
@@ -30,7 +31,7 @@ pub(crate) fn continued(
         Partner::Obstacle(_) => !moves(partner),
         Partner::Body(body) => {
             let held = problem.bodies[body].node_constraints()[pair.nodes[side]].supported();
-            let tangents = Directions::along(pair.normal / pair.normal.norm()).complement();
+            let tangents = Directions::<Plane>::along(pair.normal / pair.normal.norm()).complement();
             tangents.basis().iter().all(|tangent| held.contains(*tangent, PARALLEL))
         }
     };

@@ -6,7 +6,7 @@
 use crate::body::{Body, FreeMotion, RigidMotion};
 use crate::dof::{DofMap, IMPOSED};
 use crate::element::{Block, Triangle};
-use crate::geometry::{Vector, shown};
+use crate::geometry::Vector;
 use crate::interface::InterfaceSide;
 use crate::memory::fits_in_memory;
 use crate::mesh::id::NodeId;
@@ -19,7 +19,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum AssemblyError {
     /// The supports leave a rigid motion free, so the displacement is not unique.
-    #[error("the body {motion} (piece at ({}, {})); support it in that direction", shown(motion.near()[0]), shown(motion.near()[1]))]
+    #[error("the body {motion} (piece at {}); support it in that direction", motion.near())]
     Floating {
         /// The motion.
         motion: FreeMotion,

@@ -9,11 +9,12 @@ mod rigid;
 
 use crate::boundary::{BoundaryConditions, Support};
 use crate::directions::Directions;
-use crate::geometry::{Vector, perpendicular, shown};
+use crate::geometry::{Point, perpendicular, shown};
 use crate::material::{LinearElastic, Materials};
-use crate::mesh::TriMesh;
+use crate::mesh::Mesh;
 use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::Refinement;
+use crate::space::{Plane, Space, Words};
 use std::sync::OnceLock;
 use thiserror::Error;
 
@@ -26,33 +27,41 @@ pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::{FreeMotion, RigidMotion};
 pub use rigid::RigidSide;
 
-/// The condition on one boundary edge.
+/// The condition on one boundary facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FacetCondition {
-    /// The directions in which the traction is an unknown reaction: none on a Neumann edge, one on a roller, all on a clamped edge or one of a
+pub struct FacetCondition<S: Space = Plane> {
+    /// The directions in which the traction is an unknown reaction: none on a Neumann facet, one on a roller, all on a clamped facet or one of a
     /// rigid side.
-    pub reaction: Directions,
-    /// Given traction at the edge's two nodes (in the order of [`crate::mesh::topology::Topology::facets`]), Pa;
+    pub reaction: Directions<S>,
+    /// Given traction at the facet's nodes (in the order of [`crate::mesh::topology::Topology::facets`]), Pa;
     /// linear between them. Zero in the directions of unknown reaction.
-    pub traction: [Vector; 2],
+    pub traction: S::Axes<S::Vector>,
 }
 
 /// The nodes of one displacement condition, and how it holds them. A support on a single node has one node, any other at least two.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SupportSet {
-    /// The edge group the condition names.
+pub struct SupportSet<S: Space = Plane> {
+    /// The group of facets the condition names.
     pub group: String,
     /// Nodes, ascending.
     pub nodes: Vec<NodeId>,
     /// The directions in which it holds each node.
-    pub reactions: Vec<Directions>,
+    pub reactions: Vec<Directions<S>>,
+}
+
+/// Writes from where to where an edge runs, or between which points a face is.
+fn between(corners: &[Point]) -> String {
+    match corners {
+        [a, b] => format!("from {a} to {b}"),
+        _ => format!("between {}", corners.iter().map(Point::to_string).collect::<Vec<_>>().join(", ")),
+    }
 }
 
 /// Why boundary conditions are invalid on a mesh.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BodyError {
     /// There is no group of that name.
-    #[error("{place}: there is no edge group \"{group}\"; the groups are: {known}")]
+    #[error("{place}: there is no {} group \"{group}\"; the groups are: {known}", words.facet)]
     UnknownGroup {
         /// The condition.
         place: ConditionPlace,
@@ -60,27 +69,28 @@ pub enum BodyError {
         group: String,
         /// The existing names.
         known: String,
+        /// The words for its cells.
+        words: Words,
     },
-    /// The condition applies to no edge.
-    #[error("{place}: no edge of \"{group}\" lies in the given part")]
+    /// The condition applies to no facet.
+    #[error("{place}: no {} of \"{group}\" lies in the given part", words.facet)]
     EmptySelection {
         /// The condition.
         place: ConditionPlace,
         /// The group.
         group: String,
+        /// The words for its cells.
+        words: Words,
     },
     /// No boundary node is at the place of a support on a single node.
-    #[error(
-        "{place}: no boundary node is at ({}, {}); the nearest one is at ({}, {})",
-        shown(point[0]), shown(point[1]), shown(nearest[0]), shown(nearest[1])
-    )]
+    #[error("{place}: no boundary node is at {point}; the nearest one is at {nearest}")]
     NoNode {
         /// The condition.
         place: ConditionPlace,
         /// The place.
-        point: Vector,
+        point: Point,
         /// The nearest boundary node.
-        nearest: Vector,
+        nearest: Point,
     },
     /// A condition on a single node is not made of Cartesian components of a displacement.
     #[error(
@@ -90,137 +100,139 @@ pub enum BodyError {
         /// The condition.
         place: ConditionPlace,
     },
-    /// The group has an edge inside the body.
+    /// The group has a facet inside the body.
     #[error(
-        "{place}: \"{group}\" has the edge from ({}, {}) to ({}, {}) inside the body; only boundary edges can be held or loaded",
-        shown(ends[0][0]), shown(ends[0][1]), shown(ends[1][0]), shown(ends[1][1])
+        "{place}: \"{group}\" has the {} {} inside the body; only boundary {} can be held or loaded",
+        words.facet, between(corners), words.facets
     )]
-    InteriorEdge {
+    InteriorFacet {
         /// The condition.
         place: ConditionPlace,
         /// The group.
         group: String,
-        /// Ends of the edge.
-        ends: [Vector; 2],
+        /// Corners of the facet.
+        corners: Vec<Point>,
+        /// The words for its cells.
+        words: Words,
     },
     /// A value is infinite or NaN.
-    #[error("{place}: the value at ({}, {}) is {value}; a finite number is needed", shown(point[0]), shown(point[1]))]
+    #[error("{place}: the value at {point} is {value}; a finite number is needed")]
     NotFinite {
         /// The condition.
         place: ConditionPlace,
         /// The point at which it was evaluated.
-        point: Vector,
+        point: Point,
         /// The resulting value.
         value: f64,
     },
     /// Two conditions impose different displacements on a node.
     #[error(
-        "{place} and an earlier one impose different displacements on the node at ({}, {}): {values:?} along the same direction",
-        shown(point[0]), shown(point[1])
+        "{place} and an earlier one impose different displacements on the node at {point}: {values:?} along the same direction"
     )]
     Conflict {
         /// The later condition.
         place: ConditionPlace,
         /// The node.
-        point: Vector,
+        point: Point,
         /// The two values.
         values: [f64; 2],
     },
     /// A load acts in a direction in which the displacement is imposed.
     #[error(
-        "{place} loads the edge at ({}, {}) in a direction in which its displacement is imposed; remove one of the two",
-        shown(point[0]), shown(point[1])
+        "{place} loads the {} at {point} in a direction in which its displacement is imposed; remove one of the two",
+        words.facet
     )]
     LoadOnSupport {
         /// The traction condition.
         place: ConditionPlace,
-        /// Middle of the edge.
-        point: Vector,
+        /// Middle of the facet.
+        point: Point,
+        /// The words for its cells.
+        words: Words,
     },
     /// A rigid side has another condition, or a node of another rigid side.
     #[error(
-        "{place} has another condition at ({}, {}); a rigid side takes none, and two of them have no common node",
-        shown(point[0]), shown(point[1])
+        "{place} has another condition at {point}; a rigid side takes none, and two of them have no common node"
     )]
     RigidOccupied {
         /// The rigid side.
         place: ConditionPlace,
         /// The point with the other condition.
-        point: Vector,
+        point: Point,
     },
     /// A side that is declared as an arc is straight, or a part of it has a single edge.
     #[error(
-        "{place}: no arc passes through the nodes of the part that begins at ({}, {}): it has {edges} edges and is straight, or has \
-         fewer than two",
-        shown(point[0]), shown(point[1])
+        "{place}: no arc passes through the nodes of the part that begins at {point}: it has {edges} edges and is straight, or has \
+         fewer than two"
     )]
     NoArc {
         /// The curved side.
         place: ConditionPlace,
         /// Its first node.
-        point: Vector,
+        point: Point,
         /// Its edges.
         edges: usize,
     },
     /// A node of a side that is declared as an arc is off the circle through three of its nodes.
     #[error(
-        "{place}: the node at ({}, {}) is {distance:.3e} off the circle through three nodes of this part, with the centre \
-         ({}, {}) and the radius {}",
-        shown(point[0]), shown(point[1]), shown(centre[0]), shown(centre[1]), shown(*radius)
+        "{place}: the node at {point} is {distance:.3e} off the circle through three nodes of this part, with the centre \
+         {centre} and the radius {}",
+        shown(*radius)
     )]
     OffArc {
         /// The curved side.
         place: ConditionPlace,
         /// The node that is farthest off.
-        point: Vector,
+        point: Point,
         /// Its distance from the circle, m.
         distance: f64,
         /// Centre of the circle.
-        centre: Vector,
+        centre: Point,
         /// Its radius, m.
         radius: f64,
     },
     /// An edge belongs to two curves.
-    #[error("{place} has an edge at ({}, {}) that is on an earlier curve", shown(point[0]), shown(point[1]))]
+    #[error("{place} has an edge at {point} that is on an earlier curve")]
     CurvedTwice {
         /// The later curved side.
         place: ConditionPlace,
         /// Middle of the edge.
-        point: Vector,
+        point: Point,
     },
     /// The body force is infinite or NaN.
-    #[error("the body force is ({}, {}); finite numbers are needed", shown(force[0]), shown(force[1]))]
+    #[error("the body force is {force}; finite numbers are needed")]
     BodyForce {
         /// The force found.
-        force: Vector,
+        force: Point,
     },
     /// The materials do not fit the mesh.
-    #[error("{cells} cells have a material and the mesh has {triangles}, or a material index does not exist")]
+    #[error("{found} cells have a material and the mesh has {cells}, or a material index does not exist")]
     Materials {
         /// Cells that have a material.
+        found: usize,
+        /// Cells of the mesh.
         cells: usize,
-        /// Triangles of the mesh.
-        triangles: usize,
     },
 }
 
 /// A body: mesh, material and evaluated boundary conditions. It is not assembled: see
 /// [`crate::assembly::System`].
 #[derive(Clone, Debug)]
-pub struct Body {
-    mesh: TriMesh,
-    materials: Materials,
-    node_constraints: Vec<NodeConstraint>,
+pub struct Body<S: Space = Plane> {
+    mesh: Mesh<S>,
+    materials: Materials<S>,
+    node_constraints: Vec<NodeConstraint<S>>,
     /// By position in `mesh.topology().boundary_facets()`.
-    facet_conditions: Vec<FacetCondition>,
+    facet_conditions: Vec<FacetCondition<S>>,
     /// Nodes of each displacement condition.
-    supports: Vec<SupportSet>,
-    rigid_sides: Vec<RigidSide>,
+    supports: Vec<SupportSet<S>>,
+    rigid_sides: Vec<RigidSide<S>>,
     /// See [`Body::roller_turn`].
     roller_turn: f64,
-    /// The conditions and their edges, to evaluate them again on a finer mesh.
-    conditions: BoundaryConditions,
+    /// The conditions and their facets, to evaluate them again on a finer mesh.
+    conditions: BoundaryConditions<S>,
     selected: conditions::Selected,
+    /// None in space.
     curves: curves::Curves,
     /// See [`Body::is_inserted`]; ascending.
     inserted: Vec<NodeId>,
@@ -228,52 +240,22 @@ pub struct Body {
     free_motion: OnceLock<Option<FreeMotion>>,
 }
 
-impl Body {
+impl<S: Space> Body<S> {
     /// Evaluates boundary conditions on a mesh.
     ///
     /// Displacements are interpolated at the nodes. Tractions become linear on each edge by their two
     /// moments `∫ F φ_i ds` (five-point Gauss), which is exact for linear ones.
     ///
-    /// * `materials`: one [`LinearElastic`] for the whole body, or [`Materials`] by triangle.
+    /// * `materials`: one [`LinearElastic`] for the whole body, or [`Materials`] by cell.
     ///
     /// # Errors
     /// Conditions without edges, contradictory or non-finite ones, see [`BodyError`].
     pub fn new(
-        mesh: TriMesh,
-        materials: impl Into<Materials>,
-        conditions: &BoundaryConditions,
+        mesh: Mesh<S>,
+        materials: impl Into<Materials<S>>,
+        conditions: &BoundaryConditions<S>,
     ) -> Result<Self, BodyError> {
         conditions::evaluate(mesh, materials.into(), conditions, None)
-    }
-
-    /// Creates the same body on a finer mesh: the parts of an edge inherit its conditions and its curve, the selections are not
-    /// evaluated again, and functions are evaluated at the new nodes.
-    ///
-    /// * `refinement`: of this body's mesh.
-    ///
-    /// # Errors
-    /// Functions whose values at new nodes are not finite, or contradict each other, see [`BodyError`].
-    pub fn refined(&self, refinement: &Refinement) -> Result<Self, BodyError> {
-        let finer = |edges: &Vec<FacetId>| {
-            let mut parts: Vec<FacetId> =
-                edges.iter().flat_map(|&e| refinement.parts(&self.mesh, e)).collect();
-            parts.sort_unstable();
-            parts
-        };
-        let selected = conditions::Selected {
-            displacements: self.selected.displacements.iter().map(finer).collect(),
-            nodes: self.selected.nodes.clone(),
-            tractions: self.selected.tractions.iter().map(finer).collect(),
-            rigid: self.selected.rigid.iter().map(finer).collect(),
-        };
-        let materials = self.materials.inherited(&refinement.parent_cell);
-        let finer =
-            conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))?;
-        Ok(Self {
-            curves: self.curves.refined(&self.mesh, refinement),
-            inserted: self.inserted.clone(),
-            ..finer
-        })
     }
 
     /// Creates the same body with other amounts of what its conditions impose: displacements, tractions, and loads and motions of rigid sides.
@@ -287,16 +269,6 @@ impl Body {
         let (mesh, materials) = (self.mesh.clone(), self.materials.clone());
         let body = conditions::evaluate(mesh, materials, &scaled, Some(self.selected.clone()))?;
         Ok(Self { curves: self.curves.clone(), inserted: self.inserted.clone(), ..body })
-    }
-
-    /// Adds a constant traction along the whole boundary, counter-clockwise, Pa. It has no resultant, and a moment of `2 A` times it with the
-    /// area `A`, about any point.
-    pub(crate) fn turn(&mut self, traction: f64) {
-        let edges = self.mesh.topology().boundary_facets();
-        for (condition, edge) in self.facet_conditions.iter_mut().zip(edges) {
-            let along = perpendicular(self.mesh.facet_normal(*edge));
-            condition.traction.iter_mut().for_each(|t| *t += traction * along);
-        }
     }
 
     /// Tells whether nothing but contact holds the body: no support, no rigid side, and it is one piece.
@@ -361,61 +333,61 @@ impl Body {
 
     /// Tells whether an edge has neither a load nor an imposed displacement.
     pub fn is_free(&self, edge: FacetId) -> bool {
-        let free = |c: &FacetCondition| c.reaction.is_none() && c.traction == [Vector::zeros(); 2];
+        let free = |c: &FacetCondition<S>| c.reaction.is_none() && c.traction == S::ZEROS;
         self.facet_condition(edge).is_none_or(free)
     }
 
     /// Returns the mesh.
     #[inline]
-    pub fn mesh(&self) -> &TriMesh {
+    pub fn mesh(&self) -> &Mesh<S> {
         &self.mesh
     }
 
-    /// Returns the material of a triangle.
+    /// Returns the material of a cell.
     #[inline]
-    pub fn material(&self, triangle: usize) -> &LinearElastic {
-        self.materials.of(triangle)
+    pub fn material(&self, cell: usize) -> &LinearElastic<S> {
+        self.materials.of(cell)
     }
 
-    /// Returns the materials of all triangles.
-    pub fn materials(&self) -> &Materials {
+    /// Returns the materials of all cells.
+    pub fn materials(&self) -> &Materials<S> {
         &self.materials
     }
 
     /// Returns the body force per unit area and thickness, N/m³.
     #[inline]
-    pub fn body_force(&self) -> Vector {
+    pub fn body_force(&self) -> S::Vector {
         self.conditions.body_force
     }
 
     /// Returns the displacement condition of each node.
-    pub fn node_constraints(&self) -> &[NodeConstraint] {
+    pub fn node_constraints(&self) -> &[NodeConstraint<S>] {
         &self.node_constraints
     }
 
     /// Returns the condition on each boundary edge, in the order of
     /// [`crate::mesh::topology::Topology::boundary_facets`].
-    pub fn facet_conditions(&self) -> &[FacetCondition] {
+    pub fn facet_conditions(&self) -> &[FacetCondition<S>] {
         &self.facet_conditions
     }
 
     /// Returns the nodes of each displacement condition, in the order of the conditions.
-    pub fn supports(&self) -> &[SupportSet] {
+    pub fn supports(&self) -> &[SupportSet<S>] {
         &self.supports
     }
 
     /// Returns the sides that stay rigid, in the order of the conditions.
-    pub fn rigid_sides(&self) -> &[RigidSide] {
+    pub fn rigid_sides(&self) -> &[RigidSide<S>] {
         &self.rigid_sides
     }
 
     /// Lists the nodal forces of the loads of its rigid sides, N/m, see [`RigidSide::forces`].
-    pub(crate) fn rigid_forces(&self) -> impl Iterator<Item = (NodeId, Vector)> + '_ {
+    pub(crate) fn rigid_forces(&self) -> impl Iterator<Item = (NodeId, S::Vector)> + '_ {
         self.rigid_sides.iter().flat_map(|side| side.nodes.iter().copied().zip(side.forces.iter().copied()))
     }
 
     /// Finds the condition of a boundary edge.
-    pub fn facet_condition(&self, edge: FacetId) -> Option<&FacetCondition> {
+    pub fn facet_condition(&self, edge: FacetId) -> Option<&FacetCondition<S>> {
         let place = self.mesh.topology().boundary_facets().binary_search(&edge).ok()?;
         self.facet_conditions.get(place)
     }
@@ -442,7 +414,49 @@ impl Body {
     }
 
     /// Lists a basis of the rigid motions that the supports leave free; none if the body is held.
-    pub fn rigid_motions(&self) -> Vec<RigidMotion> {
+    pub fn rigid_motions(&self) -> Vec<RigidMotion<S>> {
         if self.free_motion().is_none() { Vec::new() } else { motion::basis(self) }
+    }
+}
+
+impl Body {
+    /// Creates the same body on a finer mesh: the parts of an edge inherit its conditions and its curve, the selections are not
+    /// evaluated again, and functions are evaluated at the new nodes.
+    ///
+    /// * `refinement`: of this body's mesh.
+    ///
+    /// # Errors
+    /// Functions whose values at new nodes are not finite, or contradict each other, see [`BodyError`].
+    pub fn refined(&self, refinement: &Refinement) -> Result<Self, BodyError> {
+        let finer = |edges: &Vec<FacetId>| {
+            let mut parts: Vec<FacetId> =
+                edges.iter().flat_map(|&e| refinement.parts(&self.mesh, e)).collect();
+            parts.sort_unstable();
+            parts
+        };
+        let selected = conditions::Selected {
+            displacements: self.selected.displacements.iter().map(finer).collect(),
+            nodes: self.selected.nodes.clone(),
+            tractions: self.selected.tractions.iter().map(finer).collect(),
+            rigid: self.selected.rigid.iter().map(finer).collect(),
+        };
+        let materials = self.materials.inherited(&refinement.parent_cell);
+        let finer =
+            conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))?;
+        Ok(Self {
+            curves: self.curves.refined(&self.mesh, refinement),
+            inserted: self.inserted.clone(),
+            ..finer
+        })
+    }
+
+    /// Adds a constant traction along the whole boundary, counter-clockwise, Pa. It has no resultant, and a moment of `2 A` times it with the
+    /// area `A`, about any point.
+    pub(crate) fn turn(&mut self, traction: f64) {
+        let edges = self.mesh.topology().boundary_facets();
+        for (condition, edge) in self.facet_conditions.iter_mut().zip(edges) {
+            let along = perpendicular(self.mesh.facet_normal(*edge));
+            condition.traction.iter_mut().for_each(|t| *t += traction * along);
+        }
     }
 }

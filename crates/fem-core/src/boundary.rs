@@ -1,29 +1,32 @@
 //! Conditions on a body: displacements, tractions, pressures and a body force, by named sides.
 //!
-//! A condition names an edge group and holds numbers or functions of the position. [`crate::body::Body`]
+//! A condition names a group of facets and holds numbers or functions of the position. [`crate::body::Body`]
 //! evaluates it on the mesh.
 
 use crate::geometry::Vector;
+use crate::space::{Plane, Space};
 use std::fmt;
 use std::sync::Arc;
 
 /// A scalar datum: one number, or a function of the position.
 #[derive(Clone)]
-pub enum ScalarData {
+pub enum ScalarData<S: Space = Plane> {
     /// The same value everywhere.
     Constant(f64),
-    /// A function of the position `[x, y]`.
-    Function(Arc<dyn Fn(Vector) -> f64 + Send + Sync>),
+    /// A function of the position.
+    Function(Arc<dyn Fn(S::Vector) -> f64 + Send + Sync>),
 }
 
 impl ScalarData {
-    /// Wraps a function of the position.
+    /// Wraps a function of the position in the plane.
     pub fn function(f: impl Fn(Vector) -> f64 + Send + Sync + 'static) -> Self {
         Self::Function(Arc::new(f))
     }
+}
 
+impl<S: Space> ScalarData<S> {
     /// Evaluates the datum at a point.
-    pub fn at(&self, x: impl Into<Vector>) -> f64 {
+    pub fn at(&self, x: impl Into<S::Vector>) -> f64 {
         match self {
             Self::Constant(value) => *value,
             Self::Function(f) => f(x.into()),
@@ -52,41 +55,47 @@ impl ScalarData {
     }
 }
 
-impl From<f64> for ScalarData {
+impl<S: Space> From<f64> for ScalarData<S> {
     fn from(value: f64) -> Self {
         Self::Constant(value)
     }
 }
 
-impl fmt::Debug for ScalarData {
+impl<S: Space> fmt::Debug for ScalarData<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Constant(value) => write!(f, "{value}"),
-            Self::Function(_) => write!(f, "f(x, y)"),
+            Self::Function(_) => write!(f, "f(x)"),
         }
     }
 }
 
-/// The edges a condition applies to: a named group or a part of it; or a single node.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FacetSelection {
-    /// Name of the edge group.
+/// The facets a condition applies to: a named group or a part of it; or a single node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FacetSelection<S: Space = Plane> {
+    /// Name of the group.
     pub on: String,
-    /// If given, only edges with both ends in the closed box `[[x0, x1], [y0, y1]]` (with a
+    /// If given, only facets with all corners in the closed box `[[x0, x1], [y0, y1]]` (with a
     /// tolerance of 1e-9 body diagonals); infinite limits do not restrict a direction.
-    pub part: Option<[[f64; 2]; 2]>,
-    /// If given, the boundary node at this place, to 1e-6 of the body's diagonal, and no edge; see [`FacetSelection::node`].
-    pub node: Option<Vector>,
+    pub part: Option<S::Axes<[f64; 2]>>,
+    /// If given, the boundary node at this place, to 1e-6 of the body's diagonal, and no facet; see [`FacetSelection::node`].
+    pub node: Option<S::Vector>,
 }
 
-impl FacetSelection {
+impl<S: Space> Default for FacetSelection<S> {
+    fn default() -> Self {
+        Self { on: String::new(), part: None, node: None }
+    }
+}
+
+impl<S: Space> FacetSelection<S> {
     /// Selects a single boundary node, for Cartesian components of a displacement.
     ///
-    /// In the plane a point holds no elastic body: forces on it do infinite work. Such a support may remove rigid motions that no
+    /// A point holds no elastic body: forces on it do infinite work. Such a support may remove rigid motions that no
     /// load drives. If it carries a force, no bound of the error is valid (`boundary_traction` of the checks).
     ///
     /// * `name`: of the support.
-    pub fn node(name: impl Into<String>, at: impl Into<Vector>) -> Self {
+    pub fn node(name: impl Into<String>, at: impl Into<S::Vector>) -> Self {
         Self { on: name.into(), part: None, node: Some(at.into()) }
     }
 
@@ -95,14 +104,14 @@ impl FacetSelection {
         Self { on: name.into(), part: None, node: None }
     }
 
-    /// Restricts the selection to the edges within `[[x0, x1], [y0, y1]]`.
-    pub fn within(mut self, part: [[f64; 2]; 2]) -> Self {
+    /// Restricts the selection to the facets within `[[x0, x1], [y0, y1]]`.
+    pub fn within(mut self, part: S::Axes<[f64; 2]>) -> Self {
         self.part = Some(part);
         self
     }
 }
 
-impl From<&str> for FacetSelection {
+impl<S: Space> From<&str> for FacetSelection<S> {
     fn from(name: &str) -> Self {
         Self::group(name)
     }
@@ -110,11 +119,11 @@ impl From<&str> for FacetSelection {
 
 /// The components of the displacement that are imposed, with their values in the length unit.
 #[derive(Clone, Debug)]
-pub enum Support {
+pub enum Support<S: Space = Plane> {
     /// Cartesian components; `None` leaves one free.
-    Components([Option<ScalarData>; 2]),
-    /// The component along the outward normal of the side (0 is a roller); the tangential one is free.
-    Normal(ScalarData),
+    Components(S::Data<Option<ScalarData<S>>>),
+    /// The component along the outward normal of the side (0 is a roller); the tangential ones are free.
+    Normal(ScalarData<S>),
 }
 
 /// The list that contains a condition, for error messages.
@@ -153,47 +162,57 @@ impl fmt::Display for ConditionPlace {
 
 /// A displacement imposed on a part of the boundary.
 #[derive(Clone, Debug)]
-pub struct DisplacementCondition {
-    /// The edges that it holds.
-    pub edges: FacetSelection,
+pub struct DisplacementCondition<S: Space = Plane> {
+    /// The facets that it holds.
+    pub edges: FacetSelection<S>,
     /// The directions that are held, and the values imposed there.
-    pub support: Support,
+    pub support: Support<S>,
 }
 
-/// A load on a part of the boundary, per unit length and thickness (Pa).
+/// A load on a part of the boundary, in the plane per unit length and thickness (Pa).
 #[derive(Clone, Debug)]
-pub enum Load {
+pub enum Load<S: Space = Plane> {
     /// A traction vector by Cartesian components.
-    Vector([ScalarData; 2]),
+    Vector(S::Data<ScalarData<S>>),
     /// A pressure `q` that pushes onto the body: the traction `−q n`.
-    Pressure(ScalarData),
+    Pressure(ScalarData<S>),
 }
 
 /// A load applied to a part of the boundary.
 #[derive(Clone, Debug)]
-pub struct TractionCondition {
-    /// The edges that it loads.
-    pub edges: FacetSelection,
+pub struct TractionCondition<S: Space = Plane> {
+    /// The facets that it loads.
+    pub edges: FacetSelection<S>,
     /// The load on them.
-    pub load: Load,
+    pub load: Load<S>,
 }
 
 /// A side that stays rigid: a loading plate, the bore of a pin on its bolt. Each component of its motion is imposed, or free
 /// under its load.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RigidCondition {
-    /// The edges that stay rigid.
-    pub edges: FacetSelection,
-    /// Imposed displacements in x and y of the point `about`, m; `None`: free.
-    pub translation: [Option<f64>; 2],
-    /// Imposed rotation, radians, counter-clockwise; `None`: free.
-    pub rotation: Option<f64>,
-    /// Resultant of its load, N/m; it acts along free components only.
-    pub force: Vector,
-    /// Moment of its load about the point `about`, N.
-    pub moment: f64,
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidCondition<S: Space = Plane> {
+    /// The facets that stay rigid.
+    pub edges: FacetSelection<S>,
+    /// Imposed displacements of the point `about`, m, and then rotations, radians, counter-clockwise; `None`: free.
+    pub motion: S::Components<Option<f64>>,
+    /// Resultant of its load, N/m in the plane, N in space; it acts along free components only.
+    pub force: S::Vector,
+    /// Moment of its load about the point `about`, N in the plane, N m in space.
+    pub moment: S::Spin,
     /// The point about which it rotates, m; `None`: the centroid of the side.
-    pub about: Option<Vector>,
+    pub about: Option<S::Vector>,
+}
+
+impl<S: Space> Default for RigidCondition<S> {
+    fn default() -> Self {
+        Self {
+            edges: FacetSelection::default(),
+            motion: S::components(|_| None),
+            force: S::Vector::default(),
+            moment: S::Spin::default(),
+            about: None,
+        }
+    }
 }
 
 /// All conditions and loads of one body. Sides that are not named are free of traction.
@@ -208,61 +227,72 @@ pub struct RigidCondition {
 /// assert_eq!(conditions.displacements.len(), 2);
 /// ```
 #[derive(Clone, Debug, Default)]
-pub struct BoundaryConditions {
+pub struct BoundaryConditions<S: Space = Plane> {
     /// Imposed displacements.
-    pub displacements: Vec<DisplacementCondition>,
-    /// Imposed tractions; several on one edge add up.
-    pub tractions: Vec<TractionCondition>,
+    pub displacements: Vec<DisplacementCondition<S>>,
+    /// Imposed tractions; several on one facet add up.
+    pub tractions: Vec<TractionCondition<S>>,
     /// Sides that stay rigid.
-    pub rigid: Vec<RigidCondition>,
-    /// Constant body force per unit area and thickness, N/m³.
-    pub body_force: Vector,
+    pub rigid: Vec<RigidCondition<S>>,
+    /// Constant body force per unit volume, N/m³.
+    pub body_force: S::Vector,
 }
 
 impl BoundaryConditions {
-    /// Creates empty conditions.
+    /// Creates empty conditions of the plane.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Imposes zero displacement in both components on a side.
-    pub fn fix(self, edges: impl Into<FacetSelection>) -> Self {
-        self.displace(edges, Some(0.0.into()), Some(0.0.into()))
-    }
-
     /// Imposes the given Cartesian components on a side.
     pub fn displace(
-        mut self,
+        self,
         edges: impl Into<FacetSelection>,
         ux: Option<ScalarData>,
         uy: Option<ScalarData>,
     ) -> Self {
-        let support = Support::Components([ux, uy]);
+        self.components(edges, [ux, uy])
+    }
+}
+
+impl<S: Space> BoundaryConditions<S> {
+    /// Imposes zero displacement in all components on a side.
+    pub fn fix(self, edges: impl Into<FacetSelection<S>>) -> Self {
+        self.components(edges, S::data(|_| Some(0.0.into())))
+    }
+
+    /// Imposes the given Cartesian components on a side.
+    pub fn components(
+        mut self,
+        edges: impl Into<FacetSelection<S>>,
+        components: S::Data<Option<ScalarData<S>>>,
+    ) -> Self {
+        let support = Support::Components(components);
         self.displacements.push(DisplacementCondition { edges: edges.into(), support });
         self
     }
 
-    /// Imposes the normal component on a side and leaves the tangential one free: a roller.
-    pub fn roller(mut self, edges: impl Into<FacetSelection>, value: impl Into<ScalarData>) -> Self {
+    /// Imposes the normal component on a side and leaves the tangential ones free: a roller.
+    pub fn roller(mut self, edges: impl Into<FacetSelection<S>>, value: impl Into<ScalarData<S>>) -> Self {
         let support = Support::Normal(value.into());
         self.displacements.push(DisplacementCondition { edges: edges.into(), support });
         self
     }
 
     /// Applies a traction vector to a side.
-    pub fn traction(mut self, edges: impl Into<FacetSelection>, vector: [ScalarData; 2]) -> Self {
+    pub fn traction(mut self, edges: impl Into<FacetSelection<S>>, vector: S::Data<ScalarData<S>>) -> Self {
         self.tractions.push(TractionCondition { edges: edges.into(), load: Load::Vector(vector) });
         self
     }
 
     /// Applies a pressure that pushes onto the body.
-    pub fn pressure(mut self, edges: impl Into<FacetSelection>, value: impl Into<ScalarData>) -> Self {
+    pub fn pressure(mut self, edges: impl Into<FacetSelection<S>>, value: impl Into<ScalarData<S>>) -> Self {
         self.tractions.push(TractionCondition { edges: edges.into(), load: Load::Pressure(value.into()) });
         self
     }
 
     /// Keeps a side rigid.
-    pub fn rigid(mut self, condition: RigidCondition) -> Self {
+    pub fn rigid(mut self, condition: RigidCondition<S>) -> Self {
         self.rigid.push(condition);
         self
     }
@@ -278,7 +308,7 @@ impl BoundaryConditions {
             let s = of(ConditionList::Displacement, k);
             condition.support = match &condition.support {
                 Support::Components(all) => {
-                    Support::Components(all.each_ref().map(|data| data.as_ref().map(|data| data.scaled(s))))
+                    Support::Components(S::data(|c| all[c].as_ref().map(|data| data.scaled(s))))
                 }
                 Support::Normal(data) => Support::Normal(data.scaled(s)),
             };
@@ -286,22 +316,21 @@ impl BoundaryConditions {
         for (k, condition) in scaled.tractions.iter_mut().enumerate() {
             let s = of(ConditionList::Traction, k);
             condition.load = match &condition.load {
-                Load::Vector(all) => Load::Vector(all.each_ref().map(|data| data.scaled(s))),
+                Load::Vector(all) => Load::Vector(S::data(|c| all[c].scaled(s))),
                 Load::Pressure(data) => Load::Pressure(data.scaled(s)),
             };
         }
         for (k, condition) in scaled.rigid.iter_mut().enumerate() {
             let s = of(ConditionList::Rigid, k);
-            condition.translation = condition.translation.map(|u| u.map(|u| s * u));
-            condition.rotation = condition.rotation.map(|angle| s * angle);
+            condition.motion = S::components(|k| condition.motion[k].map(|u| s * u));
             condition.force *= s;
-            condition.moment *= s;
+            condition.moment = condition.moment * s;
         }
         scaled
     }
 
-    /// Sets the constant body force per unit area and thickness.
-    pub fn body_force(mut self, force: impl Into<Vector>) -> Self {
+    /// Sets the constant body force per unit volume, in the plane per unit area and thickness.
+    pub fn body_force(mut self, force: impl Into<S::Vector>) -> Self {
         self.body_force = force.into();
         self
     }

@@ -460,7 +460,7 @@ impl Frames {
     /// Gives a node the frame dual to its first axis and another vector.
     fn make_dual(&mut self, node: NodeId, second: Vector) {
         let axis = &mut self.axes[node.index()];
-        let frame = dual([*axis, second]);
+        let frame = dual::<crate::space::Plane>([*axis, second]);
         *axis = frame[0];
         self.oblique.push((node, frame[1]));
     }

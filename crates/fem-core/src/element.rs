@@ -2,7 +2,6 @@
 
 use crate::material::LinearElastic;
 use crate::space::{Plane, Space};
-use crate::tensor::applied;
 
 /// Measure and the constant gradients of the shape functions of a cell.
 #[derive(Clone, Copy, Debug)]
@@ -56,22 +55,23 @@ impl<S: Space> Element<S> {
                 (1..S::DIM).fold(entry(0), |sum, j| sum + entry(j))
             }))
         });
-        S::corners(|a| S::axes(|axis| applied::<S>(stress[axis], self.gradients[a])))
+        S::corners(|a| S::axes(|axis| S::applied(stress[axis], self.gradients[a])))
     }
 
     /// Computes `∫ σ ∇φ_k`, the nodal forces of a constant stress, N/m in the plane, N in space.
     #[inline]
     pub fn internal_forces(&self, stress: S::Tensor) -> S::Corners<S::Vector> {
-        S::corners(|k| applied::<S>(stress, self.gradients[k]) * self.measure)
+        S::corners(|k| S::applied(stress, self.gradients[k]) * self.measure)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Coordinates;
     use crate::geometry::{Vector, perpendicular};
     use crate::material::Hypothesis;
-    use crate::space::{Coordinates, Solid};
+    use crate::space::Solid;
     use nalgebra::Vector3;
 
     fn check<S: Space>(

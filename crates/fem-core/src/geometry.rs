@@ -1,7 +1,8 @@
 //! Vectors of the plane, and the operations on them shared by the other modules; some serve any [`crate::space::Space`].
 
-use crate::space::Coordinates;
+mod coordinates;
 
+pub use coordinates::Coordinates;
 pub use nalgebra::Vector2;
 
 /// A point or vector of the plane, in the length unit of the user's data. `[x, y].into()` makes one of an array.
@@ -49,10 +50,24 @@ impl<V: Coordinates> From<V> for Point {
     }
 }
 
+impl std::ops::Index<usize> for Point {
+    type Output = f64;
+
+    fn index(&self, k: usize) -> &f64 {
+        &self.entries[k]
+    }
+}
+
+impl Point {
+    /// Writes the point with numbers of a given form.
+    pub(crate) fn shown_with(&self, number: impl Fn(f64) -> String) -> String {
+        format!("({})", self.entries[..self.count].iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "))
+    }
+}
+
 impl std::fmt::Display for Point {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let entries = self.entries[..self.count].iter().map(|x| shown(*x));
-        write!(f, "({})", entries.collect::<Vec<_>>().join(", "))
+        f.write_str(&self.shown_with(shown))
     }
 }
 

@@ -8,7 +8,7 @@ mod assignment;
 
 use crate::geometry::shown;
 use crate::space::{Matrix, Plane, Solid, Space};
-use crate::tensor::{SymTensor2, contracted};
+use crate::tensor::SymTensor2;
 use nalgebra::{Matrix3, Matrix6};
 use thiserror::Error;
 
@@ -248,7 +248,7 @@ impl<S: Space> LinearElastic<S> {
     /// Computes `σ : E⁻¹ τ`, the complementary energy product of two stresses (J/m³, no factor ½).
     #[inline]
     pub fn complementary(&self, sigma: S::Tensor, tau: S::Tensor) -> f64 {
-        contracted::<S>(sigma, self.strain(tau))
+        S::contracted(sigma, self.strain(tau))
     }
 }
 

@@ -8,9 +8,9 @@ mod overlap;
 pub mod refine;
 pub mod topology;
 
-use crate::geometry::{self, Point};
+use crate::geometry::{self, Coordinates, Point};
 use crate::mesh::id::{FacetId, NodeId};
-use crate::space::{Cell, Coordinates, Facet, Item, Plane, Solid, Space};
+use crate::space::{Item, Plane, Solid, Space};
 use error::{LARGEST_COORDINATE, SHORTEST_EDGE};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -18,6 +18,12 @@ use topology::Topology;
 
 pub use error::MeshError;
 pub use overlap::CellOverlap;
+
+/// The corners of a cell: a triangle or a tetrahedron.
+pub type Cell<S> = <S as Space>::Corners<NodeId>;
+
+/// The corners of a facet, which has as many as there are axes: an edge or a triangle.
+pub type Facet<S> = <S as Space>::Axes<NodeId>;
 
 /// A conforming mesh with named sets of facets.
 ///

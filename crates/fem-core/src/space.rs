@@ -14,17 +14,15 @@ mod array;
 mod matrix;
 mod plane;
 mod solid;
-mod vector;
 
-use crate::mesh::id::NodeId;
+use crate::geometry::Coordinates;
 use std::fmt::Debug;
-use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 
 pub use array::{Array, Item};
 pub use matrix::Matrix;
 pub use plane::Plane;
 pub use solid::Solid;
-pub use vector::Coordinates;
 
 mod sealed {
     pub trait Sealed {}
@@ -32,11 +30,8 @@ mod sealed {
     impl Sealed for super::Solid {}
 }
 
-/// The corners of a cell: a triangle or a tetrahedron.
-pub type Cell<S> = <S as Space>::Corners<NodeId>;
-
-/// The corners of a facet, which has as many as there are axes: an edge or a triangle.
-pub type Facet<S> = <S as Space>::Axes<NodeId>;
+/// A motion that turns by less than this fraction of its translation, over the size of the body, is a translation.
+const TRANSLATION: f64 = 1e-6;
 
 /// The words of messages.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +92,7 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
         + Add<Output = Self::Spin>
         + Sub<Output = Self::Spin>
         + Mul<f64, Output = Self::Spin>
+        + Div<f64, Output = Self::Spin>
         + AddAssign
         + SubAssign;
 
@@ -120,6 +116,9 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
 
     /// Completes orthonormal vectors to a basis: returns orthonormal vectors that are perpendicular to them, then zeros.
     fn complement(basis: &[Self::Vector]) -> Self::Axes<Self::Vector>;
+
+    /// Computes vectors the `k`-th of which is perpendicular to all vectors but the `k`-th; its product with that one is the same for each.
+    fn across(vectors: &Self::Axes<Self::Vector>) -> Self::Axes<Self::Vector>;
 
     /// Returns the corners of facet `k` of a cell of positive measure. Seen from outside they run counter-clockwise; in the plane from right
     /// to left.
@@ -152,9 +151,59 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
     /// * `moment`: m; `arms`: w and x.
     fn spin_of(moment: Self::Spin, arms: impl Iterator<Item = (f64, Self::Vector)>) -> Self::Spin;
 
+    /// Computes the normal of a flat part of a boundary; `None` if a corner is farther from one line or plane than a fraction of its size.
+    ///
+    /// * `facets`: each with its corners in the order of [`Self::facet`]; they are joined to each other.
+    fn flat_normal(facets: &[Self::Axes<Self::Vector>], fraction: f64) -> Option<Self::Vector>;
+
+    /// Finds a point on the axis of a motion `t + ω × x`, and in space the axis; `None` if it is a translation.
+    fn screw(translation: Self::Vector, spin: Self::Spin) -> Option<(Self::Vector, Option<Self::Vector>)>;
+
     /// Returns the component of a symmetric tensor in row `i` and column `j`.
     #[inline(always)]
     fn component(i: usize, j: usize) -> usize {
         if i == j { i } else { Self::COMPONENTS - i - j }
     }
+
+    /// Multiplies a tensor by a vector, `T n`: the traction of a stress on a side of normal `n`.
+    #[inline(always)]
+    fn applied(tensor: Self::Tensor, n: Self::Vector) -> Self::Vector {
+        let t: Self::Components<f64> = tensor.into();
+        Self::Vector::of(|i| {
+            let mut sum = t[Self::component(i, 0)] * n[0];
+            for j in 1..Self::DIM {
+                sum += t[Self::component(i, j)] * n[j];
+            }
+            sum
+        })
+    }
+
+    /// Computes the double contraction `A : B`, in which shears count twice.
+    #[inline(always)]
+    fn contracted(a: Self::Tensor, b: Self::Tensor) -> f64 {
+        let (a, b): (Self::Components<f64>, Self::Components<f64>) = (a.into(), b.into());
+        let mut sum = a[0] * b[0];
+        for k in 1..Self::DIM {
+            sum += a[k] * b[k];
+        }
+        for k in Self::DIM..Self::COMPONENTS {
+            sum += 2.0 * a[k] * b[k];
+        }
+        sum
+    }
+
+    /// Computes the work of a force along all motions of a rigid body: its components, and its moments times a factor.
+    #[inline]
+    fn work(force: Self::Vector, arm: Self::Vector, factor: f64) -> Self::Components<f64> {
+        Self::components(|k| {
+            if k < Self::DIM {
+                return force[k];
+            }
+            let (_, spin) = Self::parts(&Self::components(|j| if j == k { 1.0 } else { 0.0 }));
+            force.times(&(Self::turned(spin, arm) * factor))
+        })
+    }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,34 +2,6 @@
 //! *tensor* component (`ε_xy = ½ γ_xy`), never the engineering shear.
 
 use crate::geometry::Vector;
-use crate::space::{Coordinates, Space};
-
-/// Multiplies a tensor by a vector, `T n`: the traction of a stress on a side of normal `n`.
-#[inline(always)]
-pub fn applied<S: Space>(tensor: S::Tensor, n: S::Vector) -> S::Vector {
-    let t: S::Components<f64> = tensor.into();
-    S::Vector::of(|i| {
-        let mut sum = t[S::component(i, 0)] * n[0];
-        for j in 1..S::DIM {
-            sum += t[S::component(i, j)] * n[j];
-        }
-        sum
-    })
-}
-
-/// Computes the double contraction `A : B`, in which shears count twice.
-#[inline(always)]
-pub fn contracted<S: Space>(a: S::Tensor, b: S::Tensor) -> f64 {
-    let (a, b): (S::Components<f64>, S::Components<f64>) = (a.into(), b.into());
-    let mut sum = a[0] * b[0];
-    for k in 1..S::DIM {
-        sum += a[k] * b[k];
-    }
-    for k in S::DIM..S::COMPONENTS {
-        sum += 2.0 * a[k] * b[k];
-    }
-    sum
-}
 
 /// A symmetric second-order tensor of the plane: a strain (–) or a stress (Pa).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -134,25 +106,10 @@ impl From<SymTensor3> for [f64; 6] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::{Plane, Solid};
 
     #[test]
     fn contraction_counts_the_shear_twice() {
         let t = SymTensor2::new(1.0, 2.0, 3.0);
         assert_eq!(t.contract(t), 1.0 + 4.0 + 18.0);
-        assert_eq!(contracted::<Plane>(t, t), t.contract(t));
-        let t = SymTensor3::from([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-        assert_eq!(contracted::<Solid>(t, t), 1.0 + 4.0 + 9.0 + 2.0 * (16.0 + 25.0 + 36.0));
-    }
-
-    #[test]
-    fn components_are_in_the_rows_and_columns_of_their_names() {
-        let t = SymTensor3::from([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-        let [x, y, z] = Solid::AXES;
-        assert_eq!(applied::<Solid>(t, x).as_slice(), [t.xx, t.xy, t.xz]);
-        assert_eq!(applied::<Solid>(t, y).as_slice(), [t.xy, t.yy, t.yz]);
-        assert_eq!(applied::<Solid>(t, z).as_slice(), [t.xz, t.yz, t.zz]);
-        let (t, n) = (SymTensor2::new(1.0, 2.0, 3.0), Vector::new(0.3, -0.7));
-        assert_eq!(applied::<Plane>(t, n), t.apply(n));
     }
 }

@@ -146,7 +146,7 @@ impl BodyFields<'_> {
             for pair in solution.problem.contacts[k].interface.pairs() {
                 let node = pair.nodes[side].index();
                 let slides = !solution.problem.contacts[k].friction.acts();
-                let held = match model.node_constraints()[node].held.is_none() && slides {
+                let held: Directions = match model.node_constraints()[node].held.is_none() && slides {
                     true => Directions::along(pair.normal / norm(pair.normal)),
                     false => Directions::ALL,
                 };

@@ -151,14 +151,14 @@ impl Case {
         };
         let mut help = None;
         let path = match error {
-            BodyError::UnknownGroup { place, group, known } => {
+            BodyError::UnknownGroup { place, group, known, .. } => {
                 help = self
                     .region_not_side(body, group)
                     .or_else(|| self.side_of_other(body, group))
                     .or_else(|| did_you_mean(group, known.split(", "), '"'));
                 of(place, ".on")
             }
-            BodyError::InteriorEdge { place, .. } | BodyError::CurvedTwice { place, .. } => of(place, ".on"),
+            BodyError::InteriorFacet { place, .. } | BodyError::CurvedTwice { place, .. } => of(place, ".on"),
             BodyError::NoNode { place, .. } => {
                 let on = self.bodies[body].displacements.get(place.index).map(|given| &given.on);
                 let side = self.bodies[body].sides.iter().position(|side| Some(&side.name) == on);

@@ -44,8 +44,7 @@ fn traction(given: &Traction) -> boundary::TractionCondition {
 fn rigid(given: &RigidCase) -> boundary::RigidCondition {
     boundary::RigidCondition {
         edges: selection(&given.on, given.part),
-        translation: [given.rigid.ux, given.rigid.uy],
-        rotation: given.rigid.rotation,
+        motion: [given.rigid.ux, given.rigid.uy, given.rigid.rotation],
         force: given.rigid.force.unwrap_or_default().into(),
         moment: given.rigid.moment.unwrap_or_default(),
         about: given.rigid.about.map(Into::into),

@@ -23,7 +23,7 @@ pub(super) fn of_body(error: &BodyError) -> Fix {
         BodyError::EmptySelection { .. } => {
             ("a part that holds both ends of an edge", "make `part` larger, or leave it out")
         }
-        BodyError::InteriorEdge { .. } => BOUNDARY,
+        BodyError::InteriorFacet { .. } => BOUNDARY,
         BodyError::NoNode { .. } => (
             "a boundary node of the first mesh, to 1e-6 of the body's diagonal",
             "write the coordinates of the nearest one, or put a node of the mesh there",

@@ -3,15 +3,15 @@
 mod rollers;
 mod single_node;
 
-use super::interpolation::{gauss_points, linear_by_moments};
 use super::rigid::{Equation, Given, RigidSide};
 use super::{Body, BodyError, ConditionList, ConditionPlace, FacetCondition, NodeConstraint, SupportSet};
 use crate::boundary::{BoundaryConditions, FacetSelection, Load, RigidCondition, ScalarData, Support};
 use crate::directions::Directions;
-use crate::geometry::{Vector, cross, norm};
+use crate::geometry::{Coordinates, Point, norm};
 use crate::material::Materials;
-use crate::mesh::TriMesh;
+use crate::mesh::Mesh;
 use crate::mesh::id::{FacetId, NodeId};
+use crate::space::Space;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::OnceLock;
 
@@ -32,26 +32,26 @@ pub(super) struct Selected {
 }
 
 /// Evaluates conditions on a mesh, on the edges they select or on those `inherited` from a coarser mesh.
-pub(super) fn evaluate(
-    mesh: TriMesh,
-    materials: Materials,
-    conditions: &BoundaryConditions,
+pub(super) fn evaluate<S: Space>(
+    mesh: Mesh<S>,
+    materials: Materials<S>,
+    conditions: &BoundaryConditions<S>,
     inherited: Option<Selected>,
-) -> Result<Body, BodyError> {
-    let triangles = mesh.cells().len();
-    if !materials.fit(triangles) {
-        return Err(BodyError::Materials { cells: materials.len(), triangles });
+) -> Result<Body<S>, BodyError> {
+    let cells = mesh.cells().len();
+    if !materials.fit(cells) {
+        return Err(BodyError::Materials { found: materials.len(), cells });
     }
     let force = conditions.body_force;
-    if !(force[0].is_finite() && force[1].is_finite()) {
-        return Err(BodyError::BodyForce { force });
+    if !force.is_finite() {
+        return Err(BodyError::BodyForce { force: force.into() });
     }
     let mut work = Evaluation {
         constraints: vec![NodeConstraint::FREE; mesh.points().len()],
         magnitudes: vec![0.0; mesh.points().len()],
         turned: Vec::new(),
-        edges: vec![
-            FacetCondition { reaction: Directions::NONE, traction: [Vector::zeros(); 2] };
+        facets: vec![
+            FacetCondition { reaction: Directions::NONE, traction: S::ZEROS };
             mesh.topology().boundary_facets().len()
         ],
         mesh: &mesh,
@@ -63,7 +63,7 @@ pub(super) fn evaluate(
     (selected.rigid, rigid_sides) = work.stiffen_all(conditions, inherited)?;
     selected.tractions = work.load_all(conditions, inherited)?;
     let roller_turn = work.roller_turn();
-    let (node_constraints, facet_conditions) = (work.constraints, work.edges);
+    let (node_constraints, facet_conditions) = (work.constraints, work.facets);
     let conditions = conditions.clone();
     let free_motion = OnceLock::new();
     Ok(Body {
@@ -82,45 +82,45 @@ pub(super) fn evaluate(
     })
 }
 
-struct Evaluation<'a> {
-    mesh: &'a TriMesh,
-    constraints: Vec<NodeConstraint>,
+struct Evaluation<'a, S: Space> {
+    mesh: &'a Mesh<S>,
+    constraints: Vec<NodeConstraint<S>>,
     /// Size of the data imposed on each node, m: the scale of their round-off.
     magnitudes: Vec<f64>,
-    edges: Vec<FacetCondition>,
-    turned: Vec<Turned>,
+    facets: Vec<FacetCondition<S>>,
+    turned: Vec<Turned<S>>,
 }
 
 /// A node on a curved roller, fixed in another direction than the normal of one of its edges.
-struct Turned {
+struct Turned<S: Space> {
     node: NodeId,
-    /// The edge's normal, and what is imposed along it.
-    normal: Vector,
+    /// The facet's normal, and what is imposed along it.
+    normal: S::Vector,
     value: f64,
     /// Sine of the angle between the two.
     sine: f64,
 }
 
-/// A datum and the direction in which it fixes the nodes of an edge.
-struct Imposed<'a> {
-    direction: Vector,
-    data: &'a ScalarData,
+/// A datum and the direction in which it fixes the nodes of a facet.
+struct Imposed<'a, S: Space> {
+    direction: S::Vector,
+    data: &'a ScalarData<S>,
     /// Largest absolute value at the nodes of the condition's edges, m.
     magnitude: f64,
 }
 
-impl Evaluation<'_> {
+impl<S: Space> Evaluation<'_, S> {
     /// Imposes all displacement conditions; adds the edges or the node of each, and returns what it holds.
     fn impose_all(
         &mut self,
-        conditions: &BoundaryConditions,
+        conditions: &BoundaryConditions<S>,
         inherited: Option<&Selected>,
         selected: &mut Selected,
-    ) -> Result<Vec<SupportSet>, BodyError> {
+    ) -> Result<Vec<SupportSet<S>>, BodyError> {
         let mut supports = Vec::new();
         for (index, condition) in conditions.displacements.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Displacement, index };
-            let (edges, node, held) = match condition.edges.node {
+            let (facets, node, held) = match condition.edges.node {
                 Some(at) => {
                     let known = inherited.and_then(|known| known.nodes[index]);
                     let node = known.map_or_else(|| self.node_at(place, at), Ok)?;
@@ -135,7 +135,7 @@ impl Evaluation<'_> {
             };
             let (nodes, reactions) = held.into_iter().unzip();
             supports.push(SupportSet { group: condition.edges.on.clone(), nodes, reactions });
-            selected.displacements.push(edges);
+            selected.displacements.push(facets);
             selected.nodes.push(node);
         }
         Ok(supports)
@@ -144,9 +144,9 @@ impl Evaluation<'_> {
     /// Makes sides rigid; returns the edges of each.
     fn stiffen_all(
         &mut self,
-        conditions: &BoundaryConditions,
+        conditions: &BoundaryConditions<S>,
         inherited: Option<&Selected>,
-    ) -> Result<(Vec<Vec<FacetId>>, Vec<RigidSide>), BodyError> {
+    ) -> Result<(Vec<Vec<FacetId>>, Vec<RigidSide<S>>), BodyError> {
         let (mut selected, mut sides) = (Vec::new(), Vec::new());
         for (index, condition) in conditions.rigid.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Rigid, index };
@@ -162,42 +162,42 @@ impl Evaluation<'_> {
         &mut self,
         place: ConditionPlace,
         edges: &[FacetId],
-        condition: &RigidCondition,
-    ) -> Result<RigidSide, BodyError> {
+        condition: &RigidCondition<S>,
+    ) -> Result<RigidSide<S>, BodyError> {
         let topology = self.mesh.topology();
         let points = self.mesh.points();
-        let middle = |edge: FacetId| self.mesh.facet_middle(edge);
+        let middle = |facet: FacetId| self.mesh.facet_middle(facet);
         let origin = points[topology.facets()[edges[0]][0]];
-        let numbers = condition.translation.iter().chain([&condition.rotation]).flatten().copied();
-        let loads = [condition.force[0], condition.force[1], condition.moment];
+        let numbers = condition.motion.into_iter().flatten();
+        let loads = S::motion(condition.force, condition.moment);
         let about = condition.about.unwrap_or_default();
-        for value in numbers.chain(loads).chain([about[0], about[1]]) {
+        for value in numbers.chain(loads).chain(about.entries().iter().copied()) {
             finite(place, origin, value)?;
         }
         let (piece_of, _) = topology.pieces();
         let piece = piece_of[topology.facets()[edges[0]][0]];
         let mut equations = Vec::new();
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
-            if !self.edges[position].reaction.is_none() {
-                return Err(BodyError::RigidOccupied { place, point: middle(edge) });
+            if !self.facets[position].reaction.is_none() {
+                return Err(BodyError::RigidOccupied { place, point: middle(edge).into() });
             }
             for node in topology.facets()[edge] {
                 let point = points[node];
                 let constraint = &self.constraints[node];
                 if constraint.rigid_side.is_some() || piece_of[node] != piece {
-                    return Err(BodyError::RigidOccupied { place, point });
+                    return Err(BodyError::RigidOccupied { place, point: point.into() });
                 }
                 let imposed = constraint.components();
                 equations.extend(imposed.map(|(direction, value)| Equation { point, direction, value }));
             }
         }
         for (_, position) in self.places(edges).collect::<Vec<_>>() {
-            self.edges[position].reaction = Directions::ALL;
+            self.facets[position].reaction = Directions::ALL;
         }
         let given = Given { condition, edges: edges.to_vec(), equations, piece };
         let side = RigidSide::new(self.mesh, given).map_err(|(equation, found)| BodyError::Conflict {
             place,
-            point: equation.point,
+            point: equation.point.into(),
             values: [equation.value, found],
         })?;
         for &node in &side.nodes {
@@ -211,7 +211,7 @@ impl Evaluation<'_> {
     /// Applies all loads; returns the edges of each.
     fn load_all(
         &mut self,
-        conditions: &BoundaryConditions,
+        conditions: &BoundaryConditions<S>,
         inherited: Option<&Selected>,
     ) -> Result<Vec<Vec<FacetId>>, BodyError> {
         let mut selected = Vec::new();
@@ -228,45 +228,53 @@ impl Evaluation<'_> {
     fn edges_of(
         &self,
         place: ConditionPlace,
-        selection: &FacetSelection,
+        selection: &FacetSelection<S>,
         known: Option<&Vec<Vec<FacetId>>>,
     ) -> Result<Vec<FacetId>, BodyError> {
         known.map_or_else(|| self.select(place, selection), |known| Ok(known[place.index].clone()))
     }
 
     /// Selects boundary edges.
-    fn select(&self, place: ConditionPlace, selection: &FacetSelection) -> Result<Vec<FacetId>, BodyError> {
+    fn select(
+        &self,
+        place: ConditionPlace,
+        selection: &FacetSelection<S>,
+    ) -> Result<Vec<FacetId>, BodyError> {
         if selection.node.is_some() {
             return Err(BodyError::SingleNode { place });
         }
         let group = selection.on.clone();
         let Some(edges) = self.mesh.group(&group) else {
             let names: Vec<&str> = self.mesh.groups().keys().map(String::as_str).collect();
-            return Err(BodyError::UnknownGroup { place, group, known: names.join(", ") });
+            let known = names.join(", ");
+            return Err(BodyError::UnknownGroup { place, group, known, words: S::WORDS });
         };
-        let points = self.mesh.points();
         let tolerance = 1e-9 * self.mesh.diagonal();
-        let inside = |p: Vector| {
+        let inside = |p: S::Vector| {
             selection.part.is_none_or(|part| {
-                (0..2).all(|c| p[c] >= part[c][0] - tolerance && p[c] <= part[c][1] + tolerance)
+                (0..S::DIM).all(|c| p[c] >= part[c][0] - tolerance && p[c] <= part[c][1] + tolerance)
             })
         };
         let mut selected = Vec::new();
         for &edge in edges {
-            let ends = self.mesh.topology().facets()[edge].map(|n| points[n]);
-            if !ends.into_iter().all(inside) {
+            let corners = self.mesh.facet_corners(edge);
+            if !corners.into_iter().all(inside) {
                 continue;
             }
             if !self.mesh.topology().is_boundary(edge) {
-                return Err(BodyError::InteriorEdge { place, group, ends });
+                let corners = corners.into_iter().map(Point::from).collect();
+                return Err(BodyError::InteriorFacet { place, group, corners, words: S::WORDS });
             }
             selected.push(edge);
         }
-        if selected.is_empty() { Err(BodyError::EmptySelection { place, group }) } else { Ok(selected) }
+        if selected.is_empty() {
+            return Err(BodyError::EmptySelection { place, group, words: S::WORDS });
+        }
+        Ok(selected)
     }
 
     /// Pairs boundary edges with their places among the boundary edges.
-    fn places<'s>(&'s self, edges: &'s [FacetId]) -> impl Iterator<Item = (FacetId, usize)> + use<'s> {
+    fn places<'s>(&'s self, edges: &'s [FacetId]) -> impl Iterator<Item = (FacetId, usize)> + use<'s, S> {
         edges.iter().map(|&edge| (edge, self.mesh.topology().boundary_place(edge)))
     }
 
@@ -275,32 +283,34 @@ impl Evaluation<'_> {
         &mut self,
         place: ConditionPlace,
         edges: &[FacetId],
-        support: &Support,
-    ) -> Result<BTreeMap<NodeId, Directions>, BodyError> {
+        support: &Support<S>,
+    ) -> Result<BTreeMap<NodeId, Directions<S>>, BodyError> {
         let mut holds = BTreeMap::new();
         let normals = match support {
-            Support::Normal(_) => rollers::straightened(self.mesh, edges),
+            Support::Normal(_) => rollers::flattened(self.mesh, edges),
             Support::Components(_) => HashMap::new(),
         };
         let at_nodes = rollers::at_nodes(self.mesh, &normals);
-        let magnitude = |data: &ScalarData| {
+        let magnitude = |data: &ScalarData<S>| {
             let all = edges.iter().flat_map(|&e| self.mesh.topology().facets()[e]);
             all.fold(0.0f64, |largest, n| largest.max(data.at(self.mesh.points()[n]).abs()))
         };
         let magnitudes = match support {
-            Support::Normal(data) => [Some((data, magnitude(data))); 2],
-            Support::Components(all) => all.each_ref().map(|d| d.as_ref().map(|d| (d, magnitude(d)))),
+            Support::Normal(data) => S::data(|_| Some((data, magnitude(data)))),
+            Support::Components(all) => S::data(|c| all[c].as_ref().map(|d| (d, magnitude(d)))),
         };
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
-            let directions = normals.get(&edge).map_or(Directions::ALL.basis(), std::slice::from_ref);
-            for (&direction, known) in directions.iter().zip(magnitudes) {
-                let Some((data, magnitude)) = known else { continue };
-                let reaction = &mut self.edges[position].reaction;
+            let all = Directions::<S>::ALL;
+            let directions = normals.get(&edge).map_or(all.basis(), std::slice::from_ref);
+            for (&direction, known) in directions.iter().zip(magnitudes.as_ref()) {
+                let Some((data, magnitude)) = *known else { continue };
+                let reaction = &mut self.facets[position].reaction;
                 *reaction = reaction.with(direction, SAME_DIRECTION);
                 for node in self.mesh.topology().facets()[edge] {
-                    let held = at_nodes.get(&node).map_or(direction, |all| rollers::mean(all, direction));
+                    let held =
+                        at_nodes.get(&node).map_or(direction, |all| rollers::mean::<S>(all, direction));
                     let value = self.constrain(place, node, &Imposed { direction: held, data, magnitude })?;
-                    let sine = cross(held, direction).abs();
+                    let sine = Directions::<S>::along(direction).sine(held);
                     if sine > 0.0 {
                         self.turned.push(Turned { node, normal: direction, value, sine });
                     }
@@ -317,21 +327,21 @@ impl Evaluation<'_> {
         &mut self,
         place: ConditionPlace,
         node: NodeId,
-        imposed: &Imposed<'_>,
+        imposed: &Imposed<'_, S>,
     ) -> Result<f64, BodyError> {
         let (point, direction) = (self.mesh.points()[node], imposed.direction);
         let value = finite(place, point, imposed.data.at(point))?;
         let magnitude = &mut self.magnitudes[node];
         *magnitude = magnitude.max(imposed.magnitude);
         let constraint = &mut self.constraints[node];
-        let sine = norm(constraint.held.complement().components(direction));
+        let sine = constraint.held.sine(direction);
         if sine <= SAME_DIRECTION {
-            let known = constraint.imposed.dot(&constraint.held.components(direction));
+            let known = constraint.imposed.times(&constraint.held.components(direction));
             let close = (known - value).abs() <= SAME_VALUE * *magnitude;
             return if close {
                 Ok(value)
             } else {
-                Err(BodyError::Conflict { place, point, values: [known, value] })
+                Err(BodyError::Conflict { place, point: point.into(), values: [known, value] })
             };
         }
         // Round-off grows as the directions come near each other.
@@ -342,73 +352,93 @@ impl Evaluation<'_> {
 
     /// Computes [`Body::roller_turn`] when all conditions are imposed.
     fn roller_turn(&self) -> f64 {
-        let violates = |t: &&Turned| {
+        let violates = |t: &&Turned<S>| {
             let constraint = &self.constraints[t.node];
-            let difference = (constraint.displacement().dot(&t.normal) - t.value).abs();
+            let difference = (constraint.displacement().times(&t.normal) - t.value).abs();
             !constraint.is_clamped() || difference > SAME_VALUE * self.magnitudes[t.node]
         };
         self.turned.iter().filter(violates).fold(0.0, |largest, t| largest.max(t.sine))
     }
 
-    fn load(&mut self, place: ConditionPlace, edges: &[FacetId], load: &Load) -> Result<(), BodyError> {
+    fn load(&mut self, place: ConditionPlace, edges: &[FacetId], load: &Load<S>) -> Result<(), BodyError> {
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
-            let traction = self.edge_traction(place, edge, load)?;
-            let condition = &mut self.edges[position];
+            let traction = self.facet_traction(place, edge, load)?;
+            let condition = &mut self.facets[position];
             let held = condition.reaction;
-            if traction.iter().any(|&t| norm(held.components(t)) > SAME_DIRECTION * norm(t)) {
-                let ends = self.mesh.topology().facets()[edge].map(|n| self.mesh.points()[n]);
-                let point = 0.5 * (ends[0] + ends[1]);
-                return Err(BodyError::LoadOnSupport { place, point });
+            if traction.into_iter().any(|t| norm(held.components(t)) > SAME_DIRECTION * norm(t)) {
+                let point = self.mesh.facet_middle(edge).into();
+                return Err(BodyError::LoadOnSupport { place, point, words: S::WORDS });
             }
-            for (total, t) in condition.traction.iter_mut().zip(traction) {
+            for (total, t) in condition.traction.as_mut().iter_mut().zip(traction) {
                 *total += t - held.project(t);
             }
         }
         Ok(())
     }
 
-    /// Computes the linear traction with the moments of the given one.
-    fn edge_traction(
+    /// Computes the linear traction with the moments of the given one, by its values at the corners of a facet.
+    fn facet_traction(
         &self,
         place: ConditionPlace,
-        edge: FacetId,
-        load: &Load,
-    ) -> Result<[Vector; 2], BodyError> {
-        let ends = self.mesh.topology().facets()[edge].map(|n| self.mesh.points()[n]);
-        let normal = self.mesh.facet_normal(edge);
+        facet: FacetId,
+        load: &Load<S>,
+    ) -> Result<S::Axes<S::Vector>, BodyError> {
+        let corners = self.mesh.facet_corners(facet);
+        let normal = self.mesh.facet_normal(facet);
+        let finite_at = |point: S::Vector, t: S::Vector| {
+            t.entries().iter().try_for_each(|t| finite(place, point, *t).map(|_| ()))
+        };
         let constant = match load {
-            Load::Vector([x, y]) => x.constant().zip(y.constant()).map(|(x, y)| Vector::new(x, y)),
-            Load::Pressure(q) => q.constant().map(|q| -q * normal),
+            Load::Vector(all) => {
+                let all: Option<Vec<f64>> = all.as_ref().iter().map(ScalarData::constant).collect();
+                all.map(|all| S::Vector::of(|c| all[c]))
+            }
+            Load::Pressure(q) => q.constant().map(|q| normal * -q),
         };
         if let Some(t) = constant {
-            finite(place, ends[0], t[0])?;
-            finite(place, ends[0], t[1])?;
-            return Ok([t, t]);
+            finite_at(corners[0], t)?;
+            return Ok(S::axes(|_| t));
         }
-        let at = |point: Vector| {
+        let at = |point: S::Vector| {
             let t = match load {
-                Load::Vector([x, y]) => Vector::new(x.at(point), y.at(point)),
-                Load::Pressure(q) => -q.at(point) * normal,
+                Load::Vector(all) => S::Vector::of(|c| all[c].at(point)),
+                Load::Pressure(q) => normal * -q.at(point),
             };
-            finite(place, point, t[0])?;
-            finite(place, point, t[1])?;
+            finite_at(point, t)?;
             Ok(t)
         };
         // The quadrature has no point at the nodes, but a singular load there must be detected.
-        at(ends[0])?;
-        at(ends[1])?;
-        let mut values = [[0.0; 5]; 2];
-        for (k, point) in gauss_points(ends).into_iter().enumerate() {
-            let t = at(point)?;
-            (values[0][k], values[1][k]) = (t[0], t[1]);
+        for corner in corners {
+            at(corner)?;
         }
-        let [x, y] = values.map(linear_by_moments);
-        Ok([Vector::new(x[0], y[0]), Vector::new(x[1], y[1])])
+        let mut moments = S::ZEROS;
+        for (weights, share) in S::facet_rule() {
+            let inner = (1..S::DIM).fold(corners[0] * weights[0], |sum, k| sum + corners[k] * weights[k]);
+            let t = at(inner)?;
+            for k in 0..S::DIM {
+                moments[k] += t * (share * weights[k]);
+            }
+        }
+        Ok(linear_by_moments::<S, S::Vector>(&moments))
     }
 }
 
-fn finite(place: ConditionPlace, point: Vector, value: f64) -> Result<f64, BodyError> {
-    if value.is_finite() { Ok(value) } else { Err(BodyError::NotFinite { place, point, value }) }
+/// Computes the linear function on a facet, by its values at the corners, that has the given moments with the hat functions of the corners,
+/// over the measure: in the plane `[2, 1; 1, 2] F / 6 = m`.
+fn linear_by_moments<S: Space, V: Coordinates>(moments: &S::Axes<V>) -> S::Axes<V> {
+    let n = S::DIM as f64;
+    S::axes(|k| {
+        let others = (0..S::DIM).filter(|j| *j != k);
+        others.fold(moments[k] * (n * n), |sum, j| sum - moments[j] * n)
+    })
+}
+
+fn finite(place: ConditionPlace, point: impl Into<Point>, value: f64) -> Result<f64, BodyError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(BodyError::NotFinite { place, point: point.into(), value })
+    }
 }
 
 #[cfg(test)]

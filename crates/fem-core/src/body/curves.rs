@@ -4,11 +4,12 @@
 //! inherit. A new node lies on the piece, so finer meshes approach the curve; nodes of the first mesh do not move.
 
 use super::{Body, BodyError, ConditionList, ConditionPlace};
-use crate::geometry::{Vector, cross, norm, perpendicular};
+use crate::geometry::{Point, Vector, cross, norm, perpendicular};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::Refinement;
 use crate::smooth::{Arch, smooth_normals};
+use crate::space::{Plane, Space};
 use std::collections::{BTreeMap, HashMap};
 
 /// Nodes of an arc may be this fraction of its radius off its circle.
@@ -171,13 +172,15 @@ impl Curves {
             let group = side.on.clone();
             let Some(edges) = mesh.group(&group) else {
                 let names: Vec<&str> = mesh.groups().keys().map(String::as_str).collect();
-                return Err(BodyError::UnknownGroup { place, group, known: names.join(", ") });
+                let known = names.join(", ");
+                return Err(BodyError::UnknownGroup { place, group, known, words: Plane::WORDS });
             };
             if let Some(&edge) = edges.iter().find(|e| !mesh.topology().is_boundary(**e)) {
-                return Err(BodyError::InteriorEdge { place, group, ends: mesh.facet_corners(edge) });
+                let corners = mesh.facet_corners(edge).map(Point::from).to_vec();
+                return Err(BodyError::InteriorFacet { place, group, corners, words: Plane::WORDS });
             }
             if edges.is_empty() {
-                return Err(BodyError::EmptySelection { place, group });
+                return Err(BodyError::EmptySelection { place, group, words: Plane::WORDS });
             }
             for nodes in mesh.walks(edges, |a, b| a.cmp(&b)) {
                 let found = match side.kind {
@@ -186,7 +189,7 @@ impl Curves {
                 };
                 for (edge, piece) in found {
                     if pieces.insert(edge, piece).is_some() {
-                        return Err(BodyError::CurvedTwice { place, point: mesh.facet_middle(edge) });
+                        return Err(BodyError::CurvedTwice { place, point: mesh.facet_middle(edge).into() });
                     }
                 }
             }
@@ -277,7 +280,7 @@ fn arc(mesh: &TriMesh, nodes: &[NodeId], place: ConditionPlace) -> Result<Vec<(F
     let (b, c) = (b - a, c - a);
     let (area, size) = (cross(b, c), norm(b).max(norm(c)));
     if last < 2 || !(area.abs() > STRAIGHT * size * size) {
-        return Err(BodyError::NoArc { place, point: a, edges: last });
+        return Err(BodyError::NoArc { place, point: a.into(), edges: last });
     }
     let (bb, cc) = (b.dot(&b), c.dot(&c));
     let arm = 0.5 / area * Vector::new(c[1] * bb - b[1] * cc, b[0] * cc - c[0] * bb);
@@ -286,7 +289,14 @@ fn arc(mesh: &TriMesh, nodes: &[NodeId], place: ConditionPlace) -> Result<Vec<(F
     if let Some(&point) = points.iter().max_by(|p, q| off(p).total_cmp(&off(q)))
         && !(off(&point) <= ON_ARC * radius)
     {
-        return Err(BodyError::OffArc { place, point, distance: off(&point), centre, radius });
+        let distance = off(&point);
+        return Err(BodyError::OffArc {
+            place,
+            point: point.into(),
+            distance,
+            centre: centre.into(),
+            radius,
+        });
     }
     Ok(edges_of(mesh, nodes).map(|edge| (edge, Piece::Arc { centre, radius })).collect())
 }

@@ -165,13 +165,13 @@ impl Body {
 }
 
 /// Returns the points of the five-point rule on an edge.
-pub(super) fn gauss_points(ends: [Vector; 2]) -> [Vector; 5] {
+fn gauss_points(ends: [Vector; 2]) -> [Vector; 5] {
     GAUSS5.map(|(s, _)| (1.0 - s) * ends[0] + s * ends[1])
 }
 
 /// Computes the linear function on an edge, by its values at the ends, that has the moments of the one with the given values
 /// at [`gauss_points`]: `[2, 1; 1, 2] F / 6 = m`.
-pub(super) fn linear_by_moments(values: [f64; 5]) -> [f64; 2] {
+fn linear_by_moments(values: [f64; 5]) -> [f64; 2] {
     let mut moments = [0.0; 2];
     for ((s, weight), value) in GAUSS5.into_iter().zip(values) {
         moments[0] += weight * (1.0 - s) * value;

@@ -1,8 +1,8 @@
 //! Finds the rigid motions that the supports of a body leave free.
 
 use super::Body;
-use crate::geometry::{Vector, norm, perpendicular, shown};
-use nalgebra::Matrix3;
+use crate::geometry::{Coordinates, Point, norm, shown};
+use crate::space::{Matrix, Plane, Space};
 use std::fmt;
 
 /// A rigid motion that no support prevents.
@@ -11,27 +11,29 @@ pub enum FreeMotion {
     /// Every translation and rotation: the connected part has no support.
     Everything {
         /// A node of the piece.
-        near: Vector,
+        near: Point,
     },
     /// A translation along a unit vector.
     Translation {
         /// Unit vector.
-        direction: Vector,
+        direction: Point,
         /// A node of the piece.
-        near: Vector,
+        near: Point,
     },
-    /// A rotation about a point.
+    /// A rotation about a point, in space about an axis, along which the piece may slide.
     Rotation {
-        /// Centre of rotation.
-        centre: Vector,
+        /// Centre of rotation, or a point of the axis.
+        centre: Point,
+        /// In space, the direction of the axis, a unit vector.
+        axis: Option<Point>,
         /// A node of the piece.
-        near: Vector,
+        near: Point,
     },
 }
 
 impl FreeMotion {
     /// Returns a node of the piece that can move.
-    pub fn near(&self) -> Vector {
+    pub fn near(&self) -> Point {
         match *self {
             Self::Everything { near } | Self::Translation { near, .. } | Self::Rotation { near, .. } => near,
         }
@@ -41,95 +43,103 @@ impl FreeMotion {
 impl fmt::Display for FreeMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Round-off must not be shown as "-0.0000".
-        let r = |x: f64| match x.abs() < 1e10 {
+        let number = |x: f64| match x.abs() < 1e10 {
             true => shown((x * 1e4).round() / 1e4 + 0.0),
             false => format!("{x:.4e}"),
         };
-        match *self {
+        let r = |point: &Point| point.shown_with(number);
+        match self {
             Self::Everything { .. } => write!(f, "can translate and rotate freely: it has no support"),
-            Self::Translation { direction: d, .. } => {
-                write!(f, "can translate along ({}, {})", r(d[0]), r(d[1]))
+            Self::Translation { direction, .. } => write!(f, "can translate along {}", r(direction)),
+            Self::Rotation { centre, axis: None, .. } => write!(f, "can rotate about {}", r(centre)),
+            Self::Rotation { centre, axis: Some(axis), .. } => {
+                write!(f, "can rotate about the axis through {} along {}", r(centre), r(axis))
             }
-            Self::Rotation { centre: c, .. } => write!(f, "can rotate about ({}, {})", r(c[0]), r(c[1])),
         }
     }
 }
 
-/// A rigid motion of one connected piece that its supports leave free: `u(x) = t + ω e_z × (x − c)`.
+/// A rigid motion of one connected piece that its supports leave free: `u(x) = t + ω × (x − c)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct RigidMotion {
+pub struct RigidMotion<S: Space = Plane> {
     /// The piece, see [`crate::mesh::topology::Topology::pieces`].
     pub piece: u32,
     /// `t`.
-    pub translation: Vector,
+    pub translation: S::Vector,
     /// `ω`, 1/m, positive counter-clockwise.
-    pub spin: f64,
+    pub spin: S::Spin,
     /// `c`, m: the middle of the body, or the point about which a rigid side rotates.
-    pub centre: Vector,
+    pub centre: S::Vector,
 }
 
-impl RigidMotion {
+impl<S: Space> RigidMotion<S> {
     /// Computes the displacement of a point of the piece.
-    pub fn at(&self, point: Vector) -> Vector {
-        self.translation + self.spin * perpendicular(point - self.centre)
+    pub fn at(&self, point: S::Vector) -> S::Vector {
+        self.translation + S::turned(self.spin, point - self.centre)
     }
 
     /// Multiplies the motion by a factor.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
-        Self { translation: factor * self.translation, spin: factor * self.spin, ..self }
+        Self { translation: self.translation * factor, spin: self.spin * factor, ..self }
     }
 
     /// Computes the displacement of every node of the body: zero at the nodes of its other pieces.
     ///
     /// * `body`: the one whose motion it is.
-    pub fn displacements(&self, body: &Body) -> Vec<Vector> {
+    pub fn displacements(&self, body: &Body<S>) -> Vec<S::Vector> {
         let (piece_of, _) = body.mesh().topology().pieces();
         let points = body.mesh().points().iter().zip(piece_of);
         points
-            .map(|(point, piece)| if *piece == self.piece { self.at(*point) } else { Vector::zeros() })
+            .map(|(point, piece)| if *piece == self.piece { self.at(*point) } else { S::Vector::ZERO })
             .collect()
     }
 }
 
-pub(super) fn find(body: &Body) -> Option<FreeMotion> {
+pub(super) fn find<S: Space>(body: &Body<S>) -> Option<FreeMotion> {
     let (grams, near) = grams(body);
     let (middle, size) = middle_and_size(body);
     for (gram, near) in grams.into_iter().zip(near) {
-        if gram == Matrix3::zeros() {
+        let near = near.into();
+        if gram == S::Matrix::default() {
             return Some(FreeMotion::Everything { near });
         }
-        let eigen = gram.symmetric_eigen();
-        let (k, smallest) = (0..3)
-            .map(|k| (k, eigen.eigenvalues[k]))
-            .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
-        if smallest <= HELD * eigen.eigenvalues.amax() {
-            let m = eigen.eigenvectors.column(k);
-            let (t, w) = (Vector::new(m[0], m[1]), m[2]);
-            if w.abs() <= 1e-6 * norm(t) {
-                return Some(FreeMotion::Translation { direction: 1.0 / norm(t) * t, near });
+        let eigen = gram.eigen();
+        let (mut smallest, mut free) = (f64::INFINITY, &eigen[0].1);
+        for (value, vector) in &eigen {
+            if *value < smallest {
+                (smallest, free) = (*value, vector);
             }
-            // t + w e_z × (x − middle)/size = 0 at the centre.
-            let centre = Vector::new(middle[0] - t[1] / w * size, middle[1] + t[0] / w * size);
-            return Some(FreeMotion::Rotation { centre, near });
+        }
+        if smallest <= HELD * largest::<S>(&eigen) {
+            let (t, spin) = S::parts(free);
+            let Some((arm, axis)) = S::screw(t, spin) else {
+                return Some(FreeMotion::Translation { direction: (t * (1.0 / norm(t))).into(), near });
+            };
+            let centre = (middle + arm * size).into();
+            return Some(FreeMotion::Rotation { centre, axis: axis.map(Point::from), near });
         }
     }
     None
 }
 
+/// Returns the eigenvalue of largest magnitude.
+fn largest<S: Space>(eigen: &[(f64, S::Components<f64>)]) -> f64 {
+    eigen.iter().fold(0.0, |most, (value, _)| value.abs().max(most))
+}
+
 /// Lists a basis of the rigid motions that the supports leave free, orthonormal in `t` and `ω` times the body's size.
-pub(super) fn basis(body: &Body) -> Vec<RigidMotion> {
+pub(super) fn basis<S: Space>(body: &Body<S>) -> Vec<RigidMotion<S>> {
     let (grams, _) = grams(body);
     let (centre, size) = middle_and_size(body);
     let mut found = Vec::new();
     for (piece, gram) in grams.into_iter().enumerate() {
-        let eigen = gram.symmetric_eigen();
-        let largest = eigen.eigenvalues.amax();
-        for k in (0..3).filter(|k| eigen.eigenvalues[*k] <= HELD * largest) {
-            let m = eigen.eigenvectors.column(k);
-            let (translation, spin) = (Vector::new(m[0], m[1]), m[2] / size);
-            found.push(RigidMotion { piece: piece as u32, translation, spin, centre });
+        let eigen = gram.eigen();
+        let largest = largest::<S>(&eigen);
+        for (_, motion) in eigen.iter().filter(|(value, _)| *value <= HELD * largest) {
+            let (translation, spin) = S::parts(motion);
+            found.push(RigidMotion { piece: piece as u32, translation, spin: spin / size, centre });
         }
     }
     found
@@ -140,36 +150,38 @@ const HELD: f64 = 1e-12;
 
 /// The middle of a body, and its size: rotations are about the one and scaled by the other, so that they are comparable
 /// with translations.
-fn middle_and_size(body: &Body) -> (Vector, f64) {
+fn middle_and_size<S: Space>(body: &Body<S>) -> (S::Vector, f64) {
     let [low, high] = body.mesh().bounding_box();
-    (0.5 * (low + high), norm(high - low))
+    ((low + high) * 0.5, norm(high - low))
 }
 
 /// Computes for each connected piece the Gram matrix of the rigid motions on the imposed components, and a node of it.
-fn grams(body: &Body) -> (Vec<Matrix3<f64>>, Vec<Vector>) {
+fn grams<S: Space>(body: &Body<S>) -> (Vec<S::Matrix>, Vec<S::Vector>) {
     let (piece_of, pieces) = body.mesh().topology().pieces();
     let points = body.mesh().points();
     let (middle, size) = middle_and_size(body);
-    let mut gram = vec![Matrix3::<f64>::zeros(); pieces];
+    let mut gram = vec![S::Matrix::default(); pieces];
     let mut near = vec![None; pieces];
     for (node, constraint) in body.node_constraints().iter().enumerate() {
         let piece = piece_of[node] as usize;
-        let x = 1.0 / size * (points[node] - middle);
+        let x = (points[node] - middle) * (1.0 / size);
         near[piece].get_or_insert(points[node]);
         // Rigid sides as a whole below.
         for d in constraint.supported().basis() {
-            let row = nalgebra::RowVector3::new(d[0], d[1], -d[0] * x[1] + d[1] * x[0]);
-            gram[piece] += row.transpose() * row;
+            gram[piece].add_square(&S::work(*d, x, 1.0));
         }
     }
     for side in body.rigid_sides() {
-        let unit =
-            |translation, spin| RigidMotion { piece: side.imposed.piece, translation, spin, centre: middle };
-        let basis = [unit(Vector::x(), 0.0), unit(Vector::y(), 0.0), unit(Vector::zeros(), 1.0 / size)];
-        let [x, y, turn] = basis.each_ref().map(|motion| side.prevented(motion).collect::<Vec<_>>());
-        for ((x, y), turn) in x.into_iter().zip(y).zip(turn) {
-            let row = nalgebra::RowVector3::new(x, y, turn);
-            gram[side.imposed.piece as usize] += row.transpose() * row;
+        let prevented: Vec<Vec<f64>> = (0..S::COMPONENTS)
+            .map(|k| {
+                let unit = S::components(|j| if j == k { 1.0 } else { 0.0 });
+                let (translation, spin) = S::parts(&unit);
+                let motion = RigidMotion { translation, spin: spin / size, centre: middle, ..side.imposed };
+                side.prevented(&motion).collect()
+            })
+            .collect();
+        for row in 0..prevented[0].len() {
+            gram[side.imposed.piece as usize].add_square(&S::components(|k| prevented[k][row]));
         }
     }
     (gram, near.into_iter().map(|near| near.unwrap_or(middle)).collect())
@@ -179,6 +191,7 @@ fn grams(body: &Body) -> (Vec<Matrix3<f64>>, Vec<Vector>) {
 mod tests {
     use super::*;
     use crate::boundary::{BoundaryConditions, FacetSelection};
+    use crate::geometry::Vector;
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::TriMesh;
     use crate::mesh::generate::block;

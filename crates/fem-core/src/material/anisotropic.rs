@@ -2,7 +2,7 @@
 
 use super::{Hypothesis, LinearElastic, MaterialError};
 use crate::space::{Matrix, Plane, Solid, Space};
-use crate::tensor::{SymTensor3, applied};
+use crate::tensor::SymTensor3;
 use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3};
 
 /// No modulus or stiffness is larger than this, so that squares of stresses stay finite.
@@ -227,7 +227,7 @@ impl LinearElastic<Solid> {
 fn turn_solid(axes: &Matrix3<f64>) -> Matrix6<f64> {
     let column = |k: usize| -> [f64; 6] {
         let unit = SymTensor3::from(std::array::from_fn(|i| f64::from(u8::from(i == k))));
-        let along = [0, 1, 2].map(|i| applied::<Solid>(unit, Solid::AXES[i]));
+        let along = [0, 1, 2].map(|i| Solid::applied(unit, Solid::AXES[i]));
         let turned = axes * Matrix3::from_columns(&along) * axes.transpose();
         [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)].map(|place| turned[place])
     };

@@ -5,8 +5,8 @@ mod half_disc;
 mod ring;
 
 use super::{MeshError, TetMesh, TriMesh};
-use crate::geometry::Vector;
-use crate::space::{Coordinates, Solid, Space};
+use crate::geometry::{Coordinates, Vector};
+use crate::space::{Solid, Space};
 use nalgebra::Vector3;
 
 pub use disc::{disc, disc_nodes};

@@ -1,8 +1,8 @@
 //! Facets of a mesh and the neighbourhoods of its nodes.
 
-use super::MeshError;
+use super::{Cell, Facet, MeshError};
 use crate::mesh::id::{FacetId, NodeId};
-use crate::space::{Cell, Facet, Plane, Space};
+use crate::space::{Plane, Space};
 use std::sync::OnceLock;
 
 /// Means 'no cell' on the outer side of a boundary facet.

@@ -1,7 +1,7 @@
 //! The plane.
 
-use super::{Coordinates, Item, Space, Words};
-use crate::geometry::{cross, perpendicular, right_normal, signed_area, sure_area};
+use super::{Item, Space, TRANSLATION, Words};
+use crate::geometry::{Coordinates, cross, perpendicular, right_normal, signed_area, sure_area};
 use crate::quadrature::GAUSS5;
 use crate::tensor::SymTensor2;
 use nalgebra::{Matrix3, Vector2};
@@ -76,6 +76,10 @@ impl Space for Plane {
         }
     }
 
+    fn across([a, b]: &[Vector2<f64>; 2]) -> [Vector2<f64>; 2] {
+        [-perpendicular(*b), perpendicular(*a)]
+    }
+
     #[inline(always)]
     fn facet(k: usize) -> [usize; 2] {
         [k, (k + 1) % 3]
@@ -114,6 +118,16 @@ impl Space for Plane {
         &RULE
     }
 
+    fn flat_normal(edges: &[[Vector2<f64>; 2]], fraction: f64) -> Option<Vector2<f64>> {
+        // Chains have one end that no edge leads to, and one that none leaves.
+        let start = edges.iter().map(|e| e[0]).find(|a| edges.iter().all(|e| e[1] != *a))?;
+        let end = edges.iter().map(|e| e[1]).find(|b| edges.iter().all(|e| e[0] != *b))?;
+        let normal = right_normal(start, end);
+        let limit = fraction * (end - start).length();
+        let is_near = |x: &Vector2<f64>| (x - start).dot(&normal).abs() <= limit;
+        edges.iter().flatten().all(is_near).then_some(normal)
+    }
+
     #[inline(always)]
     fn turned(spin: f64, arm: Vector2<f64>) -> Vector2<f64> {
         spin * perpendicular(arm)
@@ -129,6 +143,10 @@ impl Space for Plane {
 
     fn parts([x, y, spin]: &[f64; 3]) -> (Vector2<f64>, f64) {
         (Vector2::new(*x, *y), *spin)
+    }
+
+    fn screw(t: Vector2<f64>, w: f64) -> Option<(Vector2<f64>, Option<Vector2<f64>>)> {
+        (w.abs() > TRANSLATION * t.length()).then(|| (Vector2::new(-t[1] / w, t[0] / w), None))
     }
 
     fn spin_of(moment: f64, arms: impl Iterator<Item = (f64, Vector2<f64>)>) -> f64 {

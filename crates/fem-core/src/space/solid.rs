@@ -1,6 +1,7 @@
 //! The space of three dimensions.
 
-use super::{Coordinates, Item, Space, Words};
+use super::{Item, Space, TRANSLATION, Words};
+use crate::geometry::{Coordinates, diagonal};
 use crate::quadrature::RADON7;
 use crate::tensor::SymTensor3;
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -89,6 +90,10 @@ impl Space for Solid {
         }
     }
 
+    fn across([a, b, c]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
+        [b.cross(c), c.cross(a), a.cross(b)]
+    }
+
     #[inline(always)]
     fn facet(k: usize) -> [usize; 3] {
         FACETS[k]
@@ -127,6 +132,14 @@ impl Space for Solid {
         &RADON7
     }
 
+    fn flat_normal(faces: &[[Vector3<f64>; 3]], fraction: f64) -> Option<Vector3<f64>> {
+        let sum: Vector3<f64> = faces.iter().map(across).sum();
+        let (start, normal) = (faces.first()?[0], sum / sum.length());
+        let limit = fraction * diagonal(faces.as_flattened());
+        let is_near = |x: &Vector3<f64>| (x - start).dot(&normal).abs() <= limit;
+        faces.iter().flatten().all(is_near).then_some(normal)
+    }
+
     #[inline(always)]
     fn turned(spin: Vector3<f64>, arm: Vector3<f64>) -> Vector3<f64> {
         spin.cross(&arm)
@@ -142,6 +155,11 @@ impl Space for Solid {
 
     fn parts(motion: &[f64; 6]) -> (Vector3<f64>, Vector3<f64>) {
         (Vector3::from_fn(|k, _| motion[k]), Vector3::from_fn(|k, _| motion[k + 3]))
+    }
+
+    fn screw(t: Vector3<f64>, w: Vector3<f64>) -> Option<(Vector3<f64>, Option<Vector3<f64>>)> {
+        let turn = w.length();
+        (turn > TRANSLATION * t.length()).then(|| (w.cross(&t) / (turn * turn), Some(w / turn)))
     }
 
     fn spin_of(moment: Vector3<f64>, arms: impl Iterator<Item = (f64, Vector3<f64>)>) -> Vector3<f64> {

@@ -1,5 +1,7 @@
 use super::*;
+use crate::geometry::Vector;
 use crate::material::{Hypothesis, LinearElastic};
+use crate::mesh::TriMesh;
 use crate::mesh::generate::block;
 
 fn body(conditions: &BoundaryConditions) -> Result<Body, BodyError> {

@@ -1,13 +1,18 @@
 //! Points and vectors of any space.
 
-use super::Item;
 use nalgebra::{Vector2, Vector3};
+use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// A vector: Cartesian components, sums, multiples.
 pub trait Coordinates:
-    Item
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
     + Default
     + Index<usize, Output = f64>
     + IndexMut<usize>
@@ -21,6 +26,9 @@ pub trait Coordinates:
     + MulAssign<f64>
     + Sum
 {
+    /// The vector zero.
+    const ZERO: Self;
+
     /// Makes a vector of its components.
     fn of(component: impl FnMut(usize) -> f64) -> Self;
     /// Returns the components.
@@ -42,6 +50,8 @@ pub trait Coordinates:
 }
 
 impl Coordinates for Vector2<f64> {
+    const ZERO: Self = Self::new(0.0, 0.0);
+
     #[inline(always)]
     fn of(mut component: impl FnMut(usize) -> f64) -> Self {
         let x = component(0);
@@ -65,6 +75,8 @@ impl Coordinates for Vector2<f64> {
 }
 
 impl Coordinates for Vector3<f64> {
+    const ZERO: Self = Self::new(0.0, 0.0, 0.0);
+
     #[inline(always)]
     fn of(mut component: impl FnMut(usize) -> f64) -> Self {
         let (x, y) = (component(0), component(1));
