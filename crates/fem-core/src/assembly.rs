@@ -1,12 +1,12 @@
 //! Assembles stiffness and load of a body: `K u = f` in the unknowns of a [`DofMap`].
 //!
-//! Every column is gathered separately from the triangles around its node, in a fixed order: columns run
+//! Every column is gathered separately from the cells around its node, in a fixed order: columns run
 //! in parallel and the result does not depend on the number of threads, bit for bit.
 
 use crate::body::{Body, FreeMotion, RigidMotion};
 use crate::dof::{DofMap, IMPOSED};
-use crate::element::{Block, Triangle};
-use crate::geometry::Vector;
+use crate::element::{Block, Element};
+use crate::geometry::Coordinates;
 use crate::interface::InterfaceSide;
 use crate::memory::fits_in_memory;
 use crate::mesh::id::NodeId;
@@ -52,21 +52,21 @@ pub enum AssemblyError {
 /// The assembled problem of one body: lower triangle of `K`, and `f` with the imposed displacements moved
 /// to the right-hand side.
 #[derive(Clone, Debug)]
-pub struct System {
+pub struct System<S: Space = Plane> {
     /// The unknowns.
-    pub dofs: DofMap,
-    /// Stiffness, N/m².
+    pub dofs: DofMap<S>,
+    /// Stiffness, N/m² in the plane, N/m in space.
     pub stiffness: SymmetricCsc,
-    /// Load, N/m.
+    /// Load, N/m in the plane, N in space.
     pub load: Vec<f64>,
 }
 
-impl System {
+impl<S: Space> System<S> {
     /// Numbers the unknowns of a body, with the interface unknowns of `side` last, and assembles it.
     ///
     /// # Errors
     /// A floating body, with its free motion; a body without unknowns; a body with overflowing data.
-    pub fn assemble(body: &Body, side: &InterfaceSide) -> Result<Self, AssemblyError> {
+    pub fn assemble(body: &Body<S>, side: &InterfaceSide<S>) -> Result<Self, AssemblyError> {
         Self::with_dofs(body, DofMap::new(body, side))
     }
 
@@ -74,7 +74,7 @@ impl System {
     ///
     /// # Errors
     /// See [`Self::assemble`].
-    pub fn with_dofs(body: &Body, dofs: DofMap) -> Result<Self, AssemblyError> {
+    pub fn with_dofs(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
         if let Some(motion) = body.free_motion() {
             return Err(AssemblyError::Floating { motion });
         }
@@ -87,7 +87,7 @@ impl System {
     ///
     /// # Errors
     /// A body without unknowns; a body with overflowing data.
-    pub fn with_springs(body: &Body, dofs: DofMap) -> Result<Self, AssemblyError> {
+    pub fn with_springs(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
         let mut system = Self::without_springs(body, dofs)?;
         for unknown in springs(body, &system.dofs) {
             let SymmetricCsc { starts, rows, values } = &mut system.stiffness;
@@ -99,7 +99,7 @@ impl System {
         Ok(system)
     }
 
-    fn without_springs(body: &Body, dofs: DofMap) -> Result<Self, AssemblyError> {
+    fn without_springs(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
         if dofs.is_empty() {
             return Err(AssemblyError::NothingUnknown);
         }
@@ -125,20 +125,20 @@ impl System {
     }
 }
 
-/// A node with two directions is chosen for a spring only if all others move by less than this fraction of it.
+/// A node with several directions is chosen for a spring only if all others move by less than this fraction of it.
 const PREFERRED: f64 = 0.1;
 
 /// Chooses one unknown per rigid motion of a floating body, by elimination with pivots: the unknown that moves most, then
-/// the one that moves most in what the springs so far leave free. If nearly all nodes have two directions, as at corners of two
+/// the one that moves most in what the springs so far leave free. If nearly all nodes have several directions, as at corners of two
 /// pairs, the others do not move in every motion.
-fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
+fn springs<S: Space>(body: &Body<S>, dofs: &DofMap<S>) -> Vec<usize> {
     let mut motions = body.rigid_motions();
     if motions.is_empty() {
         return Vec::new();
     }
     let (piece_of, _) = body.mesh().topology().pieces();
     let points = body.mesh().points();
-    let moved = |motion: &RigidMotion, unknown: usize| {
+    let moved = |motion: &RigidMotion<S>, unknown: usize| {
         let (node, c) = dofs.unknown(unknown);
         let moves = piece_of[node] == motion.piece && !dofs.is_rigid(unknown);
         if moves { dofs.component(node, c, motion.at(points[node])) } else { 0.0 }
@@ -147,7 +147,7 @@ fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
     while let Some(last) = motions.pop() {
         let most = |unknown: &usize| moved(&last, *unknown).abs();
         let weighted = |unknown: &usize| {
-            let preferred = dofs.is_orthogonal(dofs.unknown(*unknown).0);
+            let preferred = dofs.is_orthonormal(dofs.unknown(*unknown).0);
             most(unknown) * if preferred { 1.0 } else { PREFERRED }
         };
         let Some(unknown) = (0..dofs.len()).max_by(|i, j| weighted(i).total_cmp(&weighted(j))) else { break };
@@ -155,37 +155,39 @@ fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
         // The other motions of the piece, combined with this one so that they do not move the unknown.
         for motion in motions.iter_mut().filter(|motion| motion.piece == last.piece) {
             let part = moved(motion, unknown) / moved(&last, unknown);
-            motion.translation -= part * last.translation;
-            motion.spin -= part * last.spin;
+            motion.translation -= last.translation * part;
+            motion.spin -= last.spin * part;
         }
     }
     chosen
 }
 
-/// Computes the nodal forces of tractions, body force and the loads of rigid sides, Cartesian, N/m.
-pub fn external_forces(body: &Body) -> Vec<Vector> {
+/// Computes the nodal forces of tractions, body force and the loads of rigid sides, Cartesian, N/m in the plane, N in space.
+pub fn external_forces<S: Space>(body: &Body<S>) -> Vec<S::Vector> {
     let mesh = body.mesh();
-    let mut forces = vec![Vector::zeros(); mesh.points().len()];
-    for (condition, &edge) in body.facet_conditions().iter().zip(mesh.topology().boundary_facets()) {
-        let [a, b] = condition.traction;
-        if a == Vector::zeros() && b == Vector::zeros() {
+    let mut forces = vec![S::Vector::ZERO; mesh.points().len()];
+    for (condition, &facet) in body.facet_conditions().iter().zip(mesh.topology().boundary_facets()) {
+        let traction = condition.traction;
+        if traction == S::ZEROS {
             continue;
         }
-        let length = mesh.facet_measure(edge);
-        let nodes = mesh.topology().facets()[edge];
-        for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
-            forces[node] += length / 6.0 * (2.0 * near + far);
+        // ∫ φ_j φ_k is the measure over d (d + 1) on a facet with d corners, twice that if j is k.
+        let share = mesh.facet_measure(facet) / (S::DIM * (S::DIM + 1)) as f64;
+        let nodes = mesh.topology().facets()[facet];
+        for k in 0..S::DIM {
+            let others = (0..S::DIM).filter(|j| *j != k);
+            forces[nodes[k]] += others.fold(traction[k] * 2.0, |sum, j| sum + traction[j]) * share;
         }
     }
     for (node, force) in body.rigid_forces() {
         forces[node] += force;
     }
     let b = body.body_force();
-    if b != Vector::zeros() {
+    if b != S::Vector::ZERO {
         for (t, corners) in mesh.cells().iter().enumerate() {
-            let share = mesh.measure(t) / 3.0;
-            for &n in corners {
-                forces[n] += share * b;
+            let share = mesh.measure(t) / (S::DIM + 1) as f64;
+            for n in *corners {
+                forces[n] += b * share;
             }
         }
     }
@@ -193,26 +195,26 @@ pub fn external_forces(body: &Body) -> Vec<Vector> {
 }
 
 /// Columns of the stiffness, node by node.
-struct Columns<'a> {
-    body: &'a Body,
-    dofs: &'a DofMap,
-    external: &'a [Vector],
+struct Columns<'a, S: Space> {
+    body: &'a Body<S>,
+    dofs: &'a DofMap<S>,
+    external: &'a [S::Vector],
     /// The beginning of each node's list in `beside`.
     first_beside: Vec<u32>,
-    /// The nodes joined to each node by an edge, ascending.
+    /// The nodes joined to each node by a cell, ascending.
     beside: Vec<NodeId>,
 }
 
 /// Columns handled as one unit of parallel work.
 const CHUNK: usize = 2048;
 
-impl Columns<'_> {
-    /// The nodes joined to `node` by an edge.
+impl<S: Space> Columns<'_, S> {
+    /// The nodes joined to `node` by a cell.
     fn beside(&self, node: usize) -> &[NodeId] {
         &self.beside[self.first_beside[node] as usize..self.first_beside[node + 1] as usize]
     }
 
-    /// The nodes joined to `node` by an edge, and the node itself.
+    /// The nodes joined to `node` by a cell, and the node itself.
     fn around(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
         self.beside(node).iter().map(|n| n.index()).chain([node])
     }
@@ -233,7 +235,7 @@ impl Columns<'_> {
     fn below_rigid(&self, j: usize) -> Vec<usize> {
         let mut all = Vec::new();
         for (node, _) in self.dofs.moved(j) {
-            let numbers = self.around(node).flat_map(|n| [0, 1].map(|c| self.dofs.number(n, c)));
+            let numbers = self.around(node).flat_map(|n| (0..S::DIM).map(move |c| self.dofs.number(n, c)));
             all.extend(numbers.filter(|i| *i != IMPOSED).map(|i| i as usize));
             all.extend(self.followed(node));
         }
@@ -257,7 +259,8 @@ impl Columns<'_> {
                     let i = self.dofs.number(n, c);
                     u32::from(i != IMPOSED && i as usize >= j)
                 };
-                rigid + self.around(node).map(|n| below(n, 0) + below(n, 1)).sum::<u32>()
+                let of_node = |n: usize| (0..S::DIM).map(|c| below(n, c)).sum::<u32>();
+                rigid + self.around(node).map(of_node).sum::<u32>()
             })
             .collect();
         let entries: usize = counts.iter().map(|&c| c as usize).sum();
@@ -310,59 +313,59 @@ impl Columns<'_> {
     }
 }
 
-/// Work space of one thread: the 2×2 blocks of one node's columns, reused for its second column.
+/// Work space of one thread: the blocks of one node's columns, reused for its other columns.
 #[derive(Default)]
-struct Gather {
+struct Gather<S: Space> {
     node: Option<usize>,
     /// In the order of [`Columns::around`].
-    blocks: Vec<Block<Plane>>,
+    blocks: Vec<Block<S>>,
     entries: Vec<(u32, f64)>,
 }
 
-impl Gather {
+impl<S: Space> Gather<S> {
     /// Computes the blocks `K_{b,node}` for all neighbours `b`, Cartesian.
-    fn node(&mut self, columns: &Columns<'_>, node: usize) {
+    fn node(&mut self, columns: &Columns<'_, S>, node: usize) {
         if self.node == Some(node) {
             return;
         }
         self.node = Some(node);
         let beside = columns.beside(node);
         self.blocks.clear();
-        self.blocks.resize(beside.len() + 1, Plane::ZEROS);
+        self.blocks.resize(beside.len() + 1, S::ZEROS);
         let mesh = columns.body.mesh();
         for &t in mesh.topology().cells_around(NodeId::new(node)) {
             let t = t as usize;
             let corners = mesh.cells()[t];
-            let element = Triangle::new(mesh.corners(t));
+            let element = Element::<S>::new(mesh.corners(t));
             let material = columns.body.material(t);
-            let Some(column) = corners.iter().position(|&n| n.index() == node) else {
-                unreachable!("node {node} is not one of the corners {corners:?} of triangle {t}")
+            let Some(column) = corners.into_iter().position(|n| n.index() == node) else {
+                unreachable!("node {node} is not one of the corners {corners:?} of cell {t}")
             };
-            for (row, block) in element.stiffness_column(material, column).iter().enumerate() {
+            for (row, block) in element.stiffness_column(material, column).into_iter().enumerate() {
                 // The node itself comes last.
                 let place = if row == column {
                     beside.len()
                 } else if let Some(place) = beside.iter().position(|n| *n == corners[row]) {
                     place
                 } else {
-                    unreachable!("node {} of triangle {t} is not beside node {node}", corners[row])
+                    unreachable!("node {} of cell {t} is not beside node {node}", corners[row])
                 };
-                for (sum, forces) in self.blocks[place].iter_mut().zip(block) {
-                    *sum += forces;
+                for c in 0..S::DIM {
+                    self.blocks[place][c] += block[c];
                 }
             }
         }
     }
 
     /// Adds to `entries` the lower part of column `j` under a displacement of one node, and returns its load.
-    fn column(&mut self, columns: &Columns<'_>, j: usize, node: usize, axis: Vector) -> f64 {
+    fn column(&mut self, columns: &Columns<'_, S>, j: usize, node: usize, axis: S::Vector) -> f64 {
         self.node(columns, node);
         let dofs = columns.dofs;
-        let mut load = columns.external[node].dot(&axis);
+        let mut load = columns.external[node].times(&axis);
         for (n, block) in columns.around(node).zip(&self.blocks) {
-            let force = block[0] * axis[0] + block[1] * axis[1];
-            for d in 0..2 {
-                let entry = || dofs.axis(n, d).dot(&force);
+            let force = (1..S::DIM).fold(block[0] * axis[0], |sum, c| sum + block[c] * axis[c]);
+            for d in 0..S::DIM {
+                let entry = || dofs.axis(n, d).times(&force);
                 match dofs.number(n, d) {
                     IMPOSED => load -= entry() * dofs.imposed(n, d),
                     i if i as usize >= j => self.entries.push((i, entry())),
@@ -371,7 +374,7 @@ impl Gather {
             }
             if dofs.has_rigid() {
                 let followed = dofs.followed(n).filter(|(i, _)| *i >= j);
-                self.entries.extend(followed.map(|(i, per_unit)| (i as u32, per_unit.dot(&force))));
+                self.entries.extend(followed.map(|(i, per_unit)| (i as u32, per_unit.times(&force))));
             }
         }
         load

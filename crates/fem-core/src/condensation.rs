@@ -16,9 +16,10 @@ use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dense::triangular;
 use crate::dof::{DofMap, IMPOSED};
-use crate::geometry::{Vector, shown};
+use crate::geometry::{Coordinates, Point};
 use crate::memory::fits_in_memory;
 use crate::mesh::id::NodeId;
+use crate::space::{Plane, Space};
 use thiserror::Error;
 
 /// A pivot below this fraction of its diagonal entry has lost all its digits.
@@ -28,10 +29,10 @@ const PIVOT_FLOOR: f64 = 64.0 * f64::EPSILON;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CondensationError {
     /// The factorisation failed.
-    #[error("{source}, at the node ({}, {})", shown(point[0]), shown(point[1]))]
+    #[error("{source}, at the node {point}")]
     Cholesky {
         /// Position of the node of the failing pivot.
-        point: Vector,
+        point: Point,
         /// The cause.
         source: CholeskyError,
     },
@@ -43,13 +44,12 @@ pub enum CondensationError {
     },
     /// A pivot is so small relative to its diagonal entry that the solution would be noise.
     #[error(
-        "the body is almost unconstrained or almost incompressible near ({}, {}): the stiffness is singular to working \
-         precision (pivot ratio {ratio:.1e})",
-        shown(point[0]), shown(point[1])
+        "the body is almost unconstrained or almost incompressible near {point}: the stiffness is singular to working \
+         precision (pivot ratio {ratio:.1e})"
     )]
     NearlySingular {
         /// Position of the node of the smallest pivot.
-        point: Vector,
+        point: Point,
         /// Pivot over diagonal entry.
         ratio: f64,
     },
@@ -59,8 +59,8 @@ pub enum CondensationError {
 ///
 /// Traces and forces are along the pairs' normals and in the order of the pairs.
 #[derive(Clone, Debug)]
-pub struct CondensedBody {
-    dofs: DofMap,
+pub struct CondensedBody<S: Space = Plane> {
+    dofs: DofMap<S>,
     factor: Cholesky,
     /// `L⁻¹ f`: the forward half of every solve, done once.
     forward_load: Vec<f64>,
@@ -72,16 +72,17 @@ pub struct CondensedBody {
     condensed_load: Vec<f64>,
 }
 
-impl CondensedBody {
+impl<S: Space> CondensedBody<S> {
     /// Factorises an assembled body.
     ///
     /// * `points`: the nodes of the body, to report where a factorisation failed.
     ///
     /// # Errors
     /// A stiffness that is not positive definite, or only to round-off.
-    pub fn factorise(system: System, points: &[Vector]) -> Result<Self, CondensationError> {
+    pub fn factorise(system: System<S>, points: &[S::Vector]) -> Result<Self, CondensationError> {
         let System { dofs, stiffness, load } = system;
-        let place = |unknown: usize| points.get(dofs.unknown(unknown).0).copied().unwrap_or_default();
+        let place =
+            |unknown: usize| Point::from(points.get(dofs.unknown(unknown).0).copied().unwrap_or_default());
         let factor = Cholesky::new(&stiffness, dofs.fronts()).map_err(|source| {
             let pivot = match source {
                 CholeskyError::NotPositiveDefinite { pivot, .. } => pivot,
@@ -116,7 +117,7 @@ impl CondensedBody {
     ///
     /// # Panics
     /// If the system has other unknowns.
-    pub fn with_loads(self, system: System) -> Self {
+    pub fn with_loads(self, system: System<S>) -> Self {
         let System { dofs, load, .. } = system;
         let (found, expected) = (dofs.len(), self.dofs.len());
         assert!(found == expected, "a load of {found} unknowns, and a factor of {expected}");
@@ -139,7 +140,7 @@ impl CondensedBody {
     }
 
     /// Returns the unknowns of the body.
-    pub fn dofs(&self) -> &DofMap {
+    pub fn dofs(&self) -> &DofMap<S> {
         &self.dofs
     }
 
@@ -211,7 +212,7 @@ impl CondensedBody {
     ///
     /// # Panics
     /// If `v` has not `n_c` entries.
-    pub fn displacement_from_trace(&self, v: &[f64]) -> Vec<Vector> {
+    pub fn displacement_from_trace(&self, v: &[f64]) -> Vec<S::Vector> {
         self.check("the trace", v);
         let mut x = self.forward_load.clone();
         let start = x.len() - self.len();
@@ -227,7 +228,7 @@ impl CondensedBody {
     ///
     /// # Panics
     /// If `r` has not `n_c` entries.
-    pub fn displacement_from_force(&self, r: &[f64]) -> Vec<Vector> {
+    pub fn displacement_from_force(&self, r: &[f64]) -> Vec<S::Vector> {
         self.check("the force", r);
         let mut x = self.forward_load.clone();
         let start = x.len() - self.len();
@@ -244,17 +245,17 @@ impl CondensedBody {
     /// forces in any direction.
     ///
     /// * `forces`: node and Cartesian force, N/m; reversing the normals does not change them.
-    pub fn displacement_from_nodal_forces(&self, forces: &[(NodeId, Vector)]) -> Vec<Vector> {
+    pub fn displacement_from_nodal_forces(&self, forces: &[(NodeId, S::Vector)]) -> Vec<S::Vector> {
         let mut x = vec![0.0; self.forward_load.len()];
         for &(node, force) in forces {
-            for c in 0..2 {
+            for c in 0..S::DIM {
                 let number = self.dofs.number(node.index(), c);
                 if number != IMPOSED {
-                    x[number as usize] += force.dot(&self.dofs.axis(node.index(), c));
+                    x[number as usize] += force.times(&self.dofs.axis(node.index(), c));
                 }
             }
             for (unknown, per_unit) in self.dofs.followed(node.index()) {
-                x[unknown] += force.dot(&per_unit);
+                x[unknown] += force.times(&per_unit);
             }
         }
         self.factor.forward(&mut x);
@@ -282,6 +283,7 @@ mod tests {
     use super::*;
     use crate::body::Body;
     use crate::boundary::BoundaryConditions;
+    use crate::geometry::Vector;
     use crate::interface::{ContactInterface, Gap, InterfaceSide, Retained};
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;

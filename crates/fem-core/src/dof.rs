@@ -1,16 +1,17 @@
 //! The unknowns of a body: node frames, imposed values, and their number in the order of elimination.
 
+mod frames;
 mod fronts;
 
-use crate::body::{Body, NodeConstraint, RigidMotion};
+use crate::body::{Body, RigidMotion};
 use crate::cholesky::Front;
-use crate::directions::dual;
-use crate::geometry::{PARALLEL, Vector, cross, norm, perpendicular};
+use crate::geometry::Coordinates;
 use crate::interface::{InterfaceSide, Retained};
 use crate::mesh::id::NodeId;
 use crate::ordering;
+use crate::space::{Plane, Space};
+use frames::{CARTESIAN, Frame, Frames};
 use fronts::Fronts;
-use std::collections::BTreeMap;
 
 /// Number of an imposed component in [`DofMap::number`].
 pub const IMPOSED: u32 = u32::MAX;
@@ -18,47 +19,43 @@ pub const IMPOSED: u32 = u32::MAX;
 /// A product of an axis and a direction that is this close to a whole number is that number.
 const DUAL: f64 = 1e-14;
 
-/// An axis whose length is this close to one is of length one.
-const UNIT: f64 = 1e-14;
-
 /// Maps displacement components to unknowns.
 ///
-/// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or rotated into the direction of a roller or
-/// of the contact normal. A contact node with normal `n` that is fixed along `d`, not perpendicular to `n`, has the
-/// frame dual to the two: `e₀·n = e₁·d = 1`, `e₀·d = e₁·n = 0`. Its unknown is also the normal trace `u·n`, and its
-/// force is due to a pressure along `n`. A free node whose normal is not of length one has `e₀ = n/|n|²`. A node with two
-/// retained directions has the frame dual to these. The nodes of a rigid side follow the free motions of the side, one
+/// Each node has a frame of as many vectors as there are axes: Cartesian, or fitted to the directions that are retained or held there. If these
+/// are orthonormal, so is the frame; otherwise it is dual to them, so that each unknown is the trace along its direction, and its
+/// force acts along that direction. If supports leave fewer directions free than are retained, the frame is orthonormal, and the traces follow
+/// from its unknowns. The nodes of a rigid side follow the free motions of the side, one
 /// unknown each. Unknowns are numbered in the order of elimination: nodes, rigid sides, interface; on the interface in the
 /// order of the retained directions.
 #[derive(Clone, Debug)]
-pub struct DofMap {
-    axes: Vec<Vector>,
-    /// The second axes of the nodes whose frame is not orthogonal, by node.
-    oblique: Vec<(NodeId, Vector)>,
-    numbers: Vec<[u32; 2]>,
-    imposed: Vec<[f64; 2]>,
-    /// 2·node + component of every unknown.
+pub struct DofMap<S: Space = Plane> {
+    /// The place of each node's frame in `frames`, or [`CARTESIAN`].
+    frame_of: Vec<u32>,
+    frames: Vec<Frame<S>>,
+    numbers: Vec<S::Axes<u32>>,
+    imposed: Vec<S::Axes<f64>>,
+    /// Number of axes times node + component of every unknown.
     unknowns: Vec<u32>,
     interface: usize,
     /// The trace along each retained direction, block by block.
     rows: Vec<Vec<TraceRow>>,
     fronts: Vec<Front>,
-    rigid: RigidUnknowns,
+    rigid: RigidUnknowns<S>,
 }
 
 /// The unknowns of the rigid sides that are free to move.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct RigidUnknowns {
+struct RigidUnknowns<S: Space> {
     /// The number of the first one; the others follow.
     first: usize,
     /// The motion of each unknown, and its side.
-    motions: Vec<(RigidMotion, u32)>,
+    motions: Vec<(RigidMotion<S>, u32)>,
     /// The nodes of all sides, ascending: place and side.
-    nodes: Vec<(NodeId, Vector, u32)>,
+    nodes: Vec<(NodeId, S::Vector, u32)>,
 }
 
-impl RigidUnknowns {
-    fn new(body: &Body, first: usize) -> Self {
+impl<S: Space> RigidUnknowns<S> {
+    fn new(body: &Body<S>, first: usize) -> Self {
         let mut found = Self { first, ..Self::default() };
         let sides = body.rigid_sides().iter().enumerate();
         for (k, side) in sides.filter(|(_, side)| !side.motions.is_empty()) {
@@ -71,14 +68,14 @@ impl RigidUnknowns {
     }
 
     /// Returns the motion of an unknown, and the places of the nodes that follow it; `None` for the unknowns of nodes.
-    fn of(&self, unknown: usize) -> Option<(&RigidMotion, impl Iterator<Item = (usize, Vector)> + '_)> {
+    fn of(&self, unknown: usize) -> Option<(&RigidMotion<S>, impl Iterator<Item = (usize, S::Vector)> + '_)> {
         let (motion, side) = self.motions.get(unknown.checked_sub(self.first)?)?;
         let nodes = self.nodes.iter().filter(move |(.., s)| s == side);
         Some((motion, nodes.map(|(node, point, _)| (node.index(), *point))))
     }
 
     /// Lists the unknowns that a node follows, with its displacement per unit of each.
-    fn followed(&self, node: usize) -> impl Iterator<Item = (usize, Vector)> + '_ {
+    fn followed(&self, node: usize) -> impl Iterator<Item = (usize, S::Vector)> + '_ {
         let place = self.nodes.binary_search_by_key(&NodeId::new(node), |(node, ..)| *node).ok();
         place.into_iter().flat_map(move |place| {
             let (_, point, side) = self.nodes[place];
@@ -92,7 +89,7 @@ impl RigidUnknowns {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceRow {
     /// Interface unknowns with their factors; a factor of zero belongs to no unknown.
-    terms: [(u32, f64); 2],
+    terms: [(u32, f64); 3],
     /// The constant, which supports impose, m.
     pub imposed: f64,
 }
@@ -104,17 +101,17 @@ impl TraceRow {
     }
 }
 
-impl DofMap {
+impl<S: Space> DofMap<S> {
     /// Numbers the unknowns of a body whose interface is `side` (empty for a body alone).
-    pub fn new(body: &Body, side: &InterfaceSide) -> Self {
+    pub fn new(body: &Body<S>, side: &InterfaceSide<S>) -> Self {
         let nodes = body.mesh().points().len();
-        let Frames { axes, oblique, fixed, imposed, kept } = Frames::new(body, side);
-        let mut numbers = vec![[IMPOSED; 2]; nodes];
-        let mut unknowns = Vec::with_capacity(2 * nodes);
+        let Frames { frame_of, frames, fixed, imposed, kept } = Frames::new(body, side);
+        let mut numbers = vec![S::axes(|_| IMPOSED); nodes];
+        let mut unknowns = Vec::with_capacity(S::DIM * nodes);
         let mut give = |node: usize, c: usize, unknowns: &mut Vec<u32>| {
             if !fixed[node][c] && numbers[node][c] == IMPOSED {
                 numbers[node][c] = unknowns.len() as u32;
-                unknowns.push((2 * node + c) as u32);
+                unknowns.push((S::DIM * node + c) as u32);
             }
         };
         let dissection = ordering::dissect(body.mesh());
@@ -122,7 +119,7 @@ impl DofMap {
         for part in &dissection.parts {
             for &node in &dissection.order[part.nodes.clone()] {
                 let node = node.index();
-                for c in [0, 1].into_iter().filter(|c| !kept[node][*c]) {
+                for c in (0..S::DIM).filter(|c| !kept[node][*c]) {
                     give(node, c, &mut unknowns);
                 }
             }
@@ -130,13 +127,14 @@ impl DofMap {
         }
         let rigid = RigidUnknowns::new(body, unknowns.len());
         for (k, (_, side)) in rigid.motions.iter().enumerate() {
-            unknowns.push((2 * body.rigid_sides()[*side as usize].nodes[0].index() + k % 2) as u32);
+            let node = body.rigid_sides()[*side as usize].nodes[0].index();
+            unknowns.push((S::DIM * node + k % S::DIM) as u32);
         }
         fronts.above(unknowns.len());
         let interior = unknowns.len();
         for retained in side.retained() {
             let node = retained.node.index();
-            for c in [0, 1].into_iter().filter(|c| kept[node][*c]) {
+            for c in (0..S::DIM).filter(|c| kept[node][*c]) {
                 give(node, c, &mut unknowns);
             }
         }
@@ -144,7 +142,7 @@ impl DofMap {
         let fronts = fronts.finish(interior, interface);
         debug_assert_eq!(fronts.last().map_or(0, |f| f.columns.end as usize), unknowns.len());
         let rows = Vec::new();
-        let mut map = Self { axes, oblique, numbers, imposed, unknowns, interface, rows, fronts, rigid };
+        let mut map = Self { frame_of, frames, numbers, imposed, unknowns, interface, rows, fronts, rigid };
         map.rows = map.rows_of(side);
         map
     }
@@ -153,8 +151,8 @@ impl DofMap {
     /// retained directions differ from this map's.
     ///
     /// * `body`: on the same mesh.
-    pub fn with_imposed(&self, body: &Body, side: &InterfaceSide) -> Option<Self> {
-        let Frames { axes, oblique, fixed, imposed, kept } = Frames::new(body, side);
+    pub fn with_imposed(&self, body: &Body<S>, side: &InterfaceSide<S>) -> Option<Self> {
+        let Frames { frame_of, frames, fixed, imposed, kept } = Frames::new(body, side);
         let rigid = RigidUnknowns::new(body, self.rigid.first);
         let first = (self.unknowns.len() - self.interface) as u32;
         let known = |number: u32, fixed: bool, kept: bool| match number {
@@ -163,8 +161,9 @@ impl DofMap {
         };
         let mut flags = self.numbers.iter().zip(fixed.iter().zip(&kept));
         let same = self.numbers.len() == fixed.len()
-            && flags.all(|(numbers, (fixed, kept))| (0..2).all(|c| known(numbers[c], fixed[c], kept[c])))
-            && (&axes, &oblique, &rigid) == (&self.axes, &self.oblique, &self.rigid);
+            && flags
+                .all(|(numbers, (fixed, kept))| (0..S::DIM).all(|c| known(numbers[c], fixed[c], kept[c])))
+            && (&frame_of, &frames, &rigid) == (&self.frame_of, &self.frames, &self.rigid);
         if !same {
             return None;
         }
@@ -230,24 +229,24 @@ impl DofMap {
     }
 
     /// Expresses the traces along all retained directions in the interface unknowns, block by block.
-    fn rows_of(&self, side: &InterfaceSide) -> Vec<Vec<TraceRow>> {
+    fn rows_of(&self, side: &InterfaceSide<S>) -> Vec<Vec<TraceRow>> {
         let blocks = (0..side.blocks()).map(|block| &side.retained()[side.block(block)]);
         blocks.map(|block| block.iter().map(|retained| self.row(retained)).collect()).collect()
     }
 
     /// Expresses the trace along a retained direction in the interface unknowns.
-    fn row(&self, retained: &Retained) -> TraceRow {
+    fn row(&self, retained: &Retained<S>) -> TraceRow {
         let (node, start) = (retained.node.index(), (self.unknowns.len() - self.interface) as u32);
-        let mut row = TraceRow { terms: [(0, 0.0); 2], imposed: 0.0 };
-        for c in [0, 1] {
-            let factor = self.axis(node, c).dot(&retained.direction);
+        let mut row = TraceRow { terms: [(0, 0.0); 3], imposed: 0.0 };
+        for c in 0..S::DIM {
+            let factor = self.axis(node, c).times(&retained.direction);
             // Frames are dual to the retained directions to round-off.
             let whole = factor.round();
             let factor = if (factor - whole).abs() <= DUAL { whole } else { factor };
             match self.numbers[node][c] {
                 IMPOSED => row.imposed += factor * self.imposed[node][c],
                 number if number >= start => row.terms[c] = (number - start, factor),
-                // The trace does not depend on the other component.
+                // The trace does not depend on the other components.
                 _ => {}
             }
         }
@@ -265,7 +264,7 @@ impl DofMap {
     }
 
     /// Lists the unknowns of rigid sides that a node follows, with its displacement per unit of each.
-    pub fn followed(&self, node: usize) -> impl Iterator<Item = (usize, Vector)> + '_ {
+    pub fn followed(&self, node: usize) -> impl Iterator<Item = (usize, S::Vector)> + '_ {
         self.rigid.followed(node)
     }
 
@@ -280,7 +279,7 @@ impl DofMap {
     }
 
     /// Lists the nodes that an unknown moves, with their displacement per unit of it: one node, unless it belongs to a rigid side.
-    pub fn moved(&self, number: usize) -> impl Iterator<Item = (usize, Vector)> + '_ {
+    pub fn moved(&self, number: usize) -> impl Iterator<Item = (usize, S::Vector)> + '_ {
         let side = self.rigid.of(number);
         let (node, c) = self.unknown(number);
         let own = side.is_none().then(|| (node, self.axis(node, c)));
@@ -292,176 +291,75 @@ impl DofMap {
     /// Returns node and component of an unknown; of a rigid side's, one of its nodes.
     pub fn unknown(&self, number: usize) -> (usize, usize) {
         let code = self.unknowns[number] as usize;
-        (code / 2, code % 2)
+        (code / S::DIM, code % S::DIM)
     }
 
     /// Returns axis `c` of a node's frame: displacements are sums of them, forces act along them.
-    pub fn axis(&self, node: usize, c: usize) -> Vector {
-        if c == 0 {
-            return self.axes[node];
-        }
-        if !self.oblique.is_empty()
-            && let Ok(place) = self.oblique.binary_search_by_key(&NodeId::new(node), |o| o.0)
-        {
-            return self.oblique[place].1;
-        }
-        perpendicular(self.axes[node])
+    #[inline]
+    pub fn axis(&self, node: usize, c: usize) -> S::Vector {
+        self.frame(node).map_or(S::AXES[c], |frame| frame.axes[c])
     }
 
     /// Returns component `c` of a displacement in a node's frame: the displacement is the sum of the axes times the components.
-    pub fn component(&self, node: usize, c: usize, displacement: Vector) -> f64 {
-        if self.is_orthogonal(node) {
-            return displacement.dot(&self.axis(node, c));
+    pub fn component(&self, node: usize, c: usize, displacement: S::Vector) -> f64 {
+        match self.frame(node) {
+            Some(frame) if !frame.orthonormal => {
+                let across = S::across(&frame.axes)[c];
+                across.times(&displacement) / across.times(&frame.axes[c])
+            }
+            _ => displacement.times(&self.axis(node, c)),
         }
-        let [own, other] = [c, 1 - c].map(|c| self.axis(node, c));
-        displacement.perp(&other) / own.perp(&other)
     }
 
-    /// Tells whether the two axes of a node's frame are perpendicular to each other and of length one.
-    pub fn is_orthogonal(&self, node: usize) -> bool {
-        self.oblique.binary_search_by_key(&NodeId::new(node), |o| o.0).is_err()
+    /// Tells whether the axes of a node's frame are perpendicular to each other and of length one.
+    pub fn is_orthonormal(&self, node: usize) -> bool {
+        self.frame(node).is_none_or(|frame| frame.orthonormal)
     }
 
     /// Tells whether a node's frame is the Cartesian one.
     pub fn is_cartesian(&self, node: usize) -> bool {
-        // The second of two directions may be −y.
-        self.axes[node] == Vector::x() && self.is_orthogonal(node)
+        self.frame(node).is_none()
+    }
+
+    /// Returns the frame of a node; `None` if it is Cartesian.
+    #[inline]
+    fn frame(&self, node: usize) -> Option<&Frame<S>> {
+        match self.frame_of[node] {
+            CARTESIAN => None,
+            place => Some(&self.frames[place as usize]),
+        }
     }
 
     /// Expands unknowns into nodal displacements in Cartesian components, imposed values included.
-    pub fn displacement(&self, x: &[f64]) -> Vec<Vector> {
+    pub fn displacement(&self, x: &[f64]) -> Vec<S::Vector> {
         self.expand(x, 1.0)
     }
 
     /// Expands unknowns into a nodal correction, which vanishes where displacements are imposed.
-    pub fn correction(&self, x: &[f64]) -> Vec<Vector> {
+    pub fn correction(&self, x: &[f64]) -> Vec<S::Vector> {
         self.expand(x, 0.0)
     }
 
-    fn expand(&self, x: &[f64], imposed_factor: f64) -> Vec<Vector> {
+    fn expand(&self, x: &[f64], imposed_factor: f64) -> Vec<S::Vector> {
         let value = |node: usize, c: usize| match self.numbers[node][c] {
             IMPOSED => imposed_factor * self.imposed[node][c],
             number => x[number as usize],
         };
         let at = |node: usize| {
-            let local = Vector::new(value(node, 0), value(node, 1));
-            if self.is_cartesian(node) {
-                return local;
+            let local = S::Vector::of(|c| value(node, c));
+            match self.frame(node) {
+                None => local,
+                Some(Frame { axes, .. }) => {
+                    (1..S::DIM).fold(axes[0] * local[0], |sum, c| sum + axes[c] * local[c])
+                }
             }
-            local[0] * self.axis(node, 0) + local[1] * self.axis(node, 1)
         };
-        let mut all: Vec<Vector> = (0..self.numbers.len()).map(at).collect();
+        let mut all: Vec<S::Vector> = (0..self.numbers.len()).map(at).collect();
         for (node, ..) in &self.rigid.nodes {
             for (unknown, per_unit) in self.rigid.followed(node.index()) {
-                all[*node] += x[unknown] * per_unit;
+                all[*node] += per_unit * x[unknown];
             }
         }
         all
-    }
-}
-
-/// The frames of all nodes, and the values imposed along their axes.
-struct Frames {
-    axes: Vec<Vector>,
-    /// Second axes that are not perpendicular to the first, by node; sorted at the end.
-    oblique: Vec<(NodeId, Vector)>,
-    fixed: Vec<[bool; 2]>,
-    imposed: Vec<[f64; 2]>,
-    /// True if a component is an interface unknown.
-    kept: Vec<[bool; 2]>,
-}
-
-impl Frames {
-    fn new(body: &Body, side: &InterfaceSide) -> Self {
-        let nodes = body.mesh().points().len();
-        let mut frames = Self {
-            axes: vec![Vector::x(); nodes],
-            oblique: Vec::new(),
-            fixed: vec![[false; 2]; nodes],
-            imposed: vec![[0.0; 2]; nodes],
-            kept: vec![[false; 2]; nodes],
-        };
-        let mut second = BTreeMap::new();
-        for &Retained { node, direction } in side.retained() {
-            let place = node.index();
-            if !frames.kept[place][0] {
-                frames.kept[place][0] = true;
-                frames.axes[place] = direction;
-            } else if cross(frames.axes[place], direction).abs() > PARALLEL {
-                second.entry(node).or_insert(direction);
-            }
-        }
-        for (node, constraint) in body.node_constraints().iter().enumerate() {
-            frames.constrain(node, constraint, second.contains_key(&NodeId::new(node)));
-        }
-        for (node, direction) in second {
-            if frames.fixed[node.index()] == [false; 2] {
-                frames.kept[node.index()] = [true; 2];
-                frames.make_dual(node, direction);
-            }
-        }
-        frames.oblique.sort_unstable_by_key(|(node, _)| *node);
-        frames.scale(side);
-        frames
-    }
-
-    /// Takes what a support imposes on a node.
-    ///
-    /// * `two`: whether the node has two retained directions.
-    fn constrain(&mut self, node: usize, constraint: &NodeConstraint, two: bool) {
-        let value = constraint.imposed[0];
-        match *constraint.held.basis() {
-            [] => {}
-            [direction] if self.kept[node][0] && !two => {
-                self.fixed[node][1] = true;
-                let axis = self.axes[node];
-                if direction.dot(&axis).abs() <= PARALLEL {
-                    self.imposed[node][1] = value * direction.dot(&perpendicular(axis)).signum();
-                    return;
-                }
-                // The pairing has checked that the support is far enough from the normal.
-                self.make_dual(NodeId::new(node), direction);
-                self.imposed[node][1] = value;
-            }
-            [direction] => {
-                self.axes[node] = direction;
-                self.fixed[node][0] = true;
-                self.imposed[node][0] = value;
-                // Of two retained directions one unknown remains.
-                self.kept[node] = [false, two];
-            }
-            _ => {
-                self.axes[node] = Vector::x();
-                self.fixed[node] = [true; 2];
-                self.imposed[node] = constraint.imposed.into();
-            }
-        }
-    }
-
-    /// Divides the first axes that are retained directions by their length squared: the unknown is the trace along the direction.
-    fn scale(&mut self, side: &InterfaceSide) {
-        let mut nodes: Vec<NodeId> = side.retained().iter().map(|retained| retained.node).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        let mut scaled = Vec::new();
-        for node in nodes {
-            let place = node.index();
-            let (axis, length) = (self.axes[place], norm(self.axes[place]));
-            let unit = (length - 1.0).abs() <= UNIT || !self.kept[place][0];
-            if !unit && self.oblique.binary_search_by_key(&node, |o| o.0).is_err() {
-                self.axes[place] = 1.0 / (length * length) * axis;
-                scaled.push((node, 1.0 / length * perpendicular(axis)));
-            }
-        }
-        self.oblique.extend(scaled);
-        self.oblique.sort_unstable_by_key(|(node, _)| *node);
-    }
-
-    /// Gives a node the frame dual to its first axis and another vector.
-    fn make_dual(&mut self, node: NodeId, second: Vector) {
-        let axis = &mut self.axes[node.index()];
-        let frame = dual::<crate::space::Plane>([*axis, second]);
-        *axis = frame[0];
-        self.oblique.push((node, frame[1]));
     }
 }

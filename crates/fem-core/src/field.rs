@@ -2,48 +2,55 @@
 
 use crate::assembly::external_forces;
 use crate::body::Body;
-use crate::element::Triangle;
-use crate::geometry::Vector;
-use crate::tensor::SymTensor2;
+use crate::element::Element;
+use crate::space::Space;
 use rayon::prelude::*;
 
-/// Computes the stress of a displacement field in every triangle, Pa.
+/// Computes the stress of a displacement field in every cell, Pa.
 ///
 /// * `displacement`: Cartesian, one per node, m.
-pub fn stresses(body: &Body, displacement: &[Vector]) -> Vec<SymTensor2> {
+pub fn stresses<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> Vec<S::Tensor> {
     let mesh = body.mesh();
     (0..mesh.cells().len())
         .into_par_iter()
         .with_min_len(1024)
         .map(|t| {
-            let u = mesh.cells()[t].map(|n| displacement[n]);
-            body.material(t).stress(Triangle::new(mesh.corners(t)).strain(u))
+            let element = Element::<S>::new(mesh.corners(t));
+            body.material(t).stress(strain(body, t, &element, displacement))
         })
         .collect()
 }
 
-/// Computes `K u − f` at every node, Cartesian, N/m: zero at nodes with loads only, the support's
-/// reaction where a displacement is imposed, the contact force on the interface.
-pub fn nodal_residual(body: &Body, displacement: &[Vector]) -> Vec<Vector> {
-    let mesh = body.mesh();
-    residual(body, |t, element| {
-        let strain = element.strain(mesh.cells()[t].map(|n| displacement[n]));
-        body.material(t).stress(strain)
-    })
+/// Computes the strain of a displacement field in a cell.
+#[inline]
+pub(crate) fn strain<S: Space>(
+    body: &Body<S>,
+    cell: usize,
+    element: &Element<S>,
+    displacement: &[S::Vector],
+) -> S::Tensor {
+    let nodes = &body.mesh().cells()[cell];
+    element.strain(S::corners(|k| displacement[nodes[k]]))
 }
 
-/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every triangle, Pa.
-pub fn stress_residual(body: &Body, means: &[SymTensor2]) -> Vec<Vector> {
+/// Computes `K u − f` at every node, Cartesian, N/m: zero at nodes with loads only, the support's
+/// reaction where a displacement is imposed, the contact force on the interface.
+pub fn nodal_residual<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> Vec<S::Vector> {
+    residual(body, |t, element| body.material(t).stress(strain(body, t, element, displacement)))
+}
+
+/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every cell, Pa.
+pub fn stress_residual<S: Space>(body: &Body<S>, means: &[S::Tensor]) -> Vec<S::Vector> {
     residual(body, |t, _| means[t])
 }
 
 /// Gathers the forces of constant stresses and subtracts the loads.
-fn residual(body: &Body, stress: impl Fn(usize, &Triangle) -> SymTensor2) -> Vec<Vector> {
+fn residual<S: Space>(body: &Body<S>, stress: impl Fn(usize, &Element<S>) -> S::Tensor) -> Vec<S::Vector> {
     let mesh = body.mesh();
-    let mut residual: Vec<Vector> = external_forces(body).into_iter().map(|f| -f).collect();
-    for (t, corners) in mesh.cells().iter().enumerate() {
-        let element = Triangle::new(mesh.corners(t));
-        for (&n, f) in corners.iter().zip(element.internal_forces(stress(t, &element))) {
+    let mut residual: Vec<S::Vector> = external_forces(body).into_iter().map(|f| -f).collect();
+    for (t, corners) in mesh.cells().iter().copied().enumerate() {
+        let element = Element::<S>::new(mesh.corners(t));
+        for (n, f) in corners.into_iter().zip(element.internal_forces(stress(t, &element))) {
             residual[n] += f;
         }
     }

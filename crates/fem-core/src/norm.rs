@@ -1,17 +1,19 @@
 //! Energy norms, all without the factor ½: `‖u‖² = a(u, u) = ∫ σ(u) : ε(u)`.
 
 use crate::body::Body;
-use crate::element::Triangle;
+use crate::element::Element;
+use crate::field::strain;
 use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
 use crate::parallel::each_task;
 use crate::quadrature::RADON7;
+use crate::space::Space;
 use crate::tensor::SymTensor2;
 
-/// Triangles summed by one task. Fixed, so that sums do not depend on the number of threads.
+/// Cells summed by one task. Fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 4096;
 
-/// Sums a quantity over the triangles in an order that does not depend on the number of threads.
+/// Sums a quantity over the cells in an order that does not depend on the number of threads.
 pub fn sum_over_cells(count: usize, quantity: impl Fn(usize) -> f64 + Sync) -> f64 {
     let of_chunk = |k: usize| (k * CHUNK..count.min((k + 1) * CHUNK)).map(&quantity).sum();
     sum_of_chunks(count.div_ceil(CHUNK), &of_chunk)
@@ -28,13 +30,12 @@ pub fn from_squared(squared: f64) -> f64 {
 }
 
 /// Computes `a(u, u)` of a displacement field, J/m.
-pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
+pub fn energy_norm_squared<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> f64 {
     let mesh = body.mesh();
     sum_over_cells(mesh.cells().len(), |t| {
-        let u = mesh.cells()[t].map(|n| displacement[n]);
-        let element = Triangle::new(mesh.corners(t));
-        let strain = element.strain(u);
-        element.measure * body.material(t).stress(strain).contract(strain)
+        let element = Element::<S>::new(mesh.corners(t));
+        let strain = strain(body, t, &element, displacement);
+        element.measure * S::contracted(body.material(t).stress(strain), strain)
     })
 }
 
@@ -42,7 +43,7 @@ pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
 ///
 /// # Panics
 /// If the fields do not have one entry per node.
-pub fn energy_distance_squared(body: &Body, u: &[Vector], v: &[Vector]) -> f64 {
+pub fn energy_distance_squared<S: Space>(body: &Body<S>, u: &[S::Vector], v: &[S::Vector]) -> f64 {
     let nodes = body.mesh().points().len();
     assert!(
         [u.len(), v.len()] == [nodes; 2],
@@ -50,7 +51,7 @@ pub fn energy_distance_squared(body: &Body, u: &[Vector], v: &[Vector]) -> f64 {
         u.len(),
         v.len()
     );
-    let difference: Vec<Vector> = u.iter().zip(v).map(|(a, b)| *a - *b).collect();
+    let difference: Vec<S::Vector> = u.iter().zip(v).map(|(a, b)| *a - *b).collect();
     energy_norm_squared(body, &difference)
 }
 
