@@ -310,8 +310,8 @@ impl<S: Space> Evaluation<'_, S> {
                     let held =
                         at_nodes.get(&node).map_or(direction, |all| rollers::mean::<S>(all, direction));
                     let value = self.constrain(place, node, &Imposed { direction: held, data, magnitude })?;
-                    let sine = Directions::<S>::along(direction).sine(held);
-                    if sine > 0.0 {
+                    if held != direction {
+                        let sine = Directions::<S>::along(direction).sine(held);
                         self.turned.push(Turned { node, normal: direction, value, sine });
                     }
                     let reaction = holds.entry(node).or_insert(Directions::NONE);

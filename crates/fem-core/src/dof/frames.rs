@@ -65,12 +65,9 @@ impl<S: Space> Frames<S> {
             return;
         }
         let beside = |r: &S::Vector| held.iter().all(|d| d.times(r).abs() <= PARALLEL);
-        let mut all = constraint.held;
-        let independent = retained.iter().all(|r| {
-            let before = all.count();
-            all = all.with(*r / norm(*r), PARALLEL);
-            all.count() > before
-        });
+        let with = |all: Directions<S>, r: &S::Vector| all.with(*r / norm(*r), PARALLEL);
+        let all = retained.iter().fold(constraint.held, with);
+        let independent = all.count() == count + retained.len();
         let frame = match retained {
             [] => self.perpendicular(node, constraint, None),
             [r] if count == 0 || (count + 1 == S::DIM && beside(r)) => {
