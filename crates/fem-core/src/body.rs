@@ -70,7 +70,7 @@ pub enum BodyError {
         /// The existing names.
         known: String,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// The condition applies to no facet.
     #[error("{place}: no {} of \"{group}\" lies in the given part", words.facet)]
@@ -80,7 +80,7 @@ pub enum BodyError {
         /// The group.
         group: String,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// No boundary node is at the place of a support on a single node.
     #[error("{place}: no boundary node is at {point}; the nearest one is at {nearest}")]
@@ -113,7 +113,7 @@ pub enum BodyError {
         /// Corners of the facet.
         corners: Vec<Point>,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// A value is infinite or NaN.
     #[error("{place}: the value at {point} is {value}; a finite number is needed")]
@@ -148,7 +148,7 @@ pub enum BodyError {
         /// Middle of the facet.
         point: Point,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// A rigid side has another condition, or a node of another rigid side.
     #[error(

@@ -67,11 +67,16 @@ impl<S: Space> RigidUnknowns<S> {
         found
     }
 
-    /// Returns the motion of an unknown, and the places of the nodes that follow it; `None` for the unknowns of nodes.
-    fn of(&self, unknown: usize) -> Option<(&RigidMotion<S>, impl Iterator<Item = (usize, S::Vector)> + '_)> {
+    /// Returns the motion of an unknown, and its side; `None` for the unknowns of nodes.
+    fn of(&self, unknown: usize) -> Option<(&RigidMotion<S>, u32)> {
         let (motion, side) = self.motions.get(unknown.checked_sub(self.first)?)?;
-        let nodes = self.nodes.iter().filter(move |(.., s)| s == side);
-        Some((motion, nodes.map(|(node, point, _)| (node.index(), *point))))
+        Some((motion, *side))
+    }
+
+    /// Lists the nodes of a side, with their places.
+    fn nodes_of(&self, side: u32) -> impl Iterator<Item = (usize, S::Vector)> + '_ {
+        let nodes = self.nodes.iter().filter(move |(.., s)| *s == side);
+        nodes.map(|(node, point, _)| (node.index(), *point))
     }
 
     /// Lists the unknowns that a node follows, with its displacement per unit of each.
@@ -283,8 +288,9 @@ impl<S: Space> DofMap<S> {
         let side = self.rigid.of(number);
         let (node, c) = self.unknown(number);
         let own = side.is_none().then(|| (node, self.axis(node, c)));
-        let of_side =
-            side.into_iter().flat_map(|(motion, nodes)| nodes.map(|(node, point)| (node, motion.at(point))));
+        let of_side = side.into_iter().flat_map(|(motion, side)| {
+            self.rigid.nodes_of(side).map(|(node, point)| (node, motion.at(point)))
+        });
         own.into_iter().chain(of_side)
     }
 

@@ -63,7 +63,7 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
     /// The names of the components of a displacement and of a rotation.
     const MOTIONS: &'static [&'static str];
     /// The words of messages.
-    const WORDS: Words;
+    const WORDS: &'static Words;
     /// The unit vectors along the axes.
     const AXES: Self::Axes<Self::Vector>;
     /// The same number of vectors zero.

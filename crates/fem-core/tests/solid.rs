@@ -1,4 +1,6 @@
 //! Solid bodies of tetrahedra, from the mesh to the displacement, against exact solutions.
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use fem_core::assembly::{System, external_forces};
 use fem_core::body::{Body, BodyError, FreeMotion};

@@ -2,12 +2,12 @@
 //!
 //! A module may use its parent's items and its children's. Two neighbours, children of one parent, with all that is below
 //! them, must not use each other, directly or in a ring. A crate that must not know about meshes takes from `fem_core` only what
-//! [`ALGEBRA`] lists.
+//! [`ALGEBRA`] lists. Nothing but [`SPACE`] asks for the number of dimensions, and nothing has a `where` clause.
 
 use super::finding::Finding;
 use std::collections::{BTreeMap, BTreeSet};
 use syn::visit::{self, Visit};
-use syn::{Attribute, Item, ItemMod, ItemUse, UseTree};
+use syn::{Attribute, BinOp, Expr, ExprBinary, ExprMatch, Item, ItemMod, ItemUse, Lit, UseTree, WhereClause};
 
 /// The path of a module below the root of its crate.
 type Module = Vec<String>;
@@ -19,7 +19,13 @@ type Arrows = BTreeMap<(String, String), (String, usize)>;
 const ALGEBRA: [(&str, &[&str]); 1] =
     [("nndd", &["contact_system", "condensation", "dense", "each_body", "norm", "try_each_body"])];
 
-/// Finds the rings of neighbours in the sources of the crates, and what takes from meshes without need.
+/// The files that may ask for the number of dimensions: all others loop over axes, corners and components.
+const SPACE: &str = "crates/fem-core/src/space";
+
+/// The constants of a space that are a number of dimensions.
+const DIMENSIONS: [&str; 2] = ["DIM", "COMPONENTS"];
+
+/// Finds the rings of neighbours in the sources of the crates, what takes from meshes without need, and what asks for the dimension.
 ///
 /// * `sources`: names from the top folder, and texts; only files in `crates/*/src` count.
 pub(super) fn findings(sources: &[(String, String)]) -> Vec<Finding> {
@@ -31,8 +37,80 @@ pub(super) fn findings(sources: &[(String, String)]) -> Vec<Finding> {
     }
     crates
         .iter()
-        .flat_map(|(name, files)| of_crate(files).into_iter().chain(beyond_algebra(name, files)))
+        .flat_map(|(name, files)| {
+            of_crate(files).into_iter().chain(beyond_algebra(name, files)).chain(beside_space(files))
+        })
         .collect()
+}
+
+/// Finds comparisons of the number of dimensions with a number, matches on it, and `where` clauses.
+fn beside_space(files: &[(Module, &str, &str)]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (_, file, text) in files {
+        let Ok(tree) = syn::parse_file(text) else { continue };
+        let mut asked = Asked::default();
+        asked.visit_file(&tree);
+        let line = |word: &str| text.lines().position(|l| l.contains(word)).map_or(1, |k| k + 1);
+        if asked.dimension && !file.starts_with(SPACE) {
+            let what = format!("found a question for the number of dimensions, expected it in {SPACE} alone");
+            findings.push(Finding::new(file, line("::DIM").max(line("::COMPONENTS")), what));
+        }
+        if asked.condition {
+            let what = "found a `where` clause, expected bounds of an associated type".to_owned();
+            findings.push(Finding::new(file, line("where "), what));
+        }
+    }
+    findings
+}
+
+/// Whether a file asks for the number of dimensions, or has a `where` clause; its tests are left out.
+#[derive(Default)]
+struct Asked {
+    dimension: bool,
+    condition: bool,
+}
+
+/// Tells whether an expression is made of the number of dimensions: `S::DIM`, `S::DIM - 1`.
+fn is_dimension(expression: &Expr) -> bool {
+    match expression {
+        Expr::Path(path) => {
+            path.path.segments.last().is_some_and(|s| DIMENSIONS.iter().any(|known| s.ident == known))
+        }
+        Expr::Binary(sum) => is_dimension(&sum.left) || is_dimension(&sum.right),
+        Expr::Paren(inner) => is_dimension(&inner.expr),
+        _ => false,
+    }
+}
+
+fn is_number(expression: &Expr) -> bool {
+    matches!(expression, Expr::Lit(literal) if matches!(literal.lit, Lit::Int(_)))
+}
+
+impl<'ast> Visit<'ast> for Asked {
+    fn visit_expr_binary(&mut self, pair: &'ast ExprBinary) {
+        let compares = matches!(
+            pair.op,
+            BinOp::Eq(_) | BinOp::Ne(_) | BinOp::Lt(_) | BinOp::Le(_) | BinOp::Gt(_) | BinOp::Ge(_)
+        );
+        let asks = |a: &Expr, b: &Expr| is_dimension(a) && is_number(b);
+        self.dimension |= compares && (asks(&pair.left, &pair.right) || asks(&pair.right, &pair.left));
+        visit::visit_expr_binary(self, pair);
+    }
+
+    fn visit_expr_match(&mut self, choice: &'ast ExprMatch) {
+        self.dimension |= is_dimension(&choice.expr);
+        visit::visit_expr_match(self, choice);
+    }
+
+    fn visit_where_clause(&mut self, _: &'ast WhereClause) {
+        self.condition = true;
+    }
+
+    fn visit_item_mod(&mut self, item: &'ast ItemMod) {
+        if !is_test(&item.attrs) {
+            visit::visit_item_mod(self, item);
+        }
+    }
 }
 
 /// Finds the paths into `fem_core` that a crate of [`ALGEBRA`] must not take.
@@ -229,6 +307,24 @@ mod tests {
         let line = |k: usize, item: &str| format!("{k}: found `fem_core::{item}` in `nndd`, {expected}");
         assert_eq!(found, [line(1, "mesh"), line(2, "body")]);
         assert!(of("cre-estimator").is_empty());
+    }
+
+    #[test]
+    fn the_number_of_dimensions_is_asked_for_in_one_place() {
+        let asked = |file: &str, text: &str| {
+            let sources = [(format!("crates/fem-core/src/{file}.rs"), text.to_owned())];
+            findings(&sources).into_iter().map(|f| f.what).collect::<Vec<_>>()
+        };
+        for text in [
+            "fn f<S>() { if S::DIM == 3 {} }",
+            "fn f<S>() { g(2 < S::COMPONENTS - 1) }",
+            "fn f<S>() { match S::DIM { 2 => (), _ => () } }",
+        ] {
+            assert!(asked("body", text)[0].starts_with("found a question"), "{text}");
+            assert!(asked("space/plane", text).is_empty());
+        }
+        assert!(asked("body", "fn f<S>(k: usize) { for j in 1..S::DIM {} if k < S::DIM {} }").is_empty());
+        assert!(asked("body", "fn f<S>() where S: Copy {}")[0].starts_with("found a `where` clause"));
     }
 
     #[test]

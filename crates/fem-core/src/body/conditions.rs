@@ -59,8 +59,8 @@ pub(super) fn evaluate<S: Space>(
     let inherited = inherited.as_ref();
     let mut selected = Selected::default();
     let supports = work.impose_all(conditions, inherited, &mut selected)?;
-    let rigid_sides;
-    (selected.rigid, rigid_sides) = work.stiffen_all(conditions, inherited)?;
+    let rigid_sides = work.stiffen_all(conditions, inherited)?;
+    selected.rigid = rigid_sides.iter().map(|side| side.edges.clone()).collect();
     selected.tractions = work.load_all(conditions, inherited)?;
     let roller_turn = work.roller_turn();
     let (node_constraints, facet_conditions) = (work.constraints, work.facets);
@@ -141,20 +141,19 @@ impl<S: Space> Evaluation<'_, S> {
         Ok(supports)
     }
 
-    /// Makes sides rigid; returns the edges of each.
+    /// Makes sides rigid.
     fn stiffen_all(
         &mut self,
         conditions: &BoundaryConditions<S>,
         inherited: Option<&Selected>,
-    ) -> Result<(Vec<Vec<FacetId>>, Vec<RigidSide<S>>), BodyError> {
-        let (mut selected, mut sides) = (Vec::new(), Vec::new());
+    ) -> Result<Vec<RigidSide<S>>, BodyError> {
+        let mut sides = Vec::new();
         for (index, condition) in conditions.rigid.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Rigid, index };
-            let edges = self.edges_of(place, &condition.edges, inherited.map(|known| &known.rigid))?;
-            sides.push(self.stiffen(place, &edges, condition)?);
-            selected.push(edges);
+            let facets = self.edges_of(place, &condition.edges, inherited.map(|known| &known.rigid))?;
+            sides.push(self.stiffen(place, &facets, condition)?);
         }
-        Ok((selected, sides))
+        Ok(sides)
     }
 
     /// Makes a side rigid. Supports that hold one of its nodes, at its ends, hold the whole side.

@@ -30,7 +30,7 @@ pub enum MeshError {
         /// Number of cells.
         cells: usize,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// More nodes or cells than 32-bit numbers can address.
     #[error("the mesh has {found} {what}; at most {limit} are supported")]
@@ -74,7 +74,7 @@ pub enum MeshError {
         /// Number of nodes of the mesh.
         nodes: usize,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// A cell has no area or volume, or a cut or a motion of nodes turned it over.
     #[error(
@@ -89,7 +89,7 @@ pub enum MeshError {
         /// Centroid.
         point: Point,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// A node belongs to no cell: it would make the stiffness singular.
     #[error("node {node} at {point} belongs to no {}; remove it", words.cell)]
@@ -99,7 +99,7 @@ pub enum MeshError {
         /// Its coordinates.
         point: Point,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// More than two cells meet in a facet, or two of them lie on the same side of it.
     #[error(
@@ -110,7 +110,7 @@ pub enum MeshError {
         /// The nodes of the facet, ascending.
         nodes: Vec<usize>,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// Two parts of the body touch only in a single node, or in space in edges.
     #[error(
@@ -123,7 +123,7 @@ pub enum MeshError {
         /// Its coordinates.
         point: Point,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// A group names a facet that no cell has.
     #[error(
@@ -136,7 +136,7 @@ pub enum MeshError {
         /// The nodes of the facet.
         nodes: Vec<usize>,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// Two groups have the same name.
     #[error("two groups of {} are called \"{group}\"", words.facets)]
@@ -144,7 +144,7 @@ pub enum MeshError {
         /// Group name.
         group: String,
         /// The words for its cells.
-        words: Words,
+        words: &'static Words,
     },
     /// The generator of a rectangle or a box was given invalid sizes.
     #[error("a block of {cells:?} cells and size {size:?} at {origin:?} cannot be meshed: {reason}")]

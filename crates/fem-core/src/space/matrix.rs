@@ -12,7 +12,7 @@ pub trait Matrix<V>: Item + Default + Index<(usize, usize), Output = f64> + Inde
     fn add_square(&mut self, v: &V);
     /// Computes the eigenvalues of a symmetric matrix, each with its unit vector.
     fn eigen(&self) -> Vec<(f64, V)>;
-    /// Computes the inverse; `None` if there is none.
+    /// Computes the inverse; `None` if the matrix is singular.
     fn inverse(&self) -> Option<Self>;
 }
 

@@ -28,7 +28,7 @@ impl Space for Plane {
     const DIM: usize = 2;
     const COMPONENTS: usize = 3;
     const MOTIONS: &'static [&'static str] = &["ux", "uy", "rotation"];
-    const WORDS: Words = Words {
+    const WORDS: &'static Words = &Words {
         cell: "triangle",
         cells: "triangles",
         facet: "edge",

@@ -35,7 +35,7 @@ impl Space for Solid {
     const COMPONENTS: usize = 6;
     const MOTIONS: &'static [&'static str] =
         &["ux", "uy", "uz", "rotation about x", "rotation about y", "rotation about z"];
-    const WORDS: Words = Words {
+    const WORDS: &'static Words = &Words {
         cell: "tetrahedron",
         cells: "tetrahedra",
         facet: "face",
