@@ -1,4 +1,4 @@
-//! Plane linear elasticity on P1 triangles, its sparse factorisation, and the geometry of contact.
+//! Linear elasticity on P1 triangles and tetrahedra, its sparse factorisation, and the geometry of contact.
 //!
 //! # The problem
 //! ```math
@@ -10,18 +10,21 @@
 //! ```
 //! | symbol | what | size | type |
 //! |---|---|---|---|
-//! | Ω | the triangulated body | `n` nodes | [`mesh::TriMesh`] |
-//! | 𝔼 | the elasticity tensor | per triangle | [`material::LinearElastic`] |
+//! | Ω | the meshed body | `n` nodes | [`mesh::Mesh`] |
+//! | 𝔼 | the elasticity tensor | per cell | [`material::LinearElastic`] |
 //! | u_D, F, b | conditions and loads | per side | [`boundary::BoundaryConditions`], evaluated in [`body::Body`] |
-//! | K, f | stiffness and load in the unknowns | about `2n` | [`assembly::System`] |
+//! | K, f | stiffness and load in the unknowns | about `2n` or `3n` | [`assembly::System`] |
 //! | L | the factor | | [`cholesky::Cholesky`] |
 //! | S, g̃ | interface operator, its load | `n_c × n_c`, `n_c` | [`condensation::CondensedBody`] |
 //!
 //! # Types, in the order one meets them
-//! Generate or read a [`mesh::TriMesh`], evaluate conditions on it in a
+//! Generate or read a [`mesh::Mesh`], evaluate conditions on it in a
 //! [`body::Body`], pair two bodies in an [`interface::ContactInterface`] (or use an empty
 //! [`interface::InterfaceSide`] for one body alone), assemble a [`assembly::System`], factorise it in a
 //! [`condensation::CondensedBody`], and take stresses and energies from [`field`] and [`norm`].
+//!
+//! All of them but those of contact serve the plane and the space: they have a [`space::Space`] as parameter, [`space::Plane`] unless it is
+//! named. [`mesh::generate::cuboid`] makes a mesh of tetrahedra.
 //!
 //! Two non-matching contact surfaces are first made to match, by
 //! [`interface::common_refinement`] and [`interface::ContactInterface::pair_refined`].
