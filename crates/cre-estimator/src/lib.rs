@@ -89,6 +89,7 @@ mod recovered;
 mod relaxed;
 mod round_off;
 mod size;
+pub mod solid;
 mod star;
 pub mod star_relaxation;
 

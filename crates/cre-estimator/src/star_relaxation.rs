@@ -163,6 +163,59 @@ pub(crate) fn relax_with_stars<'a>(
     }
 }
 
+/// A linear map of vectors: reads the first, overwrites the second.
+pub(crate) type Operator<'a> = &'a dyn Fn(&AtomicSlots, &AtomicSlots);
+
+/// Lowers `‖τ − σ̂‖²` by preconditioned conjugate gradients for `A x = r`. Returns x and the record.
+///
+/// * `r`: the negative gradient of half the energy, over the unit of `A`; it is overwritten.
+/// * `energies`: `‖τ − σ̂‖²` and `‖σ̂‖²`, J/m.
+/// * `operators`: the preconditioner, and A over its unit.
+pub(crate) fn conjugate_gradients(
+    relaxation: Relaxation,
+    (r, unit): (&AtomicSlots, f64),
+    [energy, of_elements]: [f64; 2],
+    [precondition, multiply]: [Operator<'_>; 2],
+) -> (AtomicSlots, RelaxationReport) {
+    let mut report = RelaxationReport { energy_history: vec![energy], ..RelaxationReport::default() };
+    let floor = ROUND_OFF * (energy + of_elements);
+    let [x, z, p] = std::array::from_fn(|_| AtomicSlots::zeros(r.len()));
+    let mut energy = energy;
+    let mut descent = 0.0;
+    while report.steps < relaxation.max_steps() {
+        precondition(r, &z);
+        let next = unit * r.dot(&z);
+        // Also if it is NaN.
+        if !(next > floor) {
+            report.stationary = true;
+            break;
+        }
+        let beta = if descent > 0.0 { next / descent } else { 0.0 };
+        p.update(|i, p| z.get(i) + beta * p);
+        descent = next;
+        // z is no longer needed: its memory takes A p.
+        multiply(&p, &z);
+        let alpha = descent / (unit * p.dot(&z));
+        if !(alpha > 0.0 && alpha.is_finite()) {
+            report.stationary = true;
+            break;
+        }
+        x.update(|i, x| x + alpha * p.get(i));
+        energy = (energy - alpha * descent).max(0.0);
+        report.steps += 1;
+        report.energy_history.push(energy);
+        if let Relaxation::Tolerance { tolerance, .. } = relaxation
+            && left_to_gain(&report.energy_history) <= tolerance
+        {
+            break;
+        }
+        if report.steps < relaxation.max_steps() {
+            r.update(|i, r| r - alpha * z.get(i));
+        }
+    }
+    (x, report)
+}
+
 impl RelaxationReport {
     fn unrelaxed(body: &Body, stress: &EquilibratedStress) -> Self {
         Self { energy_history: vec![stress.distance_squared(body)], ..Self::default() }
@@ -227,47 +280,15 @@ impl<'a> StarRelaxation<'a> {
         let same = stress.conditions.iter().map(|c| c.reaction).eq(self.reactions.iter().copied());
         assert!(same, "the reactions of the stress are not in the directions the stars were prepared for");
         let (r, [energy, of_elements]) = self.residual(stress);
-        let mut report = RelaxationReport { energy_history: vec![energy], ..RelaxationReport::default() };
-        let floor = ROUND_OFF * (energy + of_elements);
-        // The stars work with A and r divided by it.
         let unit = self.stars.unit();
+        // The stars work with A and r divided by it.
         r.update(|_, r| r / unit);
-        let unknowns = self.space.len();
-        let [x, z, p] = std::array::from_fn(|_| AtomicSlots::zeros(unknowns));
-        // Preconditioned conjugate gradients for A x = r.
-        let mut energy = energy;
-        let mut descent = 0.0;
-        while report.steps < relaxation.max_steps() {
-            self.stars.precondition(&r, &z);
-            let next = unit * r.dot(&z);
-            // Also if it is NaN.
-            if !(next > floor) {
-                report.stationary = true;
-                break;
-            }
-            let beta = if descent > 0.0 { next / descent } else { 0.0 };
-            p.update(|i, p| z.get(i) + beta * p);
-            descent = next;
-            // z is no longer needed: its memory takes A p.
-            self.stars.multiply(&p, &z);
-            let alpha = descent / (unit * p.dot(&z));
-            if !(alpha > 0.0 && alpha.is_finite()) {
-                report.stationary = true;
-                break;
-            }
-            x.update(|i, x| x + alpha * p.get(i));
-            energy = (energy - alpha * descent).max(0.0);
-            report.steps += 1;
-            report.energy_history.push(energy);
-            if let Relaxation::Tolerance { tolerance, .. } = relaxation
-                && left_to_gain(&report.energy_history) <= tolerance
-            {
-                break;
-            }
-            if report.steps < relaxation.max_steps() {
-                r.update(|i, r| r - alpha * z.get(i));
-            }
-        }
+        let (x, report) = conjugate_gradients(
+            relaxation,
+            (&r, unit),
+            [energy, of_elements],
+            [&|r, z| self.stars.precondition(r, z), &|p, product| self.stars.multiply(p, product)],
+        );
         if report.steps > 0 {
             self.space.add_moments(|i| x.get(i), stress);
         }

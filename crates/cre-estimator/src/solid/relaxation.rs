@@ -1,0 +1,319 @@
+//! Relaxation on edge stars: face moments of less energy, in exact equilibrium at every step.
+//!
+//! The stress is corrected by the bars and wrenches of [`super::potentials`]. A step is one of conjugate gradients in the moments,
+//! preconditioned by one sweep over the edges and one back (block Gauss-Seidel): each edge takes the best wrench and bars
+//! of its ring. Energy matrices and inverses are in single precision; moments are not, and those of one wrench go through all its faces, so
+//! equilibrium is exact.
+
+use super::EquilibratedSolid;
+use super::cell::{CellMap, CellMoments, MOMENTS};
+use super::clusters::clusters;
+use super::potentials::{EdgeSpace, FaceMoment, Potentials};
+use super::rings::{Ring, Rings};
+use crate::atomic_slots::AtomicSlots;
+use crate::star_relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
+use fem_core::body::Body;
+use fem_core::mesh::id::FacetId;
+use fem_core::parallel::{each_task, for_each_task};
+use fem_core::space::{Solid, Space};
+use fem_core::tensor::SymTensor3;
+use nalgebra::{DMatrix, Vector3, Vector6};
+
+/// Numbers of a face.
+const FACE: usize = 9;
+
+/// Cells or edges handled by one task.
+const CHUNK: usize = 256;
+
+/// The edge stars of a body.
+pub(crate) struct EdgeStars<'a> {
+    potentials: Potentials<'a>,
+    rings: Rings,
+    /// The edges of clusters, by colour: clusters of one colour share no face.
+    colours: Vec<Vec<Vec<u32>>>,
+    /// The energy matrix of each cell for the moments of its faces as the mesh stores them, row by row.
+    energy: Vec<[f32; MOMENTS * MOMENTS]>,
+    /// The inverse of the block of each edge, row by row.
+    inverses: Vec<Vec<f32>>,
+}
+
+/// The order of the face moments of a cell: for each corner of each face its place on the face, and the sign of the face.
+pub(crate) fn order(body: &Body<Solid>, cell: usize) -> [([usize; 3], f64); 4] {
+    let mesh = body.mesh();
+    let (corners, topology) = (mesh.cells()[cell], mesh.topology());
+    std::array::from_fn(|k| {
+        let face = topology.cell_facets()[cell][k];
+        let nodes = topology.facets()[face];
+        let place = |corner: usize| nodes.iter().filter(|node| **node < corners[corner]).count();
+        let sign = if topology.facet_cells()[face][0] as usize == cell { 1.0 } else { -1.0 };
+        (Solid::facet(k).map(place), sign)
+    })
+}
+
+fn get(slots: &AtomicSlots, face: FacetId) -> FaceMoment {
+    let at = |j: usize| Vector3::from_fn(|axis, _| slots.get(FACE * face.index() + 3 * j + axis));
+    [at(0), at(1), at(2)]
+}
+
+fn add(slots: &AtomicSlots, face: FacetId, change: &FaceMoment) {
+    for (k, change) in change.iter().flat_map(|v| v.iter()).enumerate() {
+        let slot = FACE * face.index() + k;
+        slots.set(slot, slots.get(slot) + change);
+    }
+}
+
+fn numbers(moment: &FaceMoment) -> [f64; FACE] {
+    std::array::from_fn(|k| moment[k / 3][k % 3])
+}
+
+impl<'a> EdgeStars<'a> {
+    /// Assembles and inverts the blocks of all edges.
+    pub(crate) fn new(body: &'a Body<Solid>, stress: &EquilibratedSolid) -> Self {
+        let rings = Rings::new(body.mesh());
+        let potentials = Potentials::new(body, &stress.conditions);
+        let cells = body.mesh().cells().len();
+        let chunks = each_task(cells.div_ceil(CHUNK), |k| {
+            let cells = k * CHUNK..cells.min((k + 1) * CHUNK);
+            cells.map(|cell| energy(body, cell)).collect::<Vec<_>>()
+        });
+        let energy: Vec<[f32; MOMENTS * MOMENTS]> = chunks.into_iter().flatten().collect();
+        let inverses = each_task(rings.len().div_ceil(CHUNK), |k| {
+            let edges = k * CHUNK..rings.len().min((k + 1) * CHUNK);
+            edges.map(|edge| inverse(&potentials, rings.get(edge), &energy)).collect::<Vec<_>>()
+        });
+        let colours = clusters(body.mesh(), &rings);
+        Self { potentials, rings, colours, energy, inverses: inverses.into_iter().flatten().collect() }
+    }
+
+    /// Relaxes a stress in place.
+    pub(crate) fn relax(&self, stress: &mut EquilibratedSolid, relaxation: Relaxation) -> RelaxationReport {
+        let body = self.potentials.body;
+        let residual = residual(body, stress);
+        let energies = [stress.distance_squared(body), stress.finite_element_energy(body)];
+        let z_residual = AtomicSlots::zeros(residual.len());
+        let precondition = |r: &AtomicSlots, z: &AtomicSlots| self.precondition((r, &z_residual), z);
+        let multiply = |p: &AtomicSlots, to: &AtomicSlots| self.multiply(p, to);
+        let (x, report) =
+            conjugate_gradients(relaxation, (&residual, 1.0), energies, [&precondition, &multiply]);
+        if report.steps > 0 {
+            for (face, moments) in stress.face_moments.iter_mut().enumerate() {
+                let change = get(&x, FacetId::new(face));
+                moments.iter_mut().zip(change).for_each(|(moment, change)| *moment += change);
+            }
+        }
+        report
+    }
+
+    /// Computes the moments `z` of one sweep over all edges and one back.
+    ///
+    /// * `left`: memory for the residual that is left.
+    fn precondition(&self, (r, left): (&AtomicSlots, &AtomicSlots), z: &AtomicSlots) {
+        left.update(|i, _| r.get(i));
+        z.update(|_, _| 0.0);
+        let sweep = |colour: &Vec<Vec<u32>>, back: bool| {
+            for_each_task(colour.len(), &|k| {
+                let edges = colour[k].iter();
+                if back {
+                    edges.rev().for_each(|edge| self.improve(*edge as usize, left, z));
+                } else {
+                    edges.for_each(|edge| self.improve(*edge as usize, left, z));
+                }
+            });
+        };
+        self.colours.iter().for_each(|colour| sweep(colour, false));
+        self.colours.iter().rev().for_each(|colour| sweep(colour, true));
+    }
+
+    /// Adds the best wrench and bars of an edge to `z`, and takes their part from the residual.
+    fn improve(&self, number: usize, left: &AtomicSlots, z: &AtomicSlots) {
+        let ring = self.rings.get(number);
+        let edge = self.potentials.edge(ring);
+        let (amounts, wrench) = self.best(number, &edge, left);
+        if amounts.is_empty() {
+            return;
+        }
+        let mut first = edge.wrenches.len();
+        let changes: Vec<FaceMoment> = edge
+            .faces
+            .iter()
+            .map(|face| {
+                let bars = &amounts[first..first + face.bars];
+                first += face.bars;
+                let change = self.potentials.moments(&edge, face, &wrench, bars);
+                add(z, face.face, &change);
+                change
+            })
+            .collect();
+        let facets = self.potentials.body.mesh().topology().cell_facets();
+        for around in ring.cells {
+            let matrix = &self.energy[around.cell as usize];
+            let mut sums = [0f32; MOMENTS];
+            for (local, place) in around.faces.iter().zip(around.places) {
+                for (k, amount) in numbers(&changes[usize::from(place)]).into_iter().enumerate() {
+                    let row = &matrix[(FACE * usize::from(*local) + k) * MOMENTS..][..MOMENTS];
+                    let amount = amount as f32;
+                    sums.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= amount * entry);
+                }
+            }
+            for (face, sums) in facets[around.cell as usize].iter().zip(sums.chunks_exact(FACE)) {
+                for (k, sum) in sums.iter().enumerate() {
+                    let slot = FACE * face.index() + k;
+                    left.set(slot, left.get(slot) + f64::from(*sum));
+                }
+            }
+        }
+    }
+
+    /// Solves the block of an edge: the amounts of its wrenches and bars, and the sum of the wrenches.
+    fn best(&self, number: usize, edge: &EdgeSpace, left: &AtomicSlots) -> (Vec<f64>, Vector6<f64>) {
+        let products = products(&self.potentials, edge, left);
+        let size = products.len();
+        let inverse = &self.inverses[number];
+        let amount = |row: &[f32]| row.iter().zip(&products).map(|(c, g)| f64::from(*c) * g).sum();
+        let amounts: Vec<f64> = inverse.chunks_exact(size.max(1)).map(amount).collect();
+        let wrench = edge.wrenches.iter().zip(&amounts).map(|(w, amount)| w * *amount).sum();
+        (amounts, wrench)
+    }
+
+    /// Computes `H p`.
+    fn multiply(&self, p: &AtomicSlots, to: &AtomicSlots) {
+        let mesh = self.potentials.body.mesh();
+        let topology = mesh.topology();
+        let cells = mesh.cells().len();
+        let of_cells = AtomicSlots::zeros(MOMENTS * cells);
+        for_each_task(cells.div_ceil(CHUNK), &|k| {
+            for cell in k * CHUNK..cells.min((k + 1) * CHUNK) {
+                let mut sums = [0.0; MOMENTS];
+                let matrix = &self.energy[cell];
+                for (local, face) in topology.cell_facets()[cell].iter().enumerate() {
+                    for (k, amount) in numbers(&get(p, *face)).into_iter().enumerate() {
+                        let row = &matrix[(FACE * local + k) * MOMENTS..][..MOMENTS];
+                        sums.iter_mut().zip(row).for_each(|(sum, entry)| *sum += amount * f64::from(*entry));
+                    }
+                }
+                sums.iter().enumerate().for_each(|(i, sum)| of_cells.set(MOMENTS * cell + i, *sum));
+            }
+        });
+        to.update(|i, _| {
+            let face = FacetId::new(i / FACE);
+            let around = topology.facet_cells()[face].into_iter().filter(|cell| (*cell as usize) < cells);
+            let part = |cell: u32| {
+                let local = topology.facet_in(cell as usize, face);
+                of_cells.get(MOMENTS * cell as usize + FACE * local + i % FACE)
+            };
+            around.map(part).sum()
+        });
+    }
+}
+
+/// Computes the products of a residual with the unit wrenches and bars of an edge.
+fn products(potentials: &Potentials<'_>, edge: &EdgeSpace, residual: &AtomicSlots) -> Vec<f64> {
+    let wrenches = edge.wrenches.len();
+    let mut products = vec![0.0; wrenches + edge.faces.iter().map(|face| face.bars).sum::<usize>()];
+    let mut wrench = Vector6::zeros();
+    let mut first = wrenches;
+    for face in &edge.faces {
+        let bars = &mut products[first..first + face.bars];
+        first += face.bars;
+        potentials.products(edge, face, &get(residual, face.face), (&mut wrench, bars));
+    }
+    products.iter_mut().zip(&edge.wrenches).for_each(|(product, w)| *product = w.dot(&wrench));
+    products
+}
+
+/// The energy matrix of a cell for the moments of its faces as the mesh stores them.
+fn energy(body: &Body<Solid>, cell: usize) -> [f32; MOMENTS * MOMENTS] {
+    let mut own = [0f32; MOMENTS * MOMENTS];
+    if let Some(map) = CellMap::new(body.mesh().corners(cell)) {
+        map.energy(|stress| body.material(cell).strain(stress), &mut own);
+    }
+    let order = order(body, cell);
+    let place = |k: usize| {
+        let (places, sign) = order[k / FACE];
+        (FACE * (k / FACE) + 3 * places[k % FACE / 3] + k % 3, sign as f32)
+    };
+    let places: [(usize, f32); MOMENTS] = std::array::from_fn(place);
+    let mut stored = [0f32; MOMENTS * MOMENTS];
+    for (row, (i, first)) in own.chunks_exact(MOMENTS).zip(places) {
+        for (entry, (j, second)) in row.iter().zip(places) {
+            stored[i * MOMENTS + j] = first * second * entry;
+        }
+    }
+    stored
+}
+
+/// Computes the inverse of the block `Bᵀ H B` of an edge.
+fn inverse(potentials: &Potentials<'_>, ring: Ring<'_>, energy: &[[f32; MOMENTS * MOMENTS]]) -> Vec<f32> {
+    let edge = potentials.edge(ring);
+    let wrenches = edge.wrenches.len();
+    let mut size = wrenches;
+    // For each face the moments of each of its unknowns.
+    let columns: Vec<Vec<(usize, [f64; FACE])>> = edge
+        .faces
+        .iter()
+        .map(|face| {
+            let of_wrench = |w: &Vector6<f64>| numbers(&potentials.moments(&edge, face, w, &[]));
+            let mut columns: Vec<_> = edge.wrenches.iter().map(of_wrench).enumerate().collect();
+            for k in 0..face.bars {
+                let mut unit = vec![0.0; face.bars];
+                unit[k] = 1.0;
+                columns.push((size + k, numbers(&potentials.moments(&edge, face, &Vector6::zeros(), &unit))));
+            }
+            size += face.bars;
+            columns
+        })
+        .collect();
+    let mut block: DMatrix<f64> = DMatrix::zeros(size, size);
+    for around in ring.cells {
+        let matrix = &energy[around.cell as usize];
+        let sides = around.faces.into_iter().zip(around.places);
+        for (row, place) in sides.clone() {
+            for (column, other) in sides.clone() {
+                for (j, right) in &columns[usize::from(other)] {
+                    let image: [f64; FACE] = std::array::from_fn(|k| {
+                        let first = (FACE * usize::from(row) + k) * MOMENTS + FACE * usize::from(column);
+                        matrix[first..first + FACE].iter().zip(right).map(|(h, m)| f64::from(*h) * m).sum()
+                    });
+                    for (i, left) in &columns[usize::from(place)] {
+                        block[(*i, *j)] += left.iter().zip(image).map(|(l, m)| l * m).sum::<f64>();
+                    }
+                }
+            }
+        }
+    }
+    let inverse: DMatrix<f64> = match block.clone().cholesky() {
+        Some(factor) => factor.inverse(),
+        None => block.pseudo_inverse(1e-6).unwrap_or_else(|_| DMatrix::zeros(size, size)),
+    };
+    inverse.iter().map(|entry| *entry as f32).collect()
+}
+
+/// Computes the negative gradient of half the energy by the face moments.
+fn residual(body: &Body<Solid>, stress: &EquilibratedSolid) -> AtomicSlots {
+    let mesh = body.mesh();
+    let topology = mesh.topology();
+    let residual = AtomicSlots::zeros(FACE * topology.facets().len());
+    for cell in 0..mesh.cells().len() {
+        let Some(map) = CellMap::new(mesh.corners(cell)) else { continue };
+        let work = gradient(body, stress, (cell, &map));
+        for (k, (places, sign)) in order(body, cell).into_iter().enumerate() {
+            let mut change = [Vector3::zeros(); 3];
+            places.iter().zip(work[k]).for_each(|(place, w)| change[*place] -= sign * w);
+            add(&residual, topology.cell_facets()[cell][k], &change);
+        }
+    }
+    residual
+}
+
+/// The derivatives of `½ ‖τ − σ̂‖²` in a cell by its moments.
+fn gradient(body: &Body<Solid>, stress: &EquilibratedSolid, (cell, map): (usize, &CellMap)) -> CellMoments {
+    let at = stress.cell(body, cell);
+    let constant: [f64; 6] = stress.finite_element[cell].into();
+    map.work(&at.map(|part| {
+        part.map(|at| {
+            let at: [f64; 6] = at.into();
+            body.material(cell)
+                .strain(SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| at[k] - constant[k])))
+        })
+    }))
+}

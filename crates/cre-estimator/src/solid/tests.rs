@@ -1,0 +1,151 @@
+use super::*;
+use fem_core::assembly::System;
+use fem_core::boundary::{
+    BoundaryConditions, DisplacementCondition, FacetSelection, Load, ScalarData, Support, TractionCondition,
+};
+use fem_core::condensation::CondensedBody;
+use fem_core::field;
+use fem_core::interface::InterfaceSide;
+use fem_core::material::LinearElastic;
+use fem_core::mesh::generate::cuboid;
+use std::array::from_fn;
+use std::sync::Arc;
+
+const SIDES: [(&str, usize, f64); 5] =
+    [("left", 0, -1.0), ("right", 0, 1.0), ("front", 1, -1.0), ("back", 1, 1.0), ("top", 2, 1.0)];
+
+fn function(f: impl Fn(Vector3<f64>) -> f64 + Send + Sync + 'static) -> ScalarData<Solid> {
+    ScalarData::Function(Arc::new(f))
+}
+
+/// The second derivatives of `φ = e^{ax} cos(y/2 + 0.3) cos(1.2z + 0.2)`, of which the gradient is the displacement.
+fn potential(x: Vector3<f64>, order: [usize; 3]) -> f64 {
+    let a = (0.25f64 + 1.44).sqrt();
+    let wave = |argument: f64, factor: f64, order: usize| {
+        factor.powi(order as i32) * (argument + order as f64 * std::f64::consts::FRAC_PI_2).cos()
+    };
+    a.powi(order[0] as i32)
+        * (a * x[0]).exp()
+        * wave(0.5 * x[1] + 0.3, 0.5, order[1])
+        * wave(1.2 * x[2] + 0.2, 1.2, order[2])
+}
+
+fn derivative(x: Vector3<f64>, axes: &[usize]) -> f64 {
+    let mut order = [0; 3];
+    axes.iter().for_each(|axis| order[*axis] += 1);
+    potential(x, order)
+}
+
+/// Problem 1: the unit cube with the exact solution `u = ∇φ`, held at the bottom and loaded on the other sides.
+fn cube(n: usize) -> Body<Solid> {
+    let mesh = cuboid([0.0; 3], [1.0; 3], [n; 3]).unwrap();
+    let mut conditions = BoundaryConditions::default();
+    conditions.displacements.push(DisplacementCondition {
+        edges: FacetSelection::group("bottom"),
+        support: Support::Components(from_fn(|i| Some(function(move |x| derivative(x, &[i]))))),
+    });
+    let mu = 1.0 / 2.6;
+    for (side, axis, sign) in SIDES {
+        let load = from_fn(|i| function(move |x| sign * 2.0 * mu * derivative(x, &[i, axis])));
+        conditions
+            .tractions
+            .push(TractionCondition { edges: FacetSelection::group(side), load: Load::Vector(load) });
+    }
+    Body::new(mesh, LinearElastic::isotropic_solid(1.0, 0.3).unwrap(), &conditions).unwrap()
+}
+
+fn solve(body: &Body<Solid>) -> Vec<Vector3<f64>> {
+    let system = System::assemble(body, &InterfaceSide::default()).unwrap();
+    CondensedBody::factorise(system, body.mesh().points()).unwrap().displacement_from_force(&[])
+}
+
+fn recovered(body: &Body<Solid>) -> EquilibratedSolid {
+    let stress = field::stresses(body, &solve(body));
+    EquilibratedSolid::recover(body, stress, body.facet_conditions().to_vec())
+}
+
+/// Checks a figure of a second program to its last printed digit.
+fn check(found: f64, printed: f64, digit: f64) {
+    assert!((found - printed).abs() <= digit, "{found} instead of {printed}");
+}
+
+#[test]
+fn the_cube_has_the_bounds_of_a_second_program() {
+    for (n, energy, error, steps) in [
+        (3, 3.667533807, 0.5365339783, &[1.24376][..]),
+        (6, 3.704162294, 0.2830070064, &[0.796868, 1.200395, 1.092349, 1.057519]),
+    ] {
+        let body = cube(n);
+        let mut stress = recovered(&body);
+        // The tractions were integrated by other rules.
+        check(stress.finite_element_energy(&body).sqrt(), energy, 4e-8);
+        check(stress.distance_squared(&body).sqrt(), steps[0], 5e-6);
+        let report = stress.relax(&body, Relaxation::Steps(steps.len() - 1));
+        for (energy, effectivity) in report.energy_history[1..].iter().zip(&steps[1..]) {
+            check(energy.sqrt() / error, *effectivity, 5e-6);
+        }
+        let measured = stress.distance_squared(&body);
+        check(report.energy_history[steps.len() - 1], measured, 2e-6 * measured);
+        assert!(stress.imbalance(&body) < 1e-13);
+        assert!(measured.sqrt() > error);
+    }
+}
+
+#[test]
+fn the_limit_of_the_steps_is_the_best_stress() {
+    let body = cube(3);
+    let mut stress = recovered(&body);
+    stress.relax(&body, Relaxation::Steps(100));
+    check(stress.distance_squared(&body).sqrt(), 0.538909, 5e-7);
+}
+
+#[test]
+fn a_body_force_is_balanced() {
+    for (n, energy, eet) in [(2, 0.420279269763, 1.33932), (4, 0.465995189677, 1.063121)] {
+        let mut conditions = BoundaryConditions::default().fix("bottom");
+        conditions.body_force = Vector3::new(0.3, -0.2, -1.0);
+        let mesh = cuboid([0.0; 3], [1.0; 3], [n; 3]).unwrap();
+        let body = Body::new(mesh, LinearElastic::isotropic_solid(1.0, 0.3).unwrap(), &conditions).unwrap();
+        let mut stress = recovered(&body);
+        check(stress.finite_element_energy(&body), energy, 1e-12);
+        check(stress.distance_squared(&body).sqrt(), eet, 5e-6);
+        let report = stress.relax(&body, Relaxation::Steps(3));
+        let last = report.energy_history[3];
+        check(last, stress.distance_squared(&body), 2e-6 * last);
+        assert!(stress.imbalance(&body) < 1e-13);
+    }
+}
+
+/// A block on rollers that are not parallel to the axes, and a side that is held along one component.
+#[test]
+fn rollers_carry_what_they_may_and_equilibrium_is_exact() {
+    let turn = nalgebra::Rotation3::from_euler_angles(0.3, -0.5, 0.8);
+    let straight = cuboid([0.0; 3], [2.0, 1.0, 1.0], [4, 3, 3]).unwrap();
+    let points: Vec<Vector3<f64>> = straight.points().iter().map(|x| turn * x).collect();
+    let nodes = |facet: &fem_core::mesh::id::FacetId| straight.topology().facets()[*facet];
+    let groups =
+        straight.groups().iter().map(|(name, facets)| (name.clone(), facets.iter().map(nodes).collect()));
+    let mesh = fem_core::mesh::TetMesh::new(points, straight.cells().to_vec(), groups.collect()).unwrap();
+    let conditions = BoundaryConditions::default()
+        .roller("left", 0.0)
+        .roller("front", 0.0)
+        .roller("bottom", 0.0)
+        .traction("right", [1.0.into(), 0.4.into(), (-0.3).into()])
+        .pressure("top", function(|x| 0.2 + 0.1 * x[0]));
+    let body = Body::new(mesh, LinearElastic::isotropic_solid(1.0, 0.3).unwrap(), &conditions).unwrap();
+    let mut stress = recovered(&body);
+    let before = stress.distance_squared(&body);
+    assert!(stress.imbalance(&body) < 1e-13);
+    let report = stress.relax(&body, Relaxation::Steps(5));
+    assert!(stress.imbalance(&body) < 1e-13 && report.energy_history[5] < 0.2 * before, "{report:?}");
+    // Given tractions stay as they are.
+    let topology = body.mesh().topology();
+    for (face, condition) in topology.boundary_facets().iter().zip(body.facet_conditions()) {
+        let sum: Vector3<f64> = condition.traction.iter().sum();
+        for (moment, traction) in stress.face_moments[face.index()].iter().zip(&condition.traction) {
+            let given = (sum + traction) * (body.mesh().facet_measure(*face) / 12.0);
+            let free = condition.reaction.complement();
+            assert!(free.project(moment - given).norm() < 1e-14);
+        }
+    }
+}
