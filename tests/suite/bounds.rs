@@ -171,6 +171,6 @@ fn a_moved_body_with_an_unbalanced_side_is_refused() {
     assert!(cre_estimator::check(&problem, &pair).is_valid());
     let force = columns.exact().contact_force;
     let interface = problem.contacts[0].interface.facets()[0].edges[0].index();
-    pair.bodies[0].equilibrated.edge_moments[interface][0][1] += 1e-6 * force;
+    pair.bodies[0].equilibrated.facet_moments[interface][0][1] += 1e-6 * force;
     assert!(!cre_estimator::check(&problem, &pair).is_valid());
 }

@@ -49,12 +49,12 @@ fn a_traction_that_jumps_between_triangles_is_refused() {
     let (problem, pair) = pair();
     for b in 0..2 {
         let topology = problem.bodies[b].mesh().topology();
-        let forces = pair.bodies[b].equilibrated.edge_moments.as_flattened().iter().map(|m| norm(*m));
+        let forces = pair.bodies[b].equilibrated.facet_moments.as_flattened().iter().map(|m| norm(*m));
         let largest = forces.fold(0.0, f64::max);
         let inner = (0..topology.facets().len()).filter(|&e| !topology.is_boundary(FacetId::new(e)));
         for edge in inner.step_by(37) {
             let mut wrong = pair.clone();
-            wrong.bodies[b].equilibrated.edge_moments[edge][0][1] += 1e-6 * largest;
+            wrong.bodies[b].equilibrated.facet_moments[edge][0][1] += 1e-6 * largest;
             refused(&problem, &wrong, "traction_jump");
         }
     }

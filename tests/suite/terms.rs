@@ -119,7 +119,7 @@ fn a_rigid_side_whose_traction_has_another_resultant_fails_the_check() {
     let problem = two_blocks([6, 3], &top, &BoundaryConditions::new().fix("bottom")).unwrap();
     let mut pair = estimated(&problem).pair;
     let edge = problem.bodies[0].rigid_sides()[0].edges[0].index();
-    pair.bodies[0].equilibrated.edge_moments[edge][0][1] += 1e-4;
+    pair.bodies[0].equilibrated.facet_moments[edge][0][1] += 1e-4;
     let found = check(&problem, &pair);
     assert!(found.rigid_balance > 1e-8, "{found:?}");
 }

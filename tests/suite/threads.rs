@@ -16,7 +16,7 @@ fn bits(answer: &CertifiedSolution) -> Vec<u64> {
     for b in 0..2 {
         numbers.extend(estimate.pair.bodies[b].displacement.iter().flatten());
         numbers.extend(&estimate.cre.by_cell[b]);
-        numbers.extend(estimate.pair.bodies[b].equilibrated.edge_moments.iter().flatten().flatten());
+        numbers.extend(estimate.pair.bodies[b].equilibrated.facet_moments.iter().flatten().flatten());
         numbers.extend(&results.balance[b].force);
         numbers.push(results.balance[b].moment);
     }

@@ -342,17 +342,14 @@ pub(crate) fn set_tensor(rows: &mut [LaneRow; 3], lane: usize, s: SymTensor2) {
 /// Triangles of one task.
 const CHUNK: usize = 4096;
 
-impl EquilibratedStress {
-    /// Computes the distance² `‖τ − σ̂‖²` to the FE stress over the whole body, in the complementary norm, J/m. The result does not depend on the
-    /// number of threads.
-    pub fn distance_squared(&self, body: &Body) -> f64 {
-        let triangles = self.finite_element.len();
-        let sums = each_task(triangles.div_ceil(CHUNK), |k| {
-            let triangles = k * CHUNK..triangles.min((k + 1) * CHUNK);
-            pulp::Arch::new().dispatch(Distance { body, stress: self, triangles })
-        });
-        sums.iter().sum()
-    }
+/// Computes `‖τ − σ̂‖²` over a body, J/m, in tasks of fixed size.
+pub(crate) fn distance_squared(body: &Body, stress: &EquilibratedStress) -> f64 {
+    let triangles = stress.finite_element.len();
+    let sums = each_task(triangles.div_ceil(CHUNK), |k| {
+        let triangles = k * CHUNK..triangles.min((k + 1) * CHUNK);
+        pulp::Arch::new().dispatch(Distance { body, stress, triangles })
+    });
+    sums.iter().sum()
 }
 
 /// `‖τ − σ̂‖²` of some triangles.

@@ -12,6 +12,7 @@
 //! is a weighted mean. This needs no matrix and no rank decision.
 
 use crate::atomic_slots::AtomicSlots;
+use crate::equilibrated::FacetMoments;
 use crate::star::{Spoke, Star, StarList};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::directions::{Directions, with_products};
@@ -21,9 +22,6 @@ use fem_core::parallel::for_each_task;
 use fem_core::space::Plane;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
-
-/// Moments `∫_Γ F_Γ φ ds` about the two nodes of every edge, N/m. `F_Γ` acts on the edge's first triangle.
-pub type EdgeMoments = Vec<[Vector; 2]>;
 
 /// Vertices handled by one task.
 const CHUNK: usize = 1024;
@@ -38,7 +36,7 @@ const CHUNK: usize = 1024;
 ///
 /// `stress` must satisfy the FE equilibrium in every direction whose traction is given; otherwise the
 /// residual appears in [`crate::check()`].
-pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[FacetCondition]) -> EdgeMoments {
+pub fn facet_moments(body: &Body, stress: &[SymTensor2], conditions: &[FacetCondition]) -> FacetMoments {
     let mesh = body.mesh();
     let recovery = Recovery { body, stress, conditions };
     let nodes = mesh.points().len();

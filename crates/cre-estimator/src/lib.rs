@@ -89,7 +89,7 @@ mod recovered;
 mod relaxed;
 mod round_off;
 mod size;
-pub mod solid;
+mod solid;
 mod star;
 pub mod star_relaxation;
 
@@ -97,7 +97,7 @@ pub use admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 pub use certify::{FieldCertificate, MissedSupport, certify};
 pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
-pub use equilibrated::EquilibratedStress;
+pub use equilibrated::{EquilibratedStress, FacetMoments, Recovery};
 pub use error::EstimatorError;
 pub use estimate::{Estimate, Estimator, Indicators, ROUND_OFF_SHARE, estimate, estimate_with};
 pub use fem_core;

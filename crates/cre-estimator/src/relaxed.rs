@@ -3,8 +3,7 @@
 use crate::admissible::{
     Accuracy, AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal,
 };
-use crate::eet::EdgeMoments;
-use crate::equilibrated::EquilibratedStress;
+use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::error::EstimatorError;
 use crate::star_relaxation::{LEAST, Relaxation, StarRelaxation, relax, relax_with_stars};
 use fem_core::interface::{ContactProblem, ContactState, Partner};
@@ -74,7 +73,7 @@ impl KeptStars<'_> {
 const SMALL: usize = 2048;
 
 /// The stars of a body, and what they added to the edge moments of its stress.
-pub(crate) type Found<'s, 'b> = (&'s mut StarRelaxation<'b>, EdgeMoments);
+pub(crate) type Found<'s, 'b> = (&'s mut StarRelaxation<'b>, FacetMoments);
 
 /// The function that [`relax_bodies`] calls with a body and its stars, if there are any.
 type Then<'t> =
@@ -93,12 +92,12 @@ fn relax_bodies<'a>(
     kept.of_body.resize_with(problem.bodies.len(), || None);
     // Relaxes one body with its stars, which are made if they are missing.
     let relax = |b: usize, fields: &mut AdmissibleBody, stars: &mut Option<StarRelaxation<'a>>, used| {
-        let before = fields.equilibrated.edge_moments.clone();
+        let before = fields.equilibrated.facet_moments.clone();
         fields.relaxation =
             relax_with_stars(&problem.bodies[b], &mut fields.equilibrated, relaxation, stars, used);
         let mut added = before;
         let moments = added.as_flattened_mut().iter_mut();
-        moments.zip(fields.equilibrated.edge_moments.as_flattened()).for_each(|(m, now)| *m = now - *m);
+        moments.zip(fields.equilibrated.facet_moments.as_flattened()).for_each(|(m, now)| *m = now - *m);
         then(b, fields, stars.as_mut().map(|stars| (stars, added)))
     };
     let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).enumerate();
@@ -156,7 +155,7 @@ pub(crate) fn frozen_stress(
     match found {
         Some((stars, added)) => {
             if let Relaxation::Tolerance { .. } = relaxation {
-                let moments = recovered.edge_moments.as_flattened_mut().iter_mut();
+                let moments = recovered.facet_moments.as_flattened_mut().iter_mut();
                 moments.zip(added.as_flattened()).for_each(|(moment, added)| *moment += added);
             }
             stars.restate(&recovered.conditions);

@@ -12,6 +12,7 @@ mod rings;
 #[cfg(test)]
 mod tests;
 
+use crate::equilibrated::{EquilibratedStress, FacetMoments, Recovery};
 use crate::star_relaxation::{Relaxation, RelaxationReport};
 use cell::{CellMap, CellMoments, CellStress};
 use fem_core::body::{Body, FacetCondition};
@@ -23,47 +24,32 @@ use fem_core::tensor::SymTensor3;
 use nalgebra::Vector3;
 use relaxation::EdgeStars;
 
-/// Moments `∫_Γ F_Γ φ_j` about the three nodes of every face, N. `F_Γ` acts on the face's first tetrahedron.
-pub type FaceMoments = Vec<[Vector3<f64>; 3]>;
+impl Recovery for Solid {
+    fn facet_moments(
+        body: &Body<Self>,
+        stress: &[SymTensor3],
+        conditions: &[FacetCondition<Self>],
+    ) -> FacetMoments<Self> {
+        eet::facet_moments(body, stress, conditions)
+    }
 
-/// A stress in exact equilibrium with given face tractions: Johnson-Mercier-Křížek in every tetrahedron.
-#[derive(Clone, Debug)]
-pub struct EquilibratedSolid {
-    /// Moments of the face tractions.
-    pub face_moments: FaceMoments,
-    /// The condition on each boundary face, in the order of the mesh's boundary faces.
-    pub conditions: Vec<FacetCondition<Solid>>,
-    /// The FE stress it was recovered from, one per tetrahedron, Pa.
-    pub finite_element: Vec<SymTensor3>,
+    fn relax(
+        body: &Body<Self>,
+        stress: &mut EquilibratedStress<Self>,
+        relaxation: Relaxation,
+    ) -> RelaxationReport {
+        if relaxation.max_steps() == 0 {
+            return RelaxationReport::unrelaxed(body, stress);
+        }
+        EdgeStars::new(body, stress).relax(stress, relaxation)
+    }
+
+    fn distance_squared(body: &Body<Self>, stress: &EquilibratedStress<Self>) -> f64 {
+        stress.distance_squared_to(body, &stress.finite_element)
+    }
 }
 
-impl EquilibratedSolid {
-    /// Recovers an equilibrated stress from an FE stress that is in FE equilibrium with the conditions.
-    pub fn recover(
-        body: &Body<Solid>,
-        finite_element: Vec<SymTensor3>,
-        conditions: Vec<FacetCondition<Solid>>,
-    ) -> Self {
-        let face_moments = eet::face_moments(body, &finite_element, &conditions);
-        Self { face_moments, conditions, finite_element }
-    }
-
-    /// Lowers `‖τ − σ̂‖`, see [`Relaxation`]; the stress stays in exact equilibrium with the same given tractions.
-    pub fn relax(&mut self, body: &Body<Solid>, relaxation: Relaxation) -> RelaxationReport {
-        if relaxation.max_steps() == 0 {
-            return RelaxationReport {
-                energy_history: vec![self.distance_squared(body)],
-                ..Default::default()
-            };
-        }
-        EdgeStars::new(body, self).relax(self, relaxation)
-    }
-
-    /// Computes `‖τ − σ̂‖²`, J.
-    pub fn distance_squared(&self, body: &Body<Solid>) -> f64 {
-        self.distance_squared_to(body, &self.finite_element)
-    }
-
+impl EquilibratedStress<Solid> {
     /// Computes the distance² to a stress that is constant in every tetrahedron, in the complementary norm, J.
     pub fn distance_squared_to(&self, body: &Body<Solid>, constant: &[SymTensor3]) -> f64 {
         let mesh = body.mesh();
@@ -113,7 +99,7 @@ impl EquilibratedSolid {
         let order = relaxation::order(body, cell);
         std::array::from_fn(|k| {
             let (places, sign) = order[k];
-            let moments = &self.face_moments[body.mesh().topology().cell_facets()[cell][k].index()];
+            let moments = &self.facet_moments[body.mesh().topology().cell_facets()[cell][k].index()];
             places.map(|place| sign * moments[place])
         })
     }

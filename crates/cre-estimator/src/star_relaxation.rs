@@ -38,7 +38,7 @@ mod triangle_energy;
 
 use crate::atomic_slots::AtomicSlots;
 use crate::cells::{self, Cells, load_tensor, set_tensor};
-use crate::equilibrated::EquilibratedStress;
+use crate::equilibrated::{EquilibratedStress, Recovery};
 use crate::lanes::{LaneRow, MOST_LANES};
 use airy::{Gathered, Map, UNKNOWNS};
 use band::band_size;
@@ -135,8 +135,12 @@ pub struct RelaxationReport {
 ///
 /// If no reduction is possible (a body at rest, a uniform stress), it is not changed. To relax several stresses of
 /// one body under the same kind of conditions, prepare a [`StarRelaxation`] once.
-pub fn relax(body: &Body, stress: &mut EquilibratedStress, relaxation: Relaxation) -> RelaxationReport {
-    relax_with_stars(body, stress, relaxation, &mut None, None)
+pub fn relax<S: Recovery>(
+    body: &Body<S>,
+    stress: &mut EquilibratedStress<S>,
+    relaxation: Relaxation,
+) -> RelaxationReport {
+    S::relax(body, stress, relaxation)
 }
 
 /// [`relax`] that leaves the stars for another stress, unless no step is requested.
@@ -217,7 +221,7 @@ pub(crate) fn conjugate_gradients(
 }
 
 impl RelaxationReport {
-    fn unrelaxed(body: &Body, stress: &EquilibratedStress) -> Self {
+    pub(crate) fn unrelaxed<S: Recovery>(body: &Body<S>, stress: &EquilibratedStress<S>) -> Self {
         Self { energy_history: vec![stress.distance_squared(body)], ..Self::default() }
     }
 }
@@ -275,7 +279,7 @@ impl<'a> StarRelaxation<'a> {
     /// If the stress belongs to another mesh, or its reactions have other directions.
     pub fn relax(&self, stress: &mut EquilibratedStress, relaxation: Relaxation) -> RelaxationReport {
         let body = self.space.body();
-        let (found, expected) = (stress.edge_moments.len(), body.mesh().topology().facets().len());
+        let (found, expected) = (stress.facet_moments.len(), body.mesh().topology().facets().len());
         assert!(found == expected, "the stress has {found} edges, the prepared body {expected}");
         let same = stress.conditions.iter().map(|c| c.reaction).eq(self.reactions.iter().copied());
         assert!(same, "the reactions of the stress are not in the directions the stars were prepared for");

@@ -11,8 +11,8 @@
 //! ```
 //! Moments of the tetrahedra are in equilibrium if the forces at their four corners are.
 
-use super::FaceMoments;
 use crate::atomic_slots::AtomicSlots;
+use crate::equilibrated::FacetMoments;
 use fem_core::body::{Body, FacetCondition};
 use fem_core::directions::Directions;
 use fem_core::element::Element;
@@ -33,11 +33,11 @@ const DEPENDENT: f64 = 1e-10;
 /// * `conditions`: the condition on each boundary face, in the order of [`fem_core::mesh::topology::Topology::boundary_facets`].
 ///
 /// `stress` must satisfy the FE equilibrium in every direction whose traction is given; otherwise the residual stays in the tetrahedra.
-pub(crate) fn face_moments(
+pub(crate) fn facet_moments(
     body: &Body<Solid>,
     stress: &[SymTensor3],
     conditions: &[FacetCondition<Solid>],
-) -> FaceMoments {
+) -> FacetMoments<Solid> {
     let mesh = body.mesh();
     let (nodes, faces) = (mesh.points().len(), mesh.topology().facets().len());
     let recovery = Recovery { body, stress, conditions };

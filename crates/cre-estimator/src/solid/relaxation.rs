@@ -5,12 +5,12 @@
 //! of its ring. Energy matrices and inverses are in single precision; moments are not, and those of one wrench go through all its faces, so
 //! equilibrium is exact.
 
-use super::EquilibratedSolid;
 use super::cell::{CellMap, CellMoments, MOMENTS};
 use super::clusters::clusters;
 use super::potentials::{EdgeSpace, FaceMoment, Potentials};
 use super::rings::{Ring, Rings};
 use crate::atomic_slots::AtomicSlots;
+use crate::equilibrated::EquilibratedStress;
 use crate::star_relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
 use fem_core::body::Body;
 use fem_core::mesh::id::FacetId;
@@ -68,7 +68,7 @@ fn numbers(moment: &FaceMoment) -> [f64; FACE] {
 
 impl<'a> EdgeStars<'a> {
     /// Assembles and inverts the blocks of all edges.
-    pub(crate) fn new(body: &'a Body<Solid>, stress: &EquilibratedSolid) -> Self {
+    pub(crate) fn new(body: &'a Body<Solid>, stress: &EquilibratedStress<Solid>) -> Self {
         let rings = Rings::new(body.mesh());
         let potentials = Potentials::new(body, &stress.conditions);
         let cells = body.mesh().cells().len();
@@ -86,7 +86,11 @@ impl<'a> EdgeStars<'a> {
     }
 
     /// Relaxes a stress in place.
-    pub(crate) fn relax(&self, stress: &mut EquilibratedSolid, relaxation: Relaxation) -> RelaxationReport {
+    pub(crate) fn relax(
+        &self,
+        stress: &mut EquilibratedStress<Solid>,
+        relaxation: Relaxation,
+    ) -> RelaxationReport {
         let body = self.potentials.body;
         let residual = residual(body, stress);
         let energies = [stress.distance_squared(body), stress.finite_element_energy(body)];
@@ -96,7 +100,7 @@ impl<'a> EdgeStars<'a> {
         let (x, report) =
             conjugate_gradients(relaxation, (&residual, 1.0), energies, [&precondition, &multiply]);
         if report.steps > 0 {
-            for (face, moments) in stress.face_moments.iter_mut().enumerate() {
+            for (face, moments) in stress.facet_moments.iter_mut().enumerate() {
                 let change = get(&x, FacetId::new(face));
                 moments.iter_mut().zip(change).for_each(|(moment, change)| *moment += change);
             }
@@ -289,7 +293,7 @@ fn inverse(potentials: &Potentials<'_>, ring: Ring<'_>, energy: &[[f32; MOMENTS 
 }
 
 /// Computes the negative gradient of half the energy by the face moments.
-fn residual(body: &Body<Solid>, stress: &EquilibratedSolid) -> AtomicSlots {
+fn residual(body: &Body<Solid>, stress: &EquilibratedStress<Solid>) -> AtomicSlots {
     let mesh = body.mesh();
     let topology = mesh.topology();
     let residual = AtomicSlots::zeros(FACE * topology.facets().len());
@@ -306,7 +310,11 @@ fn residual(body: &Body<Solid>, stress: &EquilibratedSolid) -> AtomicSlots {
 }
 
 /// The derivatives of `½ ‖τ − σ̂‖²` in a cell by its moments.
-fn gradient(body: &Body<Solid>, stress: &EquilibratedSolid, (cell, map): (usize, &CellMap)) -> CellMoments {
+fn gradient(
+    body: &Body<Solid>,
+    stress: &EquilibratedStress<Solid>,
+    (cell, map): (usize, &CellMap),
+) -> CellMoments {
     let at = stress.cell(body, cell);
     let constant: [f64; 6] = stress.finite_element[cell].into();
     map.work(&at.map(|part| {

@@ -182,7 +182,7 @@ impl<'a> Space<'a> {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
         let conditions = &stress.conditions;
-        stress.edge_moments.par_iter_mut().enumerate().with_min_len(1024).for_each(|(e, moments)| {
+        stress.facet_moments.par_iter_mut().enumerate().with_min_len(1024).for_each(|(e, moments)| {
             let e = FacetId::new(e);
             let nodes = topology.oriented_facet(e, mesh.cells()).map(|n| n.index());
             let [a, b] = nodes.map(|n| mesh.points()[n]);

@@ -179,7 +179,7 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
         .map(|&k| {
             let mut moved = eet.clone();
             for (i, value) in eigen.eigenvectors.column(k).iter().enumerate() {
-                moved.edge_moments[i / 4][i % 4 / 2][i % 2] += value;
+                moved.facet_moments[i / 4][i % 4 / 2][i % 2] += value;
             }
             (0..cells).map(|t| difference(&moved.cell(body, t), &eet.cell(body, t))).collect()
         })
@@ -239,7 +239,7 @@ fn the_number_of_threads_changes_no_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut stress = eet.clone();
         let report = pool.install(|| relax(&body, &mut stress, Relaxation::Steps(4)));
-        (stress.edge_moments, report)
+        (stress.facet_moments, report)
     };
     let one = run(1);
     for threads in [2, 7] {
@@ -253,10 +253,10 @@ fn nothing_is_done_where_there_is_nothing_to_gain() {
     let uniform = BoundaryConditions::new().roller("left", 0.0).roller("bottom", 0.0).pressure("top", 3.0);
     for conditions in [rest, uniform] {
         let (body, mut stress) = solve(mesh([5, 4], 0.0), &conditions);
-        let before = stress.edge_moments.clone();
+        let before = stress.facet_moments.clone();
         let report = relax(&body, &mut stress, Relaxation::Tolerance { tolerance: 0.02, max_steps: 10 });
         assert!(report.stationary && report.steps == 0, "{report:?}");
-        assert_eq!(stress.edge_moments, before);
+        assert_eq!(stress.facet_moments, before);
     }
 }
 
@@ -269,7 +269,7 @@ fn prepared_stars_relax_any_stress_of_the_same_supports() {
         prepared.relax(&mut one, Relaxation::Steps(3)),
         relax(&body, &mut other, Relaxation::Steps(3))
     );
-    assert_eq!(one.edge_moments, other.edge_moments);
+    assert_eq!(one.facet_moments, other.facet_moments);
     // A second relaxation continues from the result of the first.
     let again = prepared.relax(&mut one, Relaxation::Steps(1));
     assert!(again.energy_history[1] < energy(&body, &other));
@@ -299,7 +299,7 @@ fn the_tolerance_stops_when_little_is_left_to_gain() {
     assert!(ends(report.steps) && !(1..report.steps).any(ends), "{history:?}");
     let mut same = eet.clone();
     relax(&body, &mut same, Relaxation::Steps(report.steps));
-    assert_eq!(same.edge_moments, stress.edge_moments);
+    assert_eq!(same.facet_moments, stress.facet_moments);
     let mut best = eet;
     let best = relax(&body, &mut best, Relaxation::Steps(500)).energy_history.last().copied().unwrap();
     assert!((history.last().unwrap() / best).sqrt() < 1.01, "{history:?} {best}");
