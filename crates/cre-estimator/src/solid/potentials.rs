@@ -43,8 +43,10 @@ pub(crate) struct Potentials<'a> {
 pub(crate) struct EdgeSpace {
     middle: Vector3<f64>,
     length: f64,
-    /// An orthonormal basis of the wrenches.
-    pub(crate) wrenches: Vec<Vector6<f64>>,
+    /// An orthonormal basis of the wrenches; `None` for all.
+    basis: Option<Vec<Vector6<f64>>>,
+    /// The number of independent wrenches.
+    pub(crate) wrenches: usize,
     /// The faces of the ring.
     pub(crate) faces: Vec<EdgeFace>,
 }
@@ -58,6 +60,24 @@ pub(crate) struct EdgeFace {
     sign: f64,
     /// The number of its bars.
     pub(crate) bars: usize,
+}
+
+impl EdgeSpace {
+    /// Computes the sum of the basis of wrenches times amounts.
+    pub(crate) fn wrench(&self, amounts: &[f64]) -> Vector6<f64> {
+        match &self.basis {
+            None => Vector6::from_column_slice(&amounts[..6]),
+            Some(basis) => basis.iter().zip(amounts).map(|(w, amount)| w * *amount).sum(),
+        }
+    }
+
+    /// Writes the products of a wrench with the basis.
+    pub(crate) fn components(&self, wrench: &Vector6<f64>, to: &mut [f64]) {
+        match &self.basis {
+            None => to[..6].copy_from_slice(wrench.as_slice()),
+            Some(basis) => to.iter_mut().zip(basis).for_each(|(to, w)| *to = w.dot(wrench)),
+        }
+    }
 }
 
 fn centroid([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
@@ -176,14 +196,15 @@ impl<'a> Potentials<'a> {
             .map(|f| (&f.corners, &self.spaces[f.face].reaction))
             .filter(|(_, reaction)| !reaction.is_all())
             .collect();
-        let wrenches = if limits.is_empty() {
-            (0..6).map(|k| Vector6::from_fn(|i, _| f64::from(u8::from(i == k)))).collect()
+        let basis = if limits.is_empty() {
+            None
         } else if limits.iter().any(|(_, reaction)| reaction.is_none()) {
-            Vec::new()
+            Some(Vec::new())
         } else {
-            carried(&limits, (middle, length))
+            Some(carried(&limits, (middle, length)))
         };
-        EdgeSpace { middle, length, wrenches, faces }
+        let wrenches = basis.as_ref().map_or(6, Vec::len);
+        EdgeSpace { middle, length, basis, wrenches, faces }
     }
 
     /// Computes the moments of a wrench on a face of its ring.
@@ -207,7 +228,7 @@ impl<'a> Potentials<'a> {
         bars: &[f64],
     ) -> FaceMoment {
         let mut sum =
-            if edge.wrenches.is_empty() { [Vector3::zeros(); 3] } else { self.of_wrench(edge, face, wrench) };
+            if edge.wrenches == 0 { [Vector3::zeros(); 3] } else { self.of_wrench(edge, face, wrench) };
         match &self.spaces[face.face].bars {
             Some(list) => {
                 for (bar, amount) in list.iter().zip(bars) {
@@ -235,7 +256,7 @@ impl<'a> Potentials<'a> {
         (wrench, bars): (&mut Vector6<f64>, &mut [f64]),
     ) {
         let space = &self.spaces[face.face];
-        if !edge.wrenches.is_empty() {
+        if edge.wrenches > 0 {
             let residual = residual.map(|r| space.reaction.project(r));
             let middle = centroid(&face.corners);
             let turn: Vector3<f64> =

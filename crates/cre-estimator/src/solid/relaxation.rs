@@ -7,7 +7,7 @@
 
 use super::cell::{CellMap, CellMoments, MOMENTS};
 use super::clusters::clusters;
-use super::potentials::{EdgeSpace, FaceMoment, Potentials};
+use super::potentials::{EdgeFace, EdgeSpace, FaceMoment, Potentials};
 use super::rings::{Ring, Rings};
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;
@@ -17,10 +17,13 @@ use fem_core::mesh::id::FacetId;
 use fem_core::parallel::{each_task, for_each_task};
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
-use nalgebra::{DMatrix, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 
 /// Numbers of a face.
 const FACE: usize = 9;
+
+/// A pivot of the block of an edge below this fraction of its diagonal entry is round-off of single precision: the edge is left out.
+const DEPENDENT: f64 = 1e-7;
 
 /// Cells or edges handled by one task.
 const CHUNK: usize = 256;
@@ -33,8 +36,8 @@ pub(crate) struct EdgeStars<'a> {
     colours: Vec<Vec<Vec<u32>>>,
     /// The energy matrix of each cell for the moments of its faces as the mesh stores them, row by row.
     energy: Vec<[f32; MOMENTS * MOMENTS]>,
-    /// The inverse of the block of each edge, row by row.
-    inverses: Vec<Vec<f32>>,
+    /// The edges, each with the inverse of its block, row by row.
+    edges: Vec<(EdgeSpace, Vec<f32>)>,
 }
 
 /// The order of the face moments of a cell: for each corner of each face its place on the face, and the sign of the face.
@@ -77,12 +80,17 @@ impl<'a> EdgeStars<'a> {
             cells.map(|cell| energy(body, cell)).collect::<Vec<_>>()
         });
         let energy: Vec<[f32; MOMENTS * MOMENTS]> = chunks.into_iter().flatten().collect();
-        let inverses = each_task(rings.len().div_ceil(CHUNK), |k| {
+        let edges = each_task(rings.len().div_ceil(CHUNK), |k| {
             let edges = k * CHUNK..rings.len().min((k + 1) * CHUNK);
-            edges.map(|edge| inverse(&potentials, rings.get(edge), &energy)).collect::<Vec<_>>()
+            let edge = |k: usize| {
+                let edge = potentials.edge(rings.get(k));
+                let inverse = inverse(&potentials, (&edge, rings.get(k)), &energy);
+                (edge, inverse)
+            };
+            edges.map(edge).collect::<Vec<_>>()
         });
         let colours = clusters(body.mesh(), &rings);
-        Self { potentials, rings, colours, energy, inverses: inverses.into_iter().flatten().collect() }
+        Self { potentials, rings, colours, energy, edges: edges.into_iter().flatten().collect() }
     }
 
     /// Relaxes a stress in place.
@@ -131,19 +139,22 @@ impl<'a> EdgeStars<'a> {
     /// Adds the best wrench and bars of an edge to `z`, and takes their part from the residual.
     fn improve(&self, number: usize, left: &AtomicSlots, z: &AtomicSlots) {
         let ring = self.rings.get(number);
-        let edge = self.potentials.edge(ring);
-        let (amounts, wrench) = self.best(number, &edge, left);
-        if amounts.is_empty() {
+        let (edge, inverse) = &self.edges[number];
+        if inverse.is_empty() {
             return;
         }
-        let mut first = edge.wrenches.len();
+        let products = products(&self.potentials, edge, left);
+        let amount = |row: &[f32]| row.iter().zip(&products).map(|(c, g)| f64::from(*c) * g).sum();
+        let amounts: Vec<f64> = inverse.chunks_exact(products.len()).map(amount).collect();
+        let wrench = edge.wrench(&amounts);
+        let mut first = edge.wrenches;
         let changes: Vec<FaceMoment> = edge
             .faces
             .iter()
             .map(|face| {
                 let bars = &amounts[first..first + face.bars];
                 first += face.bars;
-                let change = self.potentials.moments(&edge, face, &wrench, bars);
+                let change = self.potentials.moments(edge, face, &wrench, bars);
                 add(z, face.face, &change);
                 change
             })
@@ -166,17 +177,6 @@ impl<'a> EdgeStars<'a> {
                 }
             }
         }
-    }
-
-    /// Solves the block of an edge: the amounts of its wrenches and bars, and the sum of the wrenches.
-    fn best(&self, number: usize, edge: &EdgeSpace, left: &AtomicSlots) -> (Vec<f64>, Vector6<f64>) {
-        let products = products(&self.potentials, edge, left);
-        let size = products.len();
-        let inverse = &self.inverses[number];
-        let amount = |row: &[f32]| row.iter().zip(&products).map(|(c, g)| f64::from(*c) * g).sum();
-        let amounts: Vec<f64> = inverse.chunks_exact(size.max(1)).map(amount).collect();
-        let wrench = edge.wrenches.iter().zip(&amounts).map(|(w, amount)| w * *amount).sum();
-        (amounts, wrench)
     }
 
     /// Computes `H p`.
@@ -212,7 +212,7 @@ impl<'a> EdgeStars<'a> {
 
 /// Computes the products of a residual with the unit wrenches and bars of an edge.
 fn products(potentials: &Potentials<'_>, edge: &EdgeSpace, residual: &AtomicSlots) -> Vec<f64> {
-    let wrenches = edge.wrenches.len();
+    let wrenches = edge.wrenches;
     let mut products = vec![0.0; wrenches + edge.faces.iter().map(|face| face.bars).sum::<usize>()];
     let mut wrench = Vector6::zeros();
     let mut first = wrenches;
@@ -221,7 +221,7 @@ fn products(potentials: &Potentials<'_>, edge: &EdgeSpace, residual: &AtomicSlot
         first += face.bars;
         potentials.products(edge, face, &get(residual, face.face), (&mut wrench, bars));
     }
-    products.iter_mut().zip(&edge.wrenches).for_each(|(product, w)| *product = w.dot(&wrench));
+    edge.components(&wrench, &mut products[..wrenches]);
     products
 }
 
@@ -246,50 +246,87 @@ fn energy(body: &Body<Solid>, cell: usize) -> [f32; MOMENTS * MOMENTS] {
     stored
 }
 
-/// Computes the inverse of the block `Bᵀ H B` of an edge.
-fn inverse(potentials: &Potentials<'_>, ring: Ring<'_>, energy: &[[f32; MOMENTS * MOMENTS]]) -> Vec<f32> {
-    let edge = potentials.edge(ring);
-    let wrenches = edge.wrenches.len();
-    let mut size = wrenches;
-    // For each face the moments of each of its unknowns.
-    let columns: Vec<Vec<(usize, [f64; FACE])>> = edge
-        .faces
-        .iter()
-        .map(|face| {
-            let of_wrench = |w: &Vector6<f64>| numbers(&potentials.moments(&edge, face, w, &[]));
-            let mut columns: Vec<_> = edge.wrenches.iter().map(of_wrench).enumerate().collect();
-            for k in 0..face.bars {
-                let mut unit = vec![0.0; face.bars];
-                unit[k] = 1.0;
-                columns.push((size + k, numbers(&potentials.moments(&edge, face, &Vector6::zeros(), &unit))));
-            }
-            size += face.bars;
-            columns
-        })
-        .collect();
-    let mut block: DMatrix<f64> = DMatrix::zeros(size, size);
+/// The moments of one unknown on a face of a ring.
+type Column = (usize, [f64; FACE]);
+
+/// Computes the moments of unit wrenches and bars on each face of a ring, and the number of unknowns.
+fn columns(potentials: &Potentials<'_>, edge: &EdgeSpace) -> (Vec<Vec<Column>>, usize) {
+    let unit = |k: usize, size: usize| (0..size).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
+    let wrenches: Vec<Vector6<f64>> =
+        (0..edge.wrenches).map(|k| edge.wrench(&unit(k, edge.wrenches))).collect();
+    let mut size = edge.wrenches;
+    let of_face = |face: &EdgeFace| {
+        let of_wrench = |w: &Vector6<f64>| numbers(&potentials.moments(edge, face, w, &[]));
+        let of_bar =
+            |k: usize| numbers(&potentials.moments(edge, face, &Vector6::zeros(), &unit(k, face.bars)));
+        let first = size;
+        size += face.bars;
+        let bars = (0..face.bars).map(|k| (first + k, of_bar(k)));
+        wrenches.iter().map(of_wrench).enumerate().chain(bars).collect()
+    };
+    (edge.faces.iter().map(of_face).collect(), size)
+}
+
+/// Computes the inverse of the block `Bᵀ H B` of an edge, row by row.
+fn inverse(
+    potentials: &Potentials<'_>,
+    (edge, ring): (&EdgeSpace, Ring<'_>),
+    energy: &[[f32; MOMENTS * MOMENTS]],
+) -> Vec<f32> {
+    let (columns, size) = columns(potentials, edge);
+    let mut block = vec![0.0; size * size];
     for around in ring.cells {
         let matrix = &energy[around.cell as usize];
         let sides = around.faces.into_iter().zip(around.places);
-        for (row, place) in sides.clone() {
-            for (column, other) in sides.clone() {
-                for (j, right) in &columns[usize::from(other)] {
-                    let image: [f64; FACE] = std::array::from_fn(|k| {
-                        let first = (FACE * usize::from(row) + k) * MOMENTS + FACE * usize::from(column);
-                        matrix[first..first + FACE].iter().zip(right).map(|(h, m)| f64::from(*h) * m).sum()
-                    });
-                    for (i, left) in &columns[usize::from(place)] {
-                        block[(*i, *j)] += left.iter().zip(image).map(|(l, m)| l * m).sum::<f64>();
+        for (column, other) in sides.clone() {
+            // H B of one face on both, by rows of H.
+            let rows: [_; FACE] =
+                std::array::from_fn(|k| &matrix[(FACE * usize::from(column) + k) * MOMENTS..][..MOMENTS]);
+            for (j, right) in &columns[usize::from(other)] {
+                let mut image = [0.0; MOMENTS];
+                for (row, amount) in rows.iter().zip(right) {
+                    image.iter_mut().zip(*row).for_each(|(sum, h)| *sum += amount * f64::from(*h));
+                }
+                for (row, place) in sides.clone() {
+                    let image = &image[FACE * usize::from(row)..][..FACE];
+                    for (i, left) in columns[usize::from(place)].iter().filter(|(i, _)| i <= j) {
+                        let product: f64 = left.iter().zip(image).map(|(l, m)| l * m).sum();
+                        block[i * size + j] += product;
                     }
                 }
             }
         }
     }
-    let inverse: DMatrix<f64> = match block.clone().cholesky() {
-        Some(factor) => factor.inverse(),
-        None => block.pseudo_inverse(1e-6).unwrap_or_else(|_| DMatrix::zeros(size, size)),
-    };
-    inverse.iter().map(|entry| *entry as f32).collect()
+    for (i, j) in (0..size).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        block[i * size + j] = block[j * size + i];
+    }
+    if !invert(&mut block, size) {
+        return Vec::new();
+    }
+    block.iter().map(|entry| *entry as f32).collect()
+}
+
+/// Inverts a symmetric positive definite matrix in place (Gauss-Jordan); false if a pivot is round-off.
+fn invert(matrix: &mut [f64], n: usize) -> bool {
+    let floors: Vec<f64> = (0..n).map(|k| DEPENDENT * matrix[k * (n + 1)]).collect();
+    for (k, floor) in floors.into_iter().enumerate() {
+        let pivot = matrix[k * (n + 1)];
+        if !(pivot > floor) {
+            return false;
+        }
+        let mut row: Vec<f64> = matrix[k * n..][..n].iter().map(|entry| entry / pivot).collect();
+        row[k] = 1.0 / pivot;
+        for (i, other) in matrix.chunks_exact_mut(n).enumerate() {
+            if i == k {
+                continue;
+            }
+            let factor = other[k];
+            other[k] = 0.0;
+            other.iter_mut().zip(&row).for_each(|(entry, r)| *entry -= factor * r);
+        }
+        matrix[k * n..][..n].copy_from_slice(&row);
+    }
+    true
 }
 
 /// Computes the negative gradient of half the energy by the face moments.
@@ -324,4 +361,21 @@ fn gradient(
                 .strain(SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| at[k] - constant[k])))
         })
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_times_its_inverse_is_one_and_a_singular_one_has_none() {
+        let matrix = [4.0, 1.0, 0.5, 1.0, 3.0, -0.2, 0.5, -0.2, 2.0];
+        let mut inverse = matrix;
+        assert!(invert(&mut inverse, 3));
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            let product: f64 = (0..3).map(|k| matrix[3 * i + k] * inverse[3 * k + j]).sum();
+            assert!((product - f64::from(u8::from(i == j))).abs() < 1e-14, "{i} {j} {product}");
+        }
+        assert!(!invert(&mut [1.0, 2.0, 2.0, 4.0], 2));
+    }
 }
