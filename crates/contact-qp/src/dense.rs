@@ -1,5 +1,6 @@
 //! Products of vectors, and small dense systems that may be singular.
 
+use crate::cholesky::{Factor, PIVOT_FLOOR};
 use nalgebra::{ColPivQR, DMatrix, DVector, SymmetricEigen};
 
 /// Sweeps for each eigenvalue, of which two or three are usual.
@@ -41,38 +42,55 @@ pub(crate) fn least_squares(columns: &[&[f64]], right_side: &[f64]) -> Vec<f64> 
     solution.as_slice().to_vec()
 }
 
-/// A small symmetric positive semi-definite matrix, by its eigenvectors and eigenvalues.
-pub(crate) struct SemiDefinite {
-    vectors: Vec<Vec<f64>>,
-    values: Vec<f64>,
-    /// Eigenvalues up to this one are zero.
-    zero: f64,
+/// A symmetric positive semi-definite matrix, ready for right-hand sides.
+pub(crate) enum SemiDefinite {
+    /// Far from singular: `L Lᵀ`, which is many times cheaper than eigenvalues.
+    Definite(Factor),
+    /// By its eigenvectors and eigenvalues.
+    Spectral {
+        vectors: Vec<Vec<f64>>,
+        values: Vec<f64>,
+        /// Eigenvalues up to this one are zero.
+        zero: f64,
+    },
 }
 
 impl SemiDefinite {
-    /// Computes the eigenvalues; `None` if they do not converge.
+    /// Factorises the matrix, or computes its eigenvalues if a pivot may be round-off; `None` if they do not converge.
     ///
     /// * `size`: number of rows; `entry`: of the matrix, by row and column; only the lower triangle is used.
     /// * `dependent`: eigenvalues up to this fraction of the largest one are zero.
     pub(crate) fn new(size: usize, entry: impl Fn(usize, usize) -> f64, dependent: f64) -> Option<Self> {
-        if size == 0 {
-            return Some(Self { vectors: Vec::new(), values: Vec::new(), zero: 0.0 });
+        let lower: Vec<f64> =
+            (0..size * size).map(|k| entry((k % size).max(k / size), (k % size).min(k / size))).collect();
+        let floor = PIVOT_FLOOR * largest((0..size).map(|i| lower[i * (size + 1)]));
+        let matrix = DMatrix::from_column_slice(size, size, &lower);
+        let factor = Factor::new(size, lower).ok();
+        if let Some(factor) = factor.filter(|factor| factor.pivots().all(|pivot| pivot * pivot > floor)) {
+            return Some(Self::Definite(factor));
         }
-        let matrix = DMatrix::from_fn(size, size, |i, j| entry(i.max(j), i.min(j)));
         let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, SWEEPS * size)?;
         let vectors = eigen.eigenvectors.column_iter().map(|v| v.iter().copied().collect()).collect();
         let values: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
         let zero = dependent * values.iter().copied().fold(0.0, f64::max);
-        Some(Self { vectors, values, zero })
+        Some(Self::Spectral { vectors, values, zero })
     }
 
     /// Returns the solution of least norm, and the largest part of the right-hand side along an eigenvector of a zero
     /// eigenvalue, for which there is no solution.
     pub(crate) fn solve(&self, rhs: &[f64]) -> (Vec<f64>, f64) {
+        let (vectors, values, zero) = match self {
+            Self::Definite(factor) => {
+                let mut solution = rhs.to_vec();
+                factor.solve(&mut solution);
+                return (solution, 0.0);
+            }
+            Self::Spectral { vectors, values, zero } => (vectors, values, *zero),
+        };
         let (mut solution, mut contradiction) = (vec![0.0; rhs.len()], 0.0f64);
-        for (vector, value) in self.vectors.iter().zip(&self.values) {
+        for (vector, value) in vectors.iter().zip(values) {
             let part = dot(vector, rhs);
-            if *value <= self.zero {
+            if *value <= zero {
                 contradiction = contradiction.max(part.abs());
             } else {
                 solution.iter_mut().zip(vector).for_each(|(s, v)| *s += v * part / value);
@@ -108,6 +126,11 @@ mod tests {
         assert!((x[0] - 1.0).abs() < 1e-14 && (x[1] - 2.0).abs() < 1e-14 && left < 1e-14, "{x:?} {left:e}");
         let (x, left) = matrix.solve(&[-2.0, 1.0]);
         assert!(norm(&x) < 1e-14 && (left - 5f64.sqrt()).abs() < 1e-14, "{x:?} {left:e}");
+        // Far from singular: the same solution by a factor.
+        let matrix = SemiDefinite::new(2, |i, j| if i == j { 2.0 } else { 1.0 }, 1e-12).unwrap();
+        assert!(matches!(matrix, SemiDefinite::Definite(_)));
+        let (x, left) = matrix.solve(&[4.0, 5.0]);
+        assert!((x[0] - 1.0).abs() < 1e-14 && (x[1] - 2.0).abs() < 1e-14 && left == 0.0, "{x:?} {left:e}");
         let nothing = SemiDefinite::new(0, |_, _| 0.0, 1e-12).unwrap();
         assert_eq!(nothing.solve(&[]), (Vec::new(), 0.0));
     }
