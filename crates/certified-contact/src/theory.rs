@@ -106,7 +106,7 @@
 //! | (18) | [`pressure::nodal_pressure`](cre_estimator::pressure::nodal_pressure), [`admissible_pair`](cre_estimator::admissible_pair()) |
 //! | (19) | [`eet::facet_moments`](cre_estimator::eet::facet_moments) |
 //! | (20) | [`johnson_mercier::cell_stress`](cre_estimator::johnson_mercier::cell_stress) |
-//! | (21) | [`star_relaxation::relax`](cre_estimator::star_relaxation::relax): every step gives a bound |
+//! | (21) | [`relax`](cre_estimator::relax): every step gives a bound |
 //!
 //! # The indicators, and when to stop
 //! ```math

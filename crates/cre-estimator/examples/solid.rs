@@ -3,6 +3,8 @@
 //!
 //! `cargo run --release -p cre-estimator --example solid`
 
+#![allow(clippy::print_stdout)]
+
 use cre_estimator::fem_core::assembly::System;
 use cre_estimator::fem_core::body::Body;
 use cre_estimator::fem_core::boundary::{BoundaryConditions, FacetSelection};
@@ -19,8 +21,10 @@ use std::error::Error;
 /// Solves on `n³` cubes of six tetrahedra. Returns the number of nodes, `‖u_h‖` and the bound of `‖u − u_h‖`.
 fn certified(n: usize) -> Result<(usize, f64, f64), Box<dyn Error>> {
     let loaded = FacetSelection::group("top").within([[0.0, 0.5], [0.0, 1.0], [1.0, 1.0]]);
-    let conditions =
-        BoundaryConditions::<Solid>::default().fix("bottom").pressure(loaded, 1.0).body_force([0.0, 0.0, -0.2]);
+    let conditions = BoundaryConditions::<Solid>::default()
+        .fix("bottom")
+        .pressure(loaded, 1.0)
+        .body_force([0.0, 0.0, -0.2]);
     let material = LinearElastic::isotropic_solid(100.0, 0.3)?;
     let body = Body::new(cuboid([0.0; 3], [1.0; 3], [n; 3])?, material, &conditions)?;
     let system = System::assemble(&body, &InterfaceSide::default())?;

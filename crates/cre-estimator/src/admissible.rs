@@ -8,7 +8,7 @@ use crate::friction::EdgeFriction;
 use crate::lift::{self, Lift, side_sign};
 use crate::openings;
 use crate::pressure;
-use crate::star_relaxation::RelaxationReport;
+use crate::relaxation::RelaxationReport;
 use fem_core::body::{Body, FacetCondition};
 use fem_core::condensation::CondensedBody;
 use fem_core::directions::Directions;

@@ -4,7 +4,7 @@ use crate::admissible::{check_finite, check_length};
 use crate::error::EstimatorError;
 use crate::estimate::{Estimate, estimate_with};
 use crate::lift::{self, side_sign};
-use crate::star_relaxation::Relaxation;
+use crate::relaxation::Relaxation;
 use fem_core::body::Body;
 use fem_core::field::nodal_residual;
 use fem_core::geometry::{Vector, norm};

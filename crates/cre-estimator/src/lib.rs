@@ -38,6 +38,9 @@
 //! | a continuous stress for pictures and peaks | [`RecoveredStress`] |
 //! | where to refine | [`marking`] |
 //!
+//! Stresses in equilibrium exist in space, too ([`Recovery`]): on tetrahedra by graph Laplacians around the vertices, four parts in a cell, and
+//! bars and wrenches instead of Airy functions. `examples/solid.rs` certifies a solid body; contact in space is not certified yet.
+//!
 //! [`estimate_with()`] does all of it for a [`fem_core::interface::ContactState`] and returns an [`Estimate`];
 //! [`Estimator`] serves several states of one problem, [`estimate()`] omits the relaxation. `examples/certify.rs` certifies a displacement field read from a file.
 //! [`fem_core`], whose types appear in the signatures here, is re-exported.
@@ -84,8 +87,11 @@ pub mod lift;
 pub mod marking;
 mod openings;
 pub mod parts;
+mod plane;
 pub mod pressure;
 mod recovered;
+mod recovery;
+mod relaxation;
 mod relaxed;
 mod round_off;
 mod size;
@@ -97,15 +103,17 @@ pub use admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 pub use certify::{FieldCertificate, MissedSupport, certify};
 pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
-pub use equilibrated::{EquilibratedStress, FacetMoments, Recovery};
+pub use equilibrated::{EquilibratedStress, FacetMoments};
 pub use error::EstimatorError;
 pub use estimate::{Estimate, Estimator, Indicators, ROUND_OFF_SHARE, estimate, estimate_with};
 pub use fem_core;
 pub use lift::Lift;
 pub use parts::Parts;
 pub use recovered::RecoveredStress;
+pub use recovery::{Recovery, relax};
+pub use relaxation::{Relaxation, RelaxationReport};
 pub use relaxed::admissible_pair;
-pub use star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax};
+pub use star_relaxation::StarRelaxation;
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

@@ -5,7 +5,9 @@ use crate::admissible::{
 };
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::error::EstimatorError;
-use crate::star_relaxation::{LEAST, Relaxation, StarRelaxation, relax, relax_with_stars};
+use crate::recovery::relax;
+use crate::relaxation::{LEAST, Relaxation};
+use crate::star_relaxation::{StarRelaxation, relax_with_stars};
 use fem_core::interface::{ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};

@@ -12,8 +12,9 @@ mod rings;
 #[cfg(test)]
 mod tests;
 
-use crate::equilibrated::{EquilibratedStress, FacetMoments, Recovery};
-use crate::star_relaxation::{Relaxation, RelaxationReport};
+use crate::equilibrated::{EquilibratedStress, FacetMoments};
+use crate::recovery::Recovery;
+use crate::relaxation::{Relaxation, RelaxationReport};
 use cell::{CellMap, CellMoments, CellStress};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::element::Element;
@@ -39,7 +40,7 @@ impl Recovery for Solid {
         relaxation: Relaxation,
     ) -> RelaxationReport {
         if relaxation.max_steps() == 0 {
-            return RelaxationReport::unrelaxed(body, stress);
+            return RelaxationReport::unrelaxed(stress.distance_squared(body));
         }
         EdgeStars::new(body, stress).relax(stress, relaxation)
     }

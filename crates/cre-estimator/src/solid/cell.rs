@@ -1,4 +1,4 @@
-//! Johnson-Mercier-Křížek stresses: a tetrahedron in four parts around its barycentre.
+//! Johnson-Mercier stresses: a tetrahedron in four parts around its barycentre.
 //!
 //! In each part the stress is linear, in the whole tetrahedron it is free of sources, and tractions are continuous across the inner faces.
 //! It is determined by the moments `m_{Γ,j} = ∫_Γ (τ n) φ_j` on the four faces, if forces and moments are in equilibrium. On the
@@ -6,7 +6,7 @@
 //! ```math
 //! m̂ = F⁻¹ m,   τ = F τ̂ Fᵀ/|det F|
 //! ```
-//! Source: Johnson and Mercier 1978; Křížek 1982; Gopalakrishnan, Guzmán and Lee 2024.
+//! Source: Gopalakrishnan, Guzman and Lee 2024, after Johnson and Mercier 1978.
 
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;

@@ -11,7 +11,7 @@ use super::potentials::{EdgeFace, EdgeSpace, FaceMoment, Potentials};
 use super::rings::{Ring, Rings};
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;
-use crate::star_relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
+use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
 use fem_core::body::Body;
 use fem_core::mesh::id::FacetId;
 use fem_core::parallel::{each_task, for_each_task};

@@ -1,5 +1,5 @@
 use super::*;
-use crate::star_relaxation::relax;
+use crate::recovery::relax;
 use fem_core::assembly::System;
 use fem_core::boundary::{
     BoundaryConditions, DisplacementCondition, FacetSelection, Load, ScalarData, Support, TractionCondition,
