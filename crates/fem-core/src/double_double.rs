@@ -3,6 +3,7 @@
 //! A residual is a small difference of large terms. In double precision it is as large as its own rounding; here it has
 //! correct digits. Error-free sums and products after Knuth and Dekker (Muller et al. 2018).
 
+use crate::space::{Plane, Space};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// The unevaluated sum `high + low`, with `|low| ≤ ½ ulp(high)`.
@@ -14,8 +15,8 @@ pub struct DoubleDouble {
     pub low: f64,
 }
 
-/// A vector of the plane in double-double numbers.
-pub type PreciseVector = [DoubleDouble; 2];
+/// A vector in double-double numbers.
+pub type PreciseVector<S = Plane> = <S as Space>::Axes<DoubleDouble>;
 
 impl DoubleDouble {
     /// Zero.

@@ -6,12 +6,12 @@
 
 use crate::body::Body;
 use crate::double_double::{DoubleDouble, PreciseVector};
-use crate::geometry::Vector;
+use crate::geometry::Coordinates;
 use crate::parallel::each_task;
-use crate::tensor::SymTensor2;
+use crate::space::{Plane, Space};
 use rayon::prelude::*;
 
-/// Triangles handled by one task.
+/// Cells handled by one task.
 const CHUNK: usize = 1024;
 /// Chunks whose forces are kept before they are added up.
 const GROUP: usize = 16;
@@ -21,23 +21,23 @@ const GROUP: usize = 16;
 /// One `f64` per component leaves a stress error of `ε C |u|/h`. In a stiff part on a soft one that is more than the stress
 /// itself; the second part holds the missing digits.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SplitField {
+pub struct SplitField<S: Space = Plane> {
     /// The displacement rounded to double precision.
-    pub high: Vec<Vector>,
+    pub high: Vec<S::Vector>,
     /// The rounding error of `high`.
-    pub low: Vec<Vector>,
+    pub low: Vec<S::Vector>,
 }
 
-impl SplitField {
+impl<S: Space> SplitField<S> {
     /// Creates a field without a second part.
-    pub fn new(high: Vec<Vector>) -> Self {
-        Self { low: vec![Vector::zeros(); high.len()], high }
+    pub fn new(high: Vec<S::Vector>) -> Self {
+        Self { low: vec![S::Vector::ZERO; high.len()], high }
     }
 
     /// Adds a correction to the field.
-    pub fn add(&mut self, correction: &[Vector]) {
+    pub fn add(&mut self, correction: &[S::Vector]) {
         for ((high, low), d) in self.high.iter_mut().zip(&mut self.low).zip(correction) {
-            for c in 0..2 {
+            for c in 0..S::DIM {
                 let sum = DoubleDouble { high: high[c], low: low[c] } + d[c];
                 (high[c], low[c]) = (sum.high, sum.low);
             }
@@ -45,126 +45,162 @@ impl SplitField {
     }
 
     /// Returns the displacement of a node in double-double numbers.
-    pub fn at(&self, node: usize) -> PreciseVector {
-        [0, 1].map(|c| DoubleDouble { high: self.high[node][c], low: self.low[node][c] })
+    pub fn at(&self, node: usize) -> PreciseVector<S> {
+        S::axes(|c| DoubleDouble { high: self.high[node][c], low: self.low[node][c] })
     }
 }
 
-/// The three nodal forces of a triangle.
-type CellForces = [PreciseVector; 3];
+/// The nodal forces of a cell.
+type CellForces<S> = <S as Space>::Corners<PreciseVector<S>>;
 
-/// A triangle's geometry without rounding.
-struct Cell {
-    /// `2A ∇φ_k` of the second and the third corner; the first has minus their sum.
-    gradients: [PreciseVector; 2],
-    /// `2A`.
-    double_area: DoubleDouble,
+/// Computes the product of all numbers up to one.
+fn factorial(n: usize) -> DoubleDouble {
+    DoubleDouble::from((1..=n).product::<usize>() as f64)
 }
 
-impl Cell {
+/// A cell's geometry without rounding.
+struct Cell<S: Space> {
+    /// `d! |T| ∇φ_k` of all corners but the first, which has minus their sum; `d` is the number of axes.
+    gradients: S::Axes<PreciseVector<S>>,
+    /// `d! |T|`: twice the area, or six times the volume.
+    determinant: DoubleDouble,
+}
+
+impl<S: Space> Cell<S> {
     #[inline(always)]
-    fn new(corners: [Vector; 3]) -> Self {
-        let difference = |a: Vector, b: Vector| [0, 1].map(|c| DoubleDouble::difference(a[c], b[c]));
-        let (a, b) = (difference(corners[1], corners[0]), difference(corners[2], corners[0]));
-        let double_area = a[0] * b[1] - a[1] * b[0];
-        Self { gradients: [[b[1], -b[0]], [-a[1], a[0]]], double_area }
+    fn new(corners: S::Corners<S::Vector>) -> Self {
+        let edges = S::axes(|k| S::axes(|c| DoubleDouble::difference(corners[k + 1][c], corners[0][c])));
+        let gradients = S::cofactors(&edges);
+        let product = |c: usize| edges[0][c] * gradients[0][c];
+        let determinant = (1..S::DIM).fold(product(0), |sum, c| sum + product(c));
+        Self { gradients, determinant }
     }
 
-    /// Computes `∫ σ ∇φ_k` of a constant stress `(xx, yy, xy)`.
+    /// Computes `∫ σ ∇φ_k` of a constant stress.
+    ///
+    /// * `share`: 1/d!.
     #[inline(always)]
-    fn forces(&self, [xx, yy, xy]: [DoubleDouble; 3]) -> CellForces {
-        let half = |x: DoubleDouble| DoubleDouble { high: 0.5 * x.high, low: 0.5 * x.low };
-        let [one, two] = self.gradients.map(|g| [half(xx * g[0] + xy * g[1]), half(xy * g[0] + yy * g[1])]);
-        [[-(one[0] + two[0]), -(one[1] + two[1])], one, two]
+    fn forces(&self, stress: S::Components<DoubleDouble>, share: DoubleDouble) -> CellForces<S> {
+        let stress = S::components(|k| stress[k] * share);
+        let force = |g: PreciseVector<S>| {
+            S::axes(|i| {
+                let product = |j: usize| stress[S::component(i, j)] * g[j];
+                (1..S::DIM).fold(product(0), |sum, j| sum + product(j))
+            })
+        };
+        let others = S::axes(|k| force(self.gradients[k]));
+        S::corners(|k| match k {
+            0 => S::axes(|i| -(1..S::DIM).fold(others[0][i], |sum, k| sum + others[k][i])),
+            k => others[k - 1],
+        })
     }
 }
 
 /// A displacement with or without its second part.
 #[derive(Clone, Copy)]
-struct Nodal<'a> {
-    high: &'a [Vector],
-    low: Option<&'a [Vector]>,
+struct Nodal<'a, S: Space> {
+    high: &'a [S::Vector],
+    low: Option<&'a [S::Vector]>,
 }
 
-impl Nodal<'_> {
+impl<S: Space> Nodal<'_, S> {
     #[inline(always)]
-    fn at(&self, node: usize) -> PreciseVector {
-        let (high, low) = (self.high[node], self.low.map_or(Vector::zeros(), |low| low[node]));
-        [0, 1].map(|c| DoubleDouble { high: high[c], low: low[c] })
+    fn at(&self, node: usize) -> PreciseVector<S> {
+        let (high, low) = (self.high[node], self.low.map_or(S::Vector::ZERO, |low| low[node]));
+        S::axes(|c| DoubleDouble { high: high[c], low: low[c] })
     }
 }
 
-/// The source of the stress of a triangle. Not a closure: it is compiled together with the loop that has fused
+/// The source of the stress of a cell. Not a closure: it is compiled together with the loop that has fused
 /// products.
 #[derive(Clone, Copy)]
-enum Source<'a> {
-    Displacement(Nodal<'a>),
-    Means(&'a [[DoubleDouble; 3]]),
+enum Source<'a, S: Space> {
+    Displacement(Nodal<'a, S>),
+    Means(&'a [S::Components<DoubleDouble>]),
 }
 
-/// Computes the stress of a displacement in a triangle, `(xx, yy, xy)`.
+/// Computes the stress of a displacement in a cell.
 #[inline(always)]
-fn stress(body: &Body, cell: &Cell, t: usize, field: Nodal<'_>) -> [DoubleDouble; 3] {
-    let corners = body.mesh().cells()[t].map(|n| field.at(n.index()));
-    let difference = |k: usize| [0, 1].map(|c| corners[k][c] - corners[0][c]);
-    let (d1, d2) = (difference(1), difference(2));
-    let [g1, g2] = cell.gradients;
-    // 2A (ε_xx, ε_yy, γ_xy)
-    let xx = d1[0] * g1[0] + d2[0] * g2[0];
-    let yy = d1[1] * g1[1] + d2[1] * g2[1];
-    let shear = d1[0] * g1[1] + d2[0] * g2[1] + (d1[1] * g1[0] + d2[1] * g2[0]);
+fn stress<S: Space>(
+    body: &Body<S>,
+    cell: &Cell<S>,
+    t: usize,
+    field: Nodal<'_, S>,
+) -> S::Components<DoubleDouble> {
+    let nodes = &body.mesh().cells()[t];
+    let first = field.at(nodes[0].index());
+    let differences = S::axes(|k| {
+        let other = field.at(nodes[k + 1].index());
+        S::axes(|c| other[c] - first[c])
+    });
+    let sum = |i: usize, j: usize| {
+        let product = |k: usize| differences[k][i] * cell.gradients[k][j];
+        (1..S::DIM).fold(product(0), |sum, k| sum + product(k))
+    };
+    // d! |T| ε, with engineering shears.
+    let mut strain = S::components(|_| DoubleDouble::ZERO);
+    for i in 0..S::DIM {
+        strain[i] = sum(i, i);
+        for j in 0..i {
+            strain[S::component(j, i)] = sum(j, i) + sum(i, j);
+        }
+    }
     let d = body.material(t).stiffness();
-    [0, 1, 2].map(|i| (xx * d[(i, 0)] + yy * d[(i, 1)] + shear * d[(i, 2)]) / cell.double_area)
+    S::components(|i| {
+        let product = |j: usize| strain[j] * d[(i, j)];
+        (1..S::COMPONENTS).fold(product(0), |sum, j| sum + product(j)) / cell.determinant
+    })
 }
 
-/// Computes the stress of a displacement field in every triangle, Pa: rounded once.
-pub fn stresses(body: &Body, field: &SplitField) -> Vec<SymTensor2> {
+/// Computes the stress of a displacement field in every cell, Pa: rounded once.
+pub fn stresses<S: Space>(body: &Body<S>, field: &SplitField<S>) -> Vec<S::Tensor> {
     let mesh = body.mesh();
     (0..mesh.cells().len())
         .into_par_iter()
         .with_min_len(CHUNK)
         .map(|t| {
             let nodal = Nodal { high: &field.high, low: Some(&field.low) };
-            let [xx, yy, xy] = stress(body, &Cell::new(mesh.corners(t)), t, nodal);
-            SymTensor2::new(xx.rounded(), yy.rounded(), xy.rounded())
+            let stress = stress(body, &Cell::<S>::new(mesh.corners(t)), t, nodal);
+            S::components(|k| stress[k].rounded()).into()
         })
         .collect()
 }
 
 /// Computes `K u − f` at every node, Cartesian, N/m: the reaction of a support, the contact force on the interface, and zero
 /// elsewhere if the field is in FE equilibrium.
-pub fn of_field(body: &Body, field: &SplitField) -> Vec<PreciseVector> {
+pub fn of_field<S: Space>(body: &Body<S>, field: &SplitField<S>) -> Vec<PreciseVector<S>> {
     residual(body, Source::Displacement(Nodal { high: &field.high, low: Some(&field.low) }))
 }
 
 /// [`of_field`] of a displacement in double precision.
-pub fn of_displacement(body: &Body, displacement: &[Vector]) -> Vec<PreciseVector> {
+pub fn of_displacement<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> Vec<PreciseVector<S>> {
     residual(body, Source::Displacement(Nodal { high: displacement, low: None }))
 }
 
-/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every triangle.
+/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every cell.
 ///
-/// * `means`: components xx, yy, xy of the mean of each triangle, Pa.
-pub fn of_stress(body: &Body, means: &[[DoubleDouble; 3]]) -> Vec<PreciseVector> {
+/// * `means`: components of the mean of each cell, Pa.
+pub fn of_stress<S: Space>(body: &Body<S>, means: &[S::Components<DoubleDouble>]) -> Vec<PreciseVector<S>> {
     residual(body, Source::Means(means))
 }
 
 /// Gathers the forces of constant stresses and subtracts the loads.
-fn residual(body: &Body, source: Source<'_>) -> Vec<PreciseVector> {
-    let triangles = body.mesh().cells();
-    let mut residual: Vec<PreciseVector> = external_forces(body).into_iter().map(|f| f.map(|x| -x)).collect();
-    let chunks = triangles.len().div_ceil(CHUNK);
+fn residual<S: Space>(body: &Body<S>, source: Source<'_, S>) -> Vec<PreciseVector<S>> {
+    let cells = body.mesh().cells();
+    let mut residual: Vec<PreciseVector<S>> =
+        external_forces(body).into_iter().map(|f| S::axes(|c| -f[c])).collect();
+    let chunks = cells.len().div_ceil(CHUNK);
     for group in (0..chunks).step_by(GROUP) {
-        let forces: Vec<Vec<CellForces>> = each_task(GROUP.min(chunks - group), |k| {
+        let forces: Vec<Vec<CellForces<S>>> = each_task(GROUP.min(chunks - group), |k| {
             let first = (group + k) * CHUNK;
-            let triangles = first..triangles.len().min(first + CHUNK);
-            pulp::Arch::new().dispatch(ChunkForces { body, triangles, source })
+            let cells = first..cells.len().min(first + CHUNK);
+            pulp::Arch::new().dispatch(ChunkForces { body, cells, source })
         });
         let first = group * CHUNK;
-        for (corners, forces) in triangles[first..].iter().zip(forces.iter().flatten()) {
-            for (&n, f) in corners.iter().zip(forces) {
-                for c in 0..2 {
-                    residual[n][c] += f[c];
+        for (nodes, forces) in cells[first..].iter().zip(forces.iter().flatten()) {
+            for k in 0..=S::DIM {
+                for c in 0..S::DIM {
+                    residual[nodes[k]][c] += forces[k][c];
                 }
             }
         }
@@ -172,62 +208,72 @@ fn residual(body: &Body, source: Source<'_>) -> Vec<PreciseVector> {
     residual
 }
 
-/// The forces of some triangles, compiled for the widest instructions: error-free products need fused ones.
-struct ChunkForces<'a> {
-    body: &'a Body,
-    triangles: std::ops::Range<usize>,
-    source: Source<'a>,
+/// The forces of some cells, compiled for the widest instructions: error-free products need fused ones.
+struct ChunkForces<'a, S: Space> {
+    body: &'a Body<S>,
+    cells: std::ops::Range<usize>,
+    source: Source<'a, S>,
 }
 
-impl pulp::NullaryFnOnce for ChunkForces<'_> {
-    type Output = Vec<CellForces>;
+impl<S: Space> pulp::NullaryFnOnce for ChunkForces<'_, S> {
+    type Output = Vec<CellForces<S>>;
 
     #[inline(always)]
-    fn call(self) -> Vec<CellForces> {
-        let Self { body, triangles, source } = self;
-        let mut found = Vec::with_capacity(triangles.len());
-        for t in triangles {
-            let cell = Cell::new(body.mesh().corners(t));
+    fn call(self) -> Vec<CellForces<S>> {
+        let Self { body, cells, source } = self;
+        let share = DoubleDouble::from(1.0) / factorial(S::DIM);
+        let mut found = Vec::with_capacity(cells.len());
+        for t in cells {
+            let cell = Cell::<S>::new(body.mesh().corners(t));
             let stress = match source {
                 Source::Displacement(field) => stress(body, &cell, t, field),
                 Source::Means(means) => means[t],
             };
-            found.push(cell.forces(stress));
+            found.push(cell.forces(stress, share));
         }
         found
     }
 }
 
-/// Computes the nodal forces of tractions and body force, Cartesian, N/m; see [`crate::assembly::external_forces`].
-fn external_forces(body: &Body) -> Vec<PreciseVector> {
+/// Computes the nodal forces of tractions and body force, Cartesian, N/m in the plane, N in space; see [`crate::assembly::external_forces`].
+fn external_forces<S: Space>(body: &Body<S>) -> Vec<PreciseVector<S>> {
     let mesh = body.mesh();
-    let mut forces = vec![[DoubleDouble::ZERO; 2]; mesh.points().len()];
-    for (condition, &edge) in body.facet_conditions().iter().zip(mesh.topology().boundary_facets()) {
-        let [a, b] = condition.traction;
-        if a == Vector::zeros() && b == Vector::zeros() {
+    let zero = S::axes(|_| DoubleDouble::ZERO);
+    let mut forces = vec![zero; mesh.points().len()];
+    let parts = factorial(S::DIM + 1);
+    for (condition, &facet) in body.facet_conditions().iter().zip(mesh.topology().boundary_facets()) {
+        let traction = condition.traction;
+        if traction == S::ZEROS {
             continue;
         }
-        let ends = mesh.facet_corners(edge);
-        let [x, y] = [0, 1].map(|c| DoubleDouble::difference(ends[1][c], ends[0][c]));
-        let sixth = (x * x + y * y).sqrt() / DoubleDouble::from(6.0);
-        let nodes = mesh.topology().facets()[edge];
-        for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
-            for c in 0..2 {
-                forces[node][c] += sixth * (DoubleDouble::sum(near[c], near[c]) + far[c]);
+        let corners = mesh.facet_corners(facet);
+        let difference = |k: usize, c: usize| DoubleDouble::difference(corners[k][c], corners[0][c]);
+        let edges =
+            S::axes(|k| S::axes(|c| if k + 1 < S::DIM { difference(k + 1, c) } else { DoubleDouble::ZERO }));
+        // The last vector is no edge, and its cofactors are the normal.
+        let normal = S::cofactors(&edges)[S::DIM - 1];
+        let square = (1..S::DIM).fold(normal[0] * normal[0], |sum, c| sum + normal[c] * normal[c]);
+        let share = square.sqrt() / parts;
+        let nodes = mesh.topology().facets()[facet];
+        for k in 0..S::DIM {
+            for c in 0..S::DIM {
+                let own = DoubleDouble::sum(traction[k][c], traction[k][c]);
+                let others = (0..S::DIM).filter(|j| *j != k);
+                forces[nodes[k]][c] += share * others.fold(own, |sum, j| sum + traction[j][c]);
             }
         }
     }
     for (node, force) in body.rigid_forces() {
-        for c in 0..2 {
+        for c in 0..S::DIM {
             forces[node][c] += DoubleDouble::from(force[c]);
         }
     }
     let b = body.body_force();
-    if b != Vector::zeros() {
-        for (t, corners) in mesh.cells().iter().enumerate() {
-            let share = Cell::new(mesh.corners(t)).double_area / DoubleDouble::from(6.0);
-            for &n in corners {
-                for c in 0..2 {
+    if b != S::Vector::ZERO {
+        for (t, nodes) in mesh.cells().iter().enumerate() {
+            let share = Cell::<S>::new(mesh.corners(t)).determinant / parts;
+            for n in *nodes {
+                for c in 0..S::DIM {
                     forces[n][c] += share * b[c];
                 }
             }
@@ -241,8 +287,11 @@ mod tests {
     use super::*;
     use crate::boundary::BoundaryConditions;
     use crate::field;
+    use crate::geometry::Vector;
     use crate::material::{Hypothesis, LinearElastic};
-    use crate::mesh::generate::block;
+    use crate::mesh::generate::{block, cuboid};
+    use crate::space::Solid;
+    use nalgebra::Vector3;
 
     fn body() -> Body {
         let material = LinearElastic::isotropic(1e9, 0.3, Hypothesis::PlaneStrain).unwrap();
@@ -263,7 +312,7 @@ mod tests {
         let expected = field::nodal_residual(&body, &u);
         let scale = expected.iter().flatten().fold(0.0f64, |m, r| m.max(r.abs()));
         assert!(difference(&of_displacement(&body, &u), &expected) < 1e-14 * scale);
-        let stresses = stresses(&body, &SplitField::new(u));
+        let stresses = stresses(&body, &SplitField::<Plane>::new(u));
         let means: Vec<_> = stresses.iter().map(|s| [s.xx, s.yy, s.xy].map(DoubleDouble::from)).collect();
         assert!(difference(&of_stress(&body, &means), &expected) < 1e-14 * scale);
     }
@@ -274,11 +323,43 @@ mod tests {
         let mesh = block([1e3, -7e2], [2.0, 1.0], [7, 5]).unwrap();
         let body = Body::new(mesh, material, &BoundaryConditions::new()).unwrap();
         // A rotation and a translation whose coefficients are exact in a split field.
-        let mut field = SplitField::new(
+        let mut field = SplitField::<Plane>::new(
             body.mesh().points().iter().map(|x| Vector::new(-0.5 * x[1], 0.5 * x[0])).collect(),
         );
         field.add(&vec![Vector::new(1e-3, 1e5); body.mesh().points().len()]);
         let largest = of_field(&body, &field).iter().flatten().fold(0.0f64, |m, r| m.max(r.rounded().abs()));
         assert!(largest < 1e13 * 1e5 * 1e-30, "{largest:e}");
+    }
+
+    #[test]
+    fn residuals_of_solids_agree_with_double_precision() {
+        let material = LinearElastic::isotropic_solid(1e9, 0.3).unwrap();
+        let mut conditions = BoundaryConditions::<Solid>::default().fix("bottom").pressure("top", 3.0);
+        conditions.body_force = [0.2, -1.5, 0.7].into();
+        let mesh = cuboid([0.3, 0.1, -0.2], [2.0, 1.0, 0.5], [5, 3, 2]).unwrap();
+        let body = Body::new(mesh, material, &conditions).unwrap();
+        let at = |x: &Vector3<f64>| Vector3::new(x[0] * x[1], x[0] - x[2] * x[2], x[1] * x[2]);
+        let u: Vec<_> = body.mesh().points().iter().map(at).collect();
+        let expected = field::nodal_residual(&body, &u);
+        let scale = expected.iter().flatten().fold(0.0f64, |m, r| m.max(r.abs()));
+        let difference = |found: &[PreciseVector<Solid>]| {
+            let pairs = found.iter().flatten().zip(expected.iter().flatten());
+            pairs.map(|(a, b)| (*a + -b).rounded().abs()).fold(0.0, f64::max)
+        };
+        assert!(difference(&of_displacement(&body, &u)) < 1e-14 * scale);
+        let field = SplitField::<Solid>::new(u);
+        let means = stresses(&body, &field).into_iter().map(|s| <[f64; 6]>::from(s).map(DoubleDouble::from));
+        assert!(difference(&of_stress(&body, &means.collect::<Vec<_>>())) < 1e-14 * scale);
+        // A rotation and a translation whose coefficients are exact in a split field.
+        let free =
+            Body::new(body.mesh().clone(), body.material(0).clone(), &BoundaryConditions::default()).unwrap();
+        let of = |motion: fn(&Vector3<f64>) -> Vector3<f64>| -> Vec<_> {
+            free.mesh().points().iter().map(motion).collect()
+        };
+        let mut field = SplitField::<Solid>::new(of(|x| Vector3::new(-0.5 * x[1], 0.5 * x[0], 0.0)));
+        field.add(&of(|x| Vector3::new(0.0, -0.25 * x[2], 0.25 * x[1])));
+        field.add(&of(|_| Vector3::new(1e-3, 1e5, 7.0)));
+        let largest = of_field(&free, &field).iter().flatten().fold(0.0f64, |m, r| m.max(r.rounded().abs()));
+        assert!(largest < 1e9 * 1e5 * 1e-30, "{largest:e}");
     }
 }

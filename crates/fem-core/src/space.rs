@@ -19,7 +19,7 @@ use crate::geometry::Coordinates;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 
-pub use array::{Array, Item};
+pub use array::{Array, Item, Number};
 pub use matrix::Matrix;
 pub use plane::Plane;
 pub use solid::Solid;
@@ -117,8 +117,8 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
     /// Completes orthonormal vectors to a basis: returns orthonormal vectors that are perpendicular to them, then zeros.
     fn complement(basis: &[Self::Vector]) -> Self::Axes<Self::Vector>;
 
-    /// Computes vectors the `k`-th of which is perpendicular to all vectors but the `k`-th; its product with that one is the same for each.
-    fn across(vectors: &Self::Axes<Self::Vector>) -> Self::Axes<Self::Vector>;
+    /// Computes vectors the `k`-th of which is perpendicular to all given ones but the `k`-th; its product with that one is the determinant of all.
+    fn cofactors<T: Number>(vectors: &Self::Axes<Self::Axes<T>>) -> Self::Axes<Self::Axes<T>>;
 
     /// Returns the corners of facet `k` of a cell of positive measure. Seen from outside they run counter-clockwise; in the plane from right
     /// to left.
@@ -163,6 +163,13 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
     #[inline(always)]
     fn component(i: usize, j: usize) -> usize {
         if i == j { i } else { Self::COMPONENTS - i - j }
+    }
+
+    /// [`Self::cofactors`] of vectors.
+    fn across(vectors: &Self::Axes<Self::Vector>) -> Self::Axes<Self::Vector> {
+        let rows = Self::axes(|k| Self::axes(|c| vectors[k][c]));
+        let across = Self::cofactors(&rows);
+        Self::axes(|k| Self::Vector::of(|c| across[k][c]))
     }
 
     /// Multiplies a tensor by a vector, `T n`: the traction of a stress on a side of normal `n`.

@@ -4,9 +4,10 @@ use super::CondensedBody;
 use crate::body::Body;
 use crate::dense::triangular;
 use crate::double_double::{DoubleDouble, PreciseVector};
-use crate::geometry::Vector;
+use crate::geometry::Coordinates;
 use crate::mesh::id::NodeId;
 use crate::residual::{self, SplitField};
+use crate::space::Space;
 
 /// A load on the interface: `g̃` and `L_CC⁻¹ g̃`, N/m.
 #[derive(Clone, Debug)]
@@ -20,7 +21,7 @@ const WORTHWHILE: f64 = 0.7;
 /// Maximum number of corrections of one displacement.
 const MOST_REFINEMENTS: usize = 40;
 
-impl CondensedBody {
+impl<S: Space> CondensedBody<S> {
     /// Computes `Rᵀ K⁻¹ R`, J/m, of some residuals by one forward solve, which reads the factor once: the energy of the displacement under
     /// these forces, in two parts. The first one is the energy with fixed interface normals, the second the contribution of
     /// the interface.
@@ -44,13 +45,13 @@ impl CondensedBody {
     }
 
     /// [`Self::along_unknowns`] of forces in double precision.
-    pub fn rough_along_unknowns(&self, residual: &[Vector]) -> Vec<f64> {
+    pub fn rough_along_unknowns(&self, residual: &[S::Vector]) -> Vec<f64> {
         let along = |j: usize| {
             if self.dofs.is_rigid(j) {
-                return self.dofs.moved(j).map(|(node, per_unit)| residual[node].dot(&per_unit)).sum();
+                return self.dofs.moved(j).map(|(node, per_unit)| residual[node].times(&per_unit)).sum();
             }
             let (node, c) = self.dofs.unknown(j);
-            residual[node].dot(&self.dofs.axis(node, c))
+            residual[node].times(&self.dofs.axis(node, c))
         };
         (0..self.dofs.len()).map(along).collect()
     }
@@ -62,13 +63,19 @@ impl CondensedBody {
     /// * `field`: on entry an approximation. With `held` its normal traces on the interface do not change.
     ///
     /// Returns the remaining `√(Rᵀ K⁻¹ R)`, square root of J/m.
-    pub fn refine(&self, body: &Body, loads: &[(NodeId, Vector)], held: bool, field: &mut SplitField) -> f64 {
+    pub fn refine(
+        &self,
+        body: &Body<S>,
+        loads: &[(NodeId, S::Vector)],
+        held: bool,
+        field: &mut SplitField<S>,
+    ) -> f64 {
         let mut least = f64::INFINITY;
-        let mut last: Vec<Vector> = Vec::new();
+        let mut last: Vec<S::Vector> = Vec::new();
         for _ in 0..MOST_REFINEMENTS {
             let mut residual = residual::of_field(body, field);
             for &(node, force) in loads {
-                for c in 0..2 {
+                for c in 0..S::DIM {
                     let entry = &mut residual[node][c];
                     *entry = *entry + -force[c];
                 }
@@ -80,7 +87,7 @@ impl CondensedBody {
             let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
             if !(norm < least) {
                 // The last correction increased the residual.
-                let back: Vec<Vector> = last.iter().map(|d| -d).collect();
+                let back: Vec<S::Vector> = last.iter().map(|d| -*d).collect();
                 field.add(&back);
                 break;
             }
@@ -103,7 +110,7 @@ impl CondensedBody {
     ///
     /// # Panics
     /// If `increment` has not `n_c` entries.
-    pub fn correction_from_trace(&self, increment: &[f64]) -> Vec<Vector> {
+    pub fn correction_from_trace(&self, increment: &[f64]) -> Vec<S::Vector> {
         self.check("the increment", increment);
         let mut x = vec![0.0; self.dofs.len()];
         let start = x.len() - self.len();
@@ -115,7 +122,7 @@ impl CondensedBody {
     }
 
     /// Extracts the normal forces from a residual `K u − f`, in the order of the pairs, N/m.
-    pub fn interface_forces(&self, residual: &[PreciseVector]) -> Vec<f64> {
+    pub fn interface_forces(&self, residual: &[PreciseVector<S>]) -> Vec<f64> {
         let start = self.dofs.len() - self.len();
         (start..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
     }
@@ -150,15 +157,18 @@ impl CondensedBody {
     /// Computes the parts of nodal forces along the unknowns, N/m.
     ///
     /// * `residual`: by node, Cartesian, N/m.
-    pub fn along_unknowns(&self, residual: &[PreciseVector]) -> Vec<f64> {
+    pub fn along_unknowns(&self, residual: &[PreciseVector<S>]) -> Vec<f64> {
         (0..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
     }
 
-    fn along_unknown(&self, residual: &[PreciseVector], j: usize) -> f64 {
+    fn along_unknown(&self, residual: &[PreciseVector<S>], j: usize) -> f64 {
+        let product = |r: &PreciseVector<S>, axis: &S::Vector| {
+            (1..S::DIM).fold(r[0] * axis[0], |sum, c| sum + r[c] * axis[c])
+        };
         if self.dofs.is_rigid(j) {
             let mut sum = DoubleDouble::ZERO;
             for (node, per_unit) in self.dofs.moved(j) {
-                sum += residual[node][0] * per_unit[0] + residual[node][1] * per_unit[1];
+                sum += product(&residual[node], &per_unit);
             }
             return sum.rounded();
         }
@@ -167,6 +177,6 @@ impl CondensedBody {
         if self.dofs.is_cartesian(node) {
             return r[c].rounded();
         }
-        (r[0] * axis[0] + r[1] * axis[1]).rounded()
+        product(&r, &axis).rounded()
     }
 }

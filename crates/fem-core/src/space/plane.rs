@@ -1,6 +1,6 @@
 //! The plane.
 
-use super::{Item, Space, TRANSLATION, Words};
+use super::{Item, Number, Space, TRANSLATION, Words};
 use crate::geometry::{Coordinates, cross, perpendicular, right_normal, signed_area, sure_area};
 use crate::quadrature::GAUSS5;
 use crate::tensor::SymTensor2;
@@ -76,8 +76,9 @@ impl Space for Plane {
         }
     }
 
-    fn across([a, b]: &[Vector2<f64>; 2]) -> [Vector2<f64>; 2] {
-        [-perpendicular(*b), perpendicular(*a)]
+    #[inline(always)]
+    fn cofactors<T: Number>([a, b]: &[[T; 2]; 2]) -> [[T; 2]; 2] {
+        [[b[1], -b[0]], [-a[1], a[0]]]
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! The space of three dimensions.
 
-use super::{Item, Space, TRANSLATION, Words};
+use super::{Item, Number, Space, TRANSLATION, Words};
 use crate::geometry::{Coordinates, diagonal};
 use crate::quadrature::RADON7;
 use crate::tensor::SymTensor3;
@@ -90,8 +90,12 @@ impl Space for Solid {
         }
     }
 
-    fn across([a, b, c]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
-        [b.cross(c), c.cross(a), a.cross(b)]
+    #[inline(always)]
+    fn cofactors<T: Number>([a, b, c]: &[[T; 3]; 3]) -> [[T; 3]; 3] {
+        let cross = |a: &[T; 3], b: &[T; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        [cross(b, c), cross(c, a), cross(a, b)]
     }
 
     #[inline(always)]
