@@ -3,7 +3,6 @@ use crate::check::check_stress;
 use crate::estimate_with;
 use crate::johnson_mercier::{CellStress, distance_squared};
 use crate::recovery::relax;
-use crate::recovery::relax;
 use fem_core::assembly::System;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::condensation::CondensedBody;
