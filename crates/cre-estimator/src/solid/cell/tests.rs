@@ -99,7 +99,7 @@ fn the_energy_matrix_and_the_work_agree_with_sums_over_the_parts() {
     let strain = SymTensor3 { xx: 0.1, zz: 0.7, yz: -0.15, xz: 0.1, xy: 0.2, yy: 0.0 };
     let work = map.work(&[[strain; 4]; 4]);
     let of_strain: f64 = work.iter().flatten().zip(moments.iter().flatten()).map(|(w, m)| w.dot(m)).sum();
-    let places = (0..4).flat_map(|face| Solid::facet(face)).map(|k| corners()[k]);
+    let places = (0..4).flat_map(Solid::facet).map(|k| corners()[k]);
     let of_moments: f64 = places.zip(moments.iter().flatten()).map(|(x, m)| u(x).dot(m)).sum();
     assert!((of_strain - of_moments).abs() < 1e-13, "{of_strain} {of_moments}");
 }
