@@ -111,12 +111,12 @@ impl EquilibratedStress<Solid> {
         let mut moments = self.cell_moments(body, cell);
         let force = body.body_force();
         if force == Vector3::zeros() {
-            return CellMap::new(corners).map(|map| map.stress(&moments)).unwrap_or_default();
+            return CellMap::new(corners).stress(&moments);
         }
         let particular = cell::particular(&corners, force);
         let known = cell::moments_of(&corners, &particular);
         moments.iter_mut().flatten().zip(known.iter().flatten()).for_each(|(moment, known)| *moment -= known);
-        let mut stress = CellMap::new(corners).map(|map| map.stress(&moments)).unwrap_or_default();
+        let mut stress = CellMap::new(corners).stress(&moments);
         let sum = |list: [SymTensor3; 2]| {
             let [a, b]: [[f64; 6]; 2] = list.map(Into::into);
             SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| a[k] + b[k]))
