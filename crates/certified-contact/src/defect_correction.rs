@@ -176,13 +176,8 @@ impl Correction<'_> {
             programme: iterate.programme,
             iteration: iterate.iteration,
             theta: iterate.theta,
-            reaction: found.reaction,
-            opening: found.opening,
-            precision: found.precision,
-            eta_nndd: found.eta_nndd,
-            recovery: found.recovery,
-            amounts: found.amounts,
-            tangential: found.tangential,
+            own: None,
+            ..found
         }
     }
 }

@@ -295,6 +295,15 @@ impl DofMap {
         (code / 2, code % 2)
     }
 
+    /// Returns the interface unknowns of a displacement, m.
+    ///
+    /// * `at`: the displacement of a node.
+    pub fn interface_components(&self, at: impl Fn(usize) -> Vector) -> Vec<f64> {
+        let interface = self.unknowns.len() - self.interface..self.unknowns.len();
+        let component = |(node, c): (usize, usize)| self.component(node, c, at(node));
+        interface.map(|unknown| component(self.unknown(unknown))).collect()
+    }
+
     /// Returns axis `c` of a node's frame: displacements are sums of them, forces act along them.
     pub fn axis(&self, node: usize, c: usize) -> Vector {
         if c == 0 {

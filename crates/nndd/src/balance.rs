@@ -9,7 +9,7 @@
 
 use crate::error::NnddError;
 use crate::unresisted::UnresistedMotion;
-use contact_qp::{Combination, RowSelection, SparseRows, unbalanced_load};
+use contact_qp::{Combination, RowSelection, SparseRows, nearest_balanced, unbalanced_load};
 use fem_core::contact_system::{ContactRows, RowLaw};
 use std::collections::BTreeMap;
 
@@ -19,6 +19,9 @@ const NO_LOAD: f64 = 1e-10;
 /// A motion without load is free if the pairs resist it by less than this fraction of what they resist best: normals of curved lines
 /// are no better than that.
 const WEAK: f64 = 1e-3;
+
+/// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
+const NEARLY: f64 = 0.25;
 
 /// An entry of a motion or of its load below this fraction of its terms is round-off: forces of 1e16 would balance a load with it.
 const ROUND_OFF: f64 = 1e-12;
@@ -245,5 +248,54 @@ impl<'a> Balance<'a> {
         }
         let motion = UnresistedMotion::new(&free, work);
         Ok(if cones { Held::OutsideCones(motion) } else { Held::Not(motion) })
+    }
+}
+
+/// The projection on the forces `P̃` within their bounds that balance all floating bodies.
+pub(crate) struct NearestForces {
+    lines: SparseRows,
+    loads: Vec<f64>,
+    /// Inverse tributary lengths by row, 1/m: forces are near each other as pressures.
+    weights: Vec<f64>,
+    /// By row, N/m.
+    bounds: [Vec<f64>; 2],
+    tangential: Vec<bool>,
+}
+
+impl NearestForces {
+    pub(crate) fn new(balance: &Balance<'_>) -> Self {
+        let ((lines, loads), rows) = (balance.resisted(), balance.rows);
+        Self {
+            lines,
+            loads,
+            weights: rows.rows.iter().map(|row| 1.0 / row.length).collect(),
+            bounds: rows.bounds(&rows.limits()),
+            tangential: rows.rows.iter().map(|row| row.law.is_tangential()).collect(),
+        }
+    }
+
+    /// Finds the forces in balance that are nearest to given ones within the bounds; `None` if no forces are in balance.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn to(&self, forces: &[f64]) -> Result<Option<Vec<f64>>, NnddError> {
+        let [lower, upper] = &self.bounds;
+        let loaded = |i: usize| forces[i] > 0.0 || self.tangential[i];
+        let of_loaded: Vec<f64> =
+            upper.iter().enumerate().map(|(i, u)| if loaded(i) { *u } else { 0.0 }).collect();
+        let nearest = |upper: &[f64]| {
+            nearest_balanced(forces, &self.weights, [lower, upper], &self.lines, &self.loads)
+        };
+        let distance = |of: &[f64]| -> f64 {
+            let change = of.iter().zip(forces).zip(&self.weights);
+            change.map(|((a, b), weight)| weight * (a - b) * (a - b)).sum()
+        };
+        let size = distance(&vec![0.0; forces.len()]);
+        // Forces in open rows do work there, even the smallest: they appear only if the loaded rows are far from balance.
+        let found = match nearest(&of_loaded)? {
+            Some(found) if distance(&found.values) <= NEARLY * size => Some(found),
+            far => nearest(upper)?.or(far),
+        };
+        Ok(found.map(|found| found.values))
     }
 }

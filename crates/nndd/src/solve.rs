@@ -6,6 +6,7 @@ use crate::correction::Correction;
 use crate::error::NnddError;
 use crate::exact::refuse_coulomb;
 use crate::exact_iterate;
+use crate::newton_nn;
 use crate::iteration::{Start, explain, iterate, successor, switch};
 use crate::settings::{Method, NnddSettings};
 use crate::solution::NnddSolution;
@@ -13,11 +14,11 @@ use crate::spectrum;
 use crate::steps::Steps;
 use crate::stopping::StoppingCriterion;
 use crate::subdomain::Subdomain;
-use fem_core::contact_system::ContactSystem;
+use fem_core::contact_system::{ContactSystem, PairRows};
 use fem_core::try_each_body;
 
 /// θ without a spectrum, for weights by stiffness; half of it for the paper's weights, whose update is twice as long.
-const FALLBACK: f64 = 0.9;
+pub(crate) const FALLBACK: f64 = 0.9;
 
 /// Solves a contact problem of any number of bodies and pairs by the Neumann-Neumann iteration (8)-(11), or exactly.
 ///
@@ -54,27 +55,33 @@ pub fn solve_from(
     check(system, &start, method)?;
     match method {
         Method::Newton(settings) => exact_iterate::solve(system, settings, 1)?.alone(stop),
-        Method::Nndd(settings) => iteration(system, start, settings, stop),
+        Method::Nndd(settings) => {
+            refuse_coulomb(system)?;
+            let balance = Balance::new(&system.rows)?;
+            balance.check_held(&system.rows.limits())?;
+            iteration((system, &balance), start, settings, stop)
+        }
+        Method::NewtonNn(settings) => match system.rows.pairs.iter().any(PairRows::has_friction) {
+            true => exact_iterate::solve(system, settings, 1)?.alone(stop),
+            false => newton_nn::solve(system, start, settings, stop),
+        },
     }
 }
 
 /// Iterates, and takes the exact solution if that fails.
-fn iteration(
-    system: &ContactSystem<'_>,
+pub(crate) fn iteration(
+    (system, balance): (&ContactSystem<'_>, &Balance<'_>),
     start: Start,
     settings: &NnddSettings,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
-    refuse_coulomb(system)?;
     let rows = &system.rows;
-    let balance = Balance::new(rows)?;
-    balance.check_held(&rows.limits())?;
     let bodies = try_each_body(system.bodies.len(), |b| Subdomain::new(system, b))?;
     let correction = Correction::new(&bodies, rows.len(), settings.weights, settings.coarse);
     let estimate = || spectrum::of_product(rows.len(), |v| correction.operator(v), |j| correction.apply(j));
     let fallback = FALLBACK / correction.scale();
     let (theta, chosen) = spectrum::choose_theta(settings.theta, fallback, estimate);
-    let mut steps = Steps::new(system, &balance, (&bodies, &correction), &settings.qp);
+    let mut steps = Steps::new(system, balance, (&bodies, &correction), &settings.qp);
     if let Some(active) = &start.active {
         steps.start_from(active);
     }
