@@ -163,6 +163,12 @@ pub struct IterationRow {
     pub qp_path: Option<String>,
     /// Iterations of the contact problem.
     pub qp_iterations: usize,
+    /// The Newton step of method newton-nn, from 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<usize>,
+    /// Its inner iterations so far.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inner: Option<usize>,
 }
 
 /// One adaptive step.

@@ -61,8 +61,7 @@ pub struct Settings {
     pub imposed_by_pair: Vec<Option<Imposed>>,
     /// The algorithm, with its settings.
     pub method: Method,
-    /// The exact solution is used instead for anything but the paper's problem, see [`suits_iteration`]; `None`: `method` is used for
-    /// every problem.
+    /// The exact solution is used instead if a problem has friction; `None`: `method` is used for every problem.
     pub exact: Option<NewtonSettings>,
     /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.
     pub lambda: ScalarData,

@@ -6,7 +6,7 @@ use certified_contact::{Criterion, Imposed, Settings, suits_iteration};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
-use nndd::{Acceleration, CoulombSettings, NewtonSettings, NnddSettings, Weights};
+use nndd::{Acceleration, CoulombSettings, Method, NewtonSettings, NnddSettings, Weights};
 
 /// Makes the settings of a solve from the settings in a case.
 pub fn settings(case: &Case) -> Settings {
@@ -30,6 +30,7 @@ pub fn settings(case: &Case) -> Settings {
     match solver.method {
         case::Method::Newton | case::Method::Exact => settings.with_method(exact),
         case::Method::Nndd => settings.with_method(iteration(solver)),
+        case::Method::NewtonNn => settings.with_method(Method::NewtonNn(exact)),
         case::Method::Auto => {
             let mut settings = settings.with_method(iteration(solver));
             settings.exact = Some(exact);
@@ -60,7 +61,7 @@ pub(crate) fn is_exact(case: &Case, problem: &ContactProblem) -> bool {
     match case.solver.method {
         case::Method::Exact | case::Method::Newton => true,
         case::Method::Auto => !suits_iteration(problem),
-        case::Method::Nndd => false,
+        case::Method::Nndd | case::Method::NewtonNn => false,
     }
 }
 

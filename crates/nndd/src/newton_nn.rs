@@ -6,7 +6,7 @@
 //! is the paper's update. Every iterate is an admissible pair with the bound `η_c`: `newton_state.rs`.
 
 use crate::balance::{Balance, NearestForces};
-use crate::balancing::{Balancing, Inner};
+use crate::balancing::Balancing;
 use crate::broken::Broken;
 use crate::error::NnddError;
 use crate::exact::solve_exactly;
@@ -93,9 +93,16 @@ pub(crate) fn solve(
         let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings));
         // Step 1: λ imposed on both sides of closed rows (8), all bodies in balance.
         let mut inner = linear.step_1(&x);
-        // Step 2 (10), (11), and the update of λ, until η has fallen to a tenth.
-        let mut gains = reduce(&linear, &mut inner);
+        let floor = FLOOR * FLOOR * inner.energy(&linear);
+        let mut gains = true;
         loop {
+            let is_first = run.history.is_empty();
+            // Step 2 (10), (11), and the update of λ: until η has fallen to a tenth; on the right set one at a time.
+            let goal = if inner.count == 0 { INEXACT * INEXACT * inner.squared } else { inner.squared };
+            // The first iterate of a run is the one that all others are measured against.
+            while !is_first && gains && inner.squared >= goal {
+                gains = inner.squared > floor && linear.update(&mut inner);
+            }
             // Forces, openings, wrong signs; P̃ and η_c in the place of η_NNDD (22).
             let contact = Contact::new(&broken, &linear, &inner);
             let is_right = contact.wrong.is_empty() || settled;
@@ -106,11 +113,9 @@ pub(crate) fn solve(
             if let Some(status) = run.verdict(&last, gains || !is_right)? {
                 return Ok(run.ended(status, last));
             }
-            if !is_right {
+            if !is_right && !is_first {
                 break;
             }
-            // The set is right: the same conjugate gradients continue, one iteration at a time.
-            gains = linear.update(&mut inner);
         }
         x = inner.x;
         // A set that comes back, or none that is right: the one of the exact solution is.
@@ -168,18 +173,6 @@ impl Run<'_> {
         let openings = exact.opening.concat();
         Ok(exact.contact_force.concat().iter().zip(openings).map(|(p, o)| *p > 0.0 || o == 0.0).collect())
     }
-}
-
-/// Takes inner iterations until η has fallen to a tenth; `false` if it does not fall any more.
-fn reduce(linear: &Balancing<'_>, inner: &mut Inner) -> bool {
-    let energy = inner.energy(linear);
-    let goal = (INEXACT * INEXACT * inner.squared).max(FLOOR * FLOOR * energy);
-    while inner.squared > goal {
-        if !linear.update(inner) {
-            return false;
-        }
-    }
-    true
 }
 
 /// Repairs a set that does not hold all bodies: while `G_A P = e` has no solution, the rows close that are nearest along what it leaves.

@@ -66,6 +66,9 @@ choices! {
         /// The exact solution of the condensed problem of all bodies by interface Newton, the reference; it uses only `max_iterations` and
         /// `qp`.
         Exact = "exact",
+        /// Two steps of the paper's algorithm, then Newton's method on the set of closed pairs with Neumann-Neumann steps inside; it uses only
+        /// `imposed`, `lambda`, `max_iterations`, `stop` and `qp`.
+        NewtonNn = "newton-nn",
     }
 }
 
