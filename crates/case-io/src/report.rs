@@ -163,11 +163,9 @@ pub struct IterationRow {
     pub qp_path: Option<String>,
     /// Iterations of the contact problem.
     pub qp_iterations: usize,
-    /// The Newton step of method newton-nn, from 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// The Newton step of method newton-nn, from 1; `None` for its first two iterations, and with other methods.
     pub step: Option<usize>,
-    /// Its inner iterations so far.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// The inner iterations of this step so far.
     pub inner: Option<usize>,
 }
 

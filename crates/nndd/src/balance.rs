@@ -103,6 +103,11 @@ fn size(values: &[f64]) -> f64 {
     values.iter().map(|a| a * a).sum::<f64>().sqrt()
 }
 
+/// Returns the place of the body or obstacle of each motion.
+fn groups(rows: &ContactRows) -> Vec<usize> {
+    rows.motions.iter().map(|of| of.partner.place(rows.bodies)).collect()
+}
+
 /// `G P = e`: one line per rigid motion of a floating body.
 pub(crate) struct Balance<'a> {
     rows: &'a ContactRows,
@@ -127,8 +132,7 @@ impl<'a> Balance<'a> {
             lines.push(of.traces.iter().copied().filter(resists));
             loads.push(if of.load.abs() > ROUND_OFF * of.load_size { of.load } else { 0.0 });
         }
-        let groups: Vec<usize> = rows.motions.iter().map(|of| of.partner.place(rows.bodies)).collect();
-        let independent = RowSelection::new(&lines, &loads, &groups, WEAK)?;
+        let independent = RowSelection::new(&lines, &loads, &groups(rows), WEAK)?;
         Ok(Self { rows, lines, loads, independent })
     }
 
@@ -142,6 +146,16 @@ impl<'a> Balance<'a> {
     pub(crate) fn resisted(&self) -> (SparseRows, Vec<f64>) {
         let Self { lines, loads, independent, .. } = self;
         (lines.select(&independent.rows), independent.rows.iter().map(|k| loads[*k]).collect())
+    }
+
+    /// Finds the motions that the closed rows leave free.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn left_by(&self, closed: &[bool]) -> Result<RowSelection, NnddError> {
+        let mut lines = SparseRows::new(closed.len());
+        self.lines.rows().for_each(|line| lines.push(line.filter(|(row, _)| closed[*row])));
+        Ok(RowSelection::new(&lines, &self.loads, &groups(self.rows), WEAK)?)
     }
 
     /// Tells for each row whether no motion changes it, but for rounding.

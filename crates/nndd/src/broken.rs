@@ -144,6 +144,21 @@ impl<'a> Broken<'a> {
         found
     }
 
+    /// Adds a rigid motion of a body or obstacle to its unknowns.
+    pub(crate) fn add_motion(&self, number: usize, amount: f64, x: &mut [f64]) {
+        match self.system.rows.motions[number].partner {
+            Partner::Body(body) => {
+                let own = x[self.of_body(body)].iter_mut().zip(&self.system.free[number]);
+                own.for_each(|(x, moved)| *x += amount * moved);
+            }
+            Partner::Obstacle(_) => {
+                let first = self.len() - self.obstacles.len();
+                let place = self.obstacles.iter().position(|of| *of == number);
+                place.into_iter().for_each(|place| x[first + place] += amount);
+            }
+        }
+    }
+
     /// Returns the amounts of all rigid motions, by their numbers, if the unknowns are `x` under forces that hold them.
     ///
     /// * `stiffness`: `S x`.

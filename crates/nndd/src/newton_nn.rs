@@ -93,6 +93,7 @@ pub(crate) fn solve(
         let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings));
         // Step 1: λ imposed on both sides of closed rows (8), all bodies in balance.
         let mut inner = linear.step_1(&x);
+        let free = balance.left_by(&linear.skeleton.held(closed.len()))?;
         let floor = FLOOR * FLOOR * inner.energy(&linear);
         let mut gains = true;
         loop {
@@ -104,11 +105,11 @@ pub(crate) fn solve(
                 gains = inner.squared > floor && linear.update(&mut inner);
             }
             // Forces, openings, wrong signs; P̃ and η_c in the place of η_NNDD (22).
-            let contact = Contact::new(&broken, &linear, &inner);
+            let contact = Contact::new(&broken, &linear, &inner, &free);
             let is_right = contact.wrong.is_empty() || settled;
-            (closed, openings) = (contact.next(), contact.openings.clone());
+            (closed, openings, x) = (contact.next(), contact.openings.clone(), contact.x.clone());
             let number = (run.history.len() + 1, step);
-            let last = contact.iterate(&broken, (&balance, &nearest), &inner, number)?;
+            let last = contact.iterate(&broken, &nearest, &inner, number)?;
             // Stop, or give up?
             if let Some(status) = run.verdict(&last, gains || !is_right)? {
                 return Ok(run.ended(status, last));
@@ -117,7 +118,6 @@ pub(crate) fn solve(
                 break;
             }
         }
-        x = inner.x;
         // A set that comes back, or none that is right: the one of the exact solution is.
         if seen.contains(&closed) || step >= MOST_STEPS {
             closed = run.exact_set(system)?;

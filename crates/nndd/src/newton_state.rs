@@ -7,7 +7,7 @@
 //! `η² = r·M r`, without further solves.
 
 use crate::active_set::ActiveSet;
-use crate::balance::{Balance, NearestForces};
+use crate::balance::NearestForces;
 use crate::balancing::{Balancing, Inner};
 use crate::broken::{Broken, energy, traced};
 use crate::error::NnddError;
@@ -15,7 +15,7 @@ use crate::exact::ExactSolution;
 use crate::friction::PairFriction;
 use crate::iterate::{Iterate, OwnFields, Recovery, UnilateralSolution, precision};
 use crate::vector::dot;
-use contact_qp::{KktResiduals, QpPath, QpStatus};
+use contact_qp::{KktResiduals, QpPath, QpStatus, RowSelection};
 use fem_core::contact_system::{BodyField, BodyFields};
 use fem_core::norm::from_squared;
 
@@ -35,23 +35,40 @@ pub(crate) struct Contact {
     closed: Vec<bool>,
     /// The rows with the wrong sign of a force or an opening.
     pub(crate) wrong: Vec<usize>,
+    /// The traces, without motions that the closed rows leave free, m, and the amounts of all motions.
+    pub(crate) x: Vec<f64>,
+    amounts: Vec<f64>,
 }
 
 impl Contact {
-    pub(crate) fn new(broken: &Broken<'_>, linear: &Balancing<'_>, inner: &Inner) -> Self {
+    /// * `free`: the motions that the closed rows leave free.
+    pub(crate) fn new(
+        broken: &Broken<'_>,
+        linear: &Balancing<'_>,
+        inner: &Inner,
+        free: &RowSelection,
+    ) -> Self {
         let count = broken.rows.len();
         let closed = linear.skeleton.held(count);
         let forces = linear.skeleton.forces(&linear.balanced(inner), count);
-        let mut openings = broken.openings(&inner.x);
+        // Motions that nothing resists stay at zero.
+        let mut x = inner.x.clone();
+        let stiffness: Vec<f64> = broken.load.iter().zip(&inner.forces).map(|(load, f)| load - f).collect();
+        let mut amounts = broken.amounts(&x, &stiffness);
+        for (number, free) in free.unbalanced(&amounts).into_iter().enumerate().filter(|of| of.1 != 0.0) {
+            amounts[number] -= free;
+            broken.add_motion(number, -free, &mut x);
+        }
+        let mut openings = broken.openings(&x);
         openings.iter_mut().zip(&closed).filter(|(_, closed)| **closed).for_each(|(o, _)| *o = 0.0);
         let largest = |values: &[f64]| values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
-        let size = [ROUNDING * largest(&forces), ROUNDING * largest(&inner.x).max(largest(&broken.gaps))];
+        let size = [ROUNDING * largest(&forces), ROUNDING * largest(&x).max(largest(&broken.gaps))];
         let is_wrong = |row: &usize| match closed[*row] {
             true => forces[*row] < -size[0],
             false => openings[*row] < -size[1],
         };
         let wrong = (0..count).filter(is_wrong).collect();
-        Self { forces, openings, closed, wrong }
+        Self { forces, openings, closed, wrong, x, amounts }
     }
 
     /// Returns the next set: the rows whose force or opening has the wrong sign change sides.
@@ -68,23 +85,13 @@ impl Contact {
     pub(crate) fn iterate(
         self,
         broken: &Broken<'_>,
-        (balance, nearest): (&Balance<'_>, &NearestForces),
+        nearest: &NearestForces,
         inner: &Inner,
         (iteration, step): (usize, usize),
     ) -> Result<Iterate, NnddError> {
         let (next, system) = (self.next(), broken.system);
         let rows = &system.rows;
-        let Bounded { forces, openings, mut x, held, squared } = self.bounded(broken, nearest, inner)?;
-        let stiffness: Vec<f64> = broken.load.iter().zip(&held).map(|(load, f)| load - f).collect();
-        let mut amounts = broken.amounts(&x, &stiffness);
-        // Motions that nothing resists stay at zero.
-        for (number, free) in balance.independent.unbalanced(&amounts).into_iter().enumerate() {
-            amounts[number] -= free;
-            if let (true, Some(body)) = (free != 0.0, rows.motions[number].partner.body()) {
-                let own = x[broken.of_body(body)].iter_mut().zip(&system.free[number]);
-                own.for_each(|(x, moved)| *x -= free * moved);
-            }
-        }
+        let Bounded { forces, openings, x, amounts, held, squared } = self.bounded(broken, nearest, inner)?;
         let field = |b: usize| match broken.floats(b) {
             true => BodyField::Forces(held[broken.of_body(b)].iter().map(|f| 0.0 - f).collect()),
             false => BodyField::Traces(x[broken.of_body(b)].to_vec()),
@@ -125,10 +132,10 @@ impl Contact {
         nearest: &NearestForces,
         inner: &Inner,
     ) -> Result<Bounded, NnddError> {
-        let Self { forces, openings, .. } = self;
-        let (x, held) = (inner.x.clone(), inner.forces.clone());
+        let Self { forces, openings, x, amounts, .. } = self;
+        let held = inner.forces.clone();
         if forces.iter().chain(&openings).all(|value| *value >= 0.0) {
-            return Ok(Bounded { forces, openings, x, held, squared: inner.squared });
+            return Ok(Bounded { forces, openings, x, amounts, held, squared: inner.squared });
         }
         let pressing: Vec<f64> = forces.iter().map(|p| p.max(0.0)).collect();
         let balanced = nearest.to(&pressing)?;
@@ -138,12 +145,14 @@ impl Contact {
         let change: Vec<f64> = lifted.iter().zip(&x).map(|(v, x)| v - x).collect();
         let taken = broken.stiffness(&change);
         let held: Vec<f64> = held.iter().zip(&taken).map(|(f, taken)| f - taken).collect();
+        let stiffness: Vec<f64> = broken.load.iter().zip(&held).map(|(load, f)| load - f).collect();
+        let amounts = broken.amounts(&lifted, &stiffness);
         let pressed = broken.pressed(&forces);
         let mut rest: Vec<f64> = held.iter().zip(&pressed).map(|(f, pressed)| f - pressed).collect();
         (0..rest.len()).filter(|k| broken.is_obstacle(*k)).for_each(|k| rest[k] = 0.0);
         let squared = energy(broken, &rest) + 2.0 * dot(&forces, &openings);
         let squared = if is_balanced { squared } else { f64::INFINITY };
-        Ok(Bounded { forces, openings, x: lifted, held, squared })
+        Ok(Bounded { forces, openings, x: lifted, amounts, held, squared })
     }
 }
 
@@ -152,8 +161,9 @@ struct Bounded {
     /// `P̃`, N/m.
     forces: Vec<f64>,
     openings: Vec<f64>,
-    /// `v`, m.
+    /// `v`, m, with the amounts of its motions.
     x: Vec<f64>,
+    amounts: Vec<f64>,
     /// The forces that hold it, `g − S v`, N/m.
     held: Vec<f64>,
     squared: f64,
