@@ -9,7 +9,7 @@
 
 use crate::error::NnddError;
 use crate::unresisted::UnresistedMotion;
-use contact_qp::{Combination, RowSelection, SparseRows, nearest_balanced, unbalanced_load};
+use contact_qp::{BalanceRows, Combination, RowSelection, SparseRows, unbalanced_load};
 use fem_core::contact_system::{ContactRows, RowLaw};
 use std::collections::BTreeMap;
 
@@ -22,6 +22,9 @@ const WEAK: f64 = 1e-3;
 
 /// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
 const NEARLY: f64 = 0.25;
+
+/// A set holds no more if it leaves more than this fraction of the loads.
+const NOT_HELD: f64 = 1e-9;
 
 /// An entry of a motion or of its load below this fraction of its terms is round-off: forces of 1e16 would balance a load with it.
 const ROUND_OFF: f64 = 1e-12;
@@ -267,8 +270,7 @@ impl<'a> Balance<'a> {
 
 /// The projection on the forces `P̃` within their bounds that balance all floating bodies.
 pub(crate) struct NearestForces {
-    lines: SparseRows,
-    loads: Vec<f64>,
+    lines: BalanceRows,
     /// Inverse tributary lengths by row, 1/m: forces are near each other as pressures.
     weights: Vec<f64>,
     /// By row, N/m.
@@ -280,8 +282,7 @@ impl NearestForces {
     pub(crate) fn new(balance: &Balance<'_>) -> Self {
         let ((lines, loads), rows) = (balance.resisted(), balance.rows);
         Self {
-            lines,
-            loads,
+            lines: BalanceRows::new(lines, loads),
             weights: rows.rows.iter().map(|row| 1.0 / row.length).collect(),
             bounds: rows.bounds(&rows.limits()),
             tangential: rows.rows.iter().map(|row| row.law.is_tangential()).collect(),
@@ -290,26 +291,48 @@ impl NearestForces {
 
     /// Finds the forces in balance that are nearest to given ones within the bounds; `None` if no forces are in balance.
     ///
+    /// * `touches`: tells of the rows along normals where forces do no work.
+    ///
     /// # Errors
     /// Numbers that are not finite.
-    pub(crate) fn to(&self, forces: &[f64]) -> Result<Option<Vec<f64>>, NnddError> {
-        let [lower, upper] = &self.bounds;
-        let loaded = |i: usize| forces[i] > 0.0 || self.tangential[i];
-        let of_loaded: Vec<f64> =
-            upper.iter().enumerate().map(|(i, u)| if loaded(i) { *u } else { 0.0 }).collect();
-        let nearest = |upper: &[f64]| {
-            nearest_balanced(forces, &self.weights, [lower, upper], &self.lines, &self.loads)
-        };
+    pub(crate) fn to(
+        &mut self,
+        forces: &[f64],
+        touches: impl Fn(usize) -> bool,
+    ) -> Result<Option<Vec<f64>>, NnddError> {
+        let Self { lines, weights, bounds: [lower, upper], tangential } = self;
+        let bound = |(i, upper): (usize, &f64)| if touches(i) || tangential[i] { *upper } else { 0.0 };
+        let of_touching: Vec<f64> = upper.iter().enumerate().map(bound).collect();
         let distance = |of: &[f64]| -> f64 {
-            let change = of.iter().zip(forces).zip(&self.weights);
+            let change = of.iter().zip(forces).zip(&*weights);
             change.map(|((a, b), weight)| weight * (a - b) * (a - b)).sum()
         };
         let size = distance(&vec![0.0; forces.len()]);
-        // Forces in open rows do work there, even the smallest: they appear only if the loaded rows are far from balance.
-        let found = match nearest(&of_loaded)? {
+        // Forces in open rows do work there, even the smallest: they appear only if the others are far from balance.
+        let found = match lines.nearest(forces, weights, [lower, &of_touching])? {
             Some(found) if distance(&found.values) <= NEARLY * size => Some(found),
-            far => nearest(upper)?.or(far),
+            far => lines.nearest(forces, weights, [lower, upper])?.or(far),
         };
         Ok(found.map(|found| found.values))
+    }
+
+    /// Returns the part of the loads that no forces balance in the closed rows, whatever their sign; `None` if it is round-off.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn left_by(&mut self, closed: &[bool]) -> Result<Option<Vec<f64>>, NnddError> {
+        let size = size(self.lines.right_side());
+        if size == 0.0 {
+            return Ok(None);
+        }
+        let upper: Vec<f64> = closed.iter().map(|closed| if *closed { f64::INFINITY } else { 0.0 }).collect();
+        let lower: Vec<f64> = upper.iter().map(|u| 0.0 - u).collect();
+        let (_, left) = self.lines.unbalanced([&lower, &upper])?;
+        Ok(Some(left).filter(|left| self::size(left) > NOT_HELD * size))
+    }
+
+    /// Returns the rate at which each row closes in a motion of the resisted lines.
+    pub(crate) fn rates(&self, motion: &[f64]) -> Vec<f64> {
+        self.lines.rows().transposed_times(motion)
     }
 }

@@ -6,9 +6,10 @@
 //! η² = r·M r = Σ ‖w_α‖²,   w_α = S_α⁺ D_α r
 //! ```
 
-use crate::broken::Broken;
+use crate::broken::{Broken, Sparse};
 use crate::skeleton::Skeleton;
 use crate::vector::dot;
+use fem_core::each_body;
 use nalgebra::DMatrix;
 
 /// A column of the coarse space that keeps less than this fraction of its energy beside the others is none.
@@ -16,8 +17,6 @@ const RANK: f64 = 1e-10;
 
 /// Inner iterations in which η must halve.
 const PATIENCE: usize = 10;
-
-type Sparse = Vec<(usize, f64)>;
 
 /// The operators of the linear problem.
 pub(crate) struct Balancing<'a> {
@@ -64,20 +63,20 @@ impl<'a> Balancing<'a> {
     /// Finds the independent columns of `Z`, and the Cholesky factor of `C`, the column of largest energy first.
     fn coarse_space(&mut self) {
         let Self { broken, skeleton, .. } = &*self;
-        let column = |motion: Sparse| {
-            let mut all = vec![0.0; broken.len()];
-            motion.iter().for_each(|(k, value)| all[*k] = *value);
-            let mut z = skeleton.mean(&all);
-            // An obstacle has no stiffness to weigh it by.
-            if let [(k, value)] = motion[..] && broken.is_obstacle(k) {
-                z = skeleton.gather(&all);
-                z.iter_mut().for_each(|z| *z *= value);
-            }
-            let (_, moved) = self.operator(&z);
-            let energy = dot(&z, &moved).max(0.0).sqrt();
-            (energy > 0.0).then(|| [z, moved].map(|of| sparse(&of, 1.0 / energy)))
+        let motions = broken.motions();
+        let column = |k: usize| {
+            let z = match motions[k][..] {
+                // An obstacle has no stiffness to weigh it by.
+                [(unknown, _)] if broken.is_obstacle(unknown) => skeleton.gather_sparse(&motions[k]),
+                _ => skeleton.mean_sparse(&motions[k]),
+            };
+            let moved = skeleton.gather_sparse(&broken.stiffness_sparse(&skeleton.expand_sparse(&z)));
+            let mut energy = 0.0;
+            merge(&z, &moved, |z, s| energy += z * s);
+            let scaled = |of: Sparse| of.into_iter().map(|(k, value)| (k, value / energy.sqrt())).collect();
+            (energy > 0.0).then(|| [z, moved].map(scaled))
         };
-        let all: Vec<[Sparse; 2]> = broken.motions().into_iter().filter_map(column).collect();
+        let all: Vec<[Sparse; 2]> = each_body(motions.len(), column).into_iter().flatten().collect();
         let mut dense = vec![0.0; skeleton.len()];
         let mut matrix = DMatrix::zeros(all.len(), all.len());
         for (j, [_, moved]) in all.iter().enumerate() {
@@ -180,8 +179,15 @@ fn part(sparse: &Sparse, all: &[f64]) -> f64 {
     sparse.iter().map(|(k, value)| value * all[*k]).sum()
 }
 
-fn sparse(all: &[f64], scale: f64) -> Sparse {
-    all.iter().enumerate().filter(|(_, value)| **value != 0.0).map(|(k, value)| (k, scale * value)).collect()
+/// Calls a function for every number that two vectors have in common.
+fn merge(a: &Sparse, b: &Sparse, mut both: impl FnMut(f64, f64)) {
+    let mut b = b.iter().peekable();
+    for (k, value) in a {
+        while b.next_if(|(other, _)| other < k).is_some() {}
+        if let Some((_, other)) = b.next_if(|(other, _)| other == k) {
+            both(*value, *other);
+        }
+    }
 }
 
 fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {
@@ -193,9 +199,9 @@ fn independent(mut matrix: DMatrix<f64>) -> (Vec<usize>, DMatrix<f64>) {
     let n = matrix.nrows();
     let (mut order, mut rest): (Vec<usize>, Vec<usize>) = (Vec::new(), (0..n).collect());
     let mut columns: Vec<Vec<f64>> = Vec::new();
-    while let Some(place) = (0..rest.len()).max_by(|a, b| {
-        matrix[(rest[*a], rest[*a])].total_cmp(&matrix[(rest[*b], rest[*b])]).then(b.cmp(a))
-    }) {
+    while let Some(place) = (0..rest.len())
+        .max_by(|a, b| matrix[(rest[*a], rest[*a])].total_cmp(&matrix[(rest[*b], rest[*b])]).then(b.cmp(a)))
+    {
         let k = rest.remove(place);
         let pivot = matrix[(k, k)];
         if !(pivot > RANK) {
@@ -203,10 +209,9 @@ fn independent(mut matrix: DMatrix<f64>) -> (Vec<usize>, DMatrix<f64>) {
         }
         let root = pivot.sqrt();
         let column: Vec<f64> = (0..n).map(|i| matrix[(i, k)] / root).collect();
-        for j in &rest {
-            if column[*j] != 0.0 {
-                rest.iter().for_each(|i| matrix[(*i, *j)] -= column[*i] * column[*j]);
-            }
+        let met: Vec<usize> = rest.iter().copied().filter(|i| column[*i] != 0.0).collect();
+        for j in &met {
+            met.iter().for_each(|i| matrix[(*i, *j)] -= column[*i] * column[*j]);
         }
         order.push(k);
         columns.push(column);

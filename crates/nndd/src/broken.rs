@@ -11,6 +11,9 @@ use fem_core::each_body;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
+/// Numbers with their values, ascending.
+pub(crate) type Sparse = Vec<(usize, f64)>;
+
 /// All bodies, with the opening `o = c − B x` of each row.
 pub(crate) struct Broken<'a> {
     pub(crate) system: &'a ContactSystem<'a>,
@@ -63,7 +66,8 @@ impl<'a> Broken<'a> {
             }
         }
         let mut obstacles = Vec::new();
-        for (number, of) in system.rows.motions.iter().enumerate().filter(|(_, of)| of.partner.is_obstacle()) {
+        for (number, of) in system.rows.motions.iter().enumerate().filter(|(_, of)| of.partner.is_obstacle())
+        {
             let entries = of.traces.iter().filter(|(_, trace)| *trace != 0.0);
             entries.for_each(|(row, trace)| rows[*row].push((load.len(), *trace)));
             load.push(of.load);
@@ -103,6 +107,19 @@ impl<'a> Broken<'a> {
         self.each(f, Part::flexibility)
     }
 
+    /// Computes `S x` of a vector that few bodies see, N/m.
+    pub(crate) fn stiffness_sparse(&self, x: &Sparse) -> Sparse {
+        let mut forces = Vec::new();
+        let of_body = |k: usize| self.parts.partition_point(|part| part.unknowns.end <= k);
+        for entries in x.chunk_by(|a, b| of_body(a.0) == of_body(b.0)) {
+            let Some(part) = self.parts.get(of_body(entries[0].0)) else { continue };
+            let mut own = vec![0.0; part.unknowns.len()];
+            entries.iter().for_each(|(k, value)| own[k - part.unknowns.start] = *value);
+            forces.extend(part.unknowns.clone().zip(part.stiffness(&own)));
+        }
+        forces
+    }
+
     /// Applies an operator of each body; one that sees only zeros is left out.
     fn each(&self, x: &[f64], of: impl Fn(&Part<'a>, &[f64]) -> Vec<f64> + Sync) -> Vec<f64> {
         let parts = each_body(self.parts.len(), |b| {
@@ -130,7 +147,7 @@ impl<'a> Broken<'a> {
     }
 
     /// Lists the columns of the coarse space in all unknowns, sparse: all rigid motions of every body, held or not, and of the obstacles.
-    pub(crate) fn motions(&self) -> Vec<Vec<(usize, f64)>> {
+    pub(crate) fn motions(&self) -> Vec<Sparse> {
         let mut found = Vec::new();
         let mut push = |start: usize, values: &[f64]| {
             let column = values.iter().enumerate().filter(|(_, value)| **value != 0.0);

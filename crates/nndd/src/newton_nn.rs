@@ -18,8 +18,6 @@ use crate::skeleton::Skeleton;
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::solve::{FALLBACK, iteration};
 use crate::stopping::StoppingCriterion;
-use crate::vector::dot;
-use contact_qp::unbalanced_load;
 use fem_core::contact_system::ContactSystem;
 use std::collections::HashSet;
 
@@ -35,8 +33,8 @@ const FLOOR: f64 = 1e-14;
 /// Newton steps after which the set is taken from the exact solution; so it is if a set comes back.
 const MOST_STEPS: usize = 20;
 
-/// A load that a set leaves is none below this fraction of all loads.
-const NOT_HELD: f64 = 1e-9;
+/// A row that closes at less than this fraction of the fastest one does not.
+const NO_RATE: f64 = 1e-9;
 
 /// Rows that close at the same time, to this fraction.
 const TOGETHER: f64 = 1e-9;
@@ -63,16 +61,23 @@ pub(crate) fn solve(
     balance.check_held(&system.rows.limits())?;
     // The operators, once.
     let broken = Broken::new(system)?;
-    let nearest = NearestForces::new(&balance);
+    let mut nearest = NearestForces::new(&balance);
     let mut run = Run { settings, stop, history: Vec::new(), clarabel_calls: 0 };
     // The first set: of a coarser mesh, else of two steps of the paper's iteration, else all rows.
     let (mut closed, mut x) = match start {
-        Start { lambda, active: Some(active) } => {
-            (active.as_slice().to_vec(), traces_of(&broken, |row| [lambda[row], system.rows.rows[row].gap - lambda[row]]))
+        Start { lambda, active: Some(active) } => (
+            active.as_slice().to_vec(),
+            traces_of(&broken, |row| [lambda[row], system.rows.rows[row].gap - lambda[row]]),
+        ),
+        // Bodies that contact alone holds begin with all rows: their programmes cost more than the Newton steps that they save.
+        Start { active: None, .. } if !system.rows.motions.is_empty() => {
+            (vec![true; system.rows.len()], vec![0.0; broken.len()])
         }
         Start { lambda, active: None } => match run.first_steps((system, &balance), &lambda)? {
             None => (vec![true; system.rows.len()], vec![0.0; broken.len()]),
-            Some(ended) if ended.status != NnddStatus::MaxIterations || settings.max_iterations <= FIRST_STEPS => {
+            Some(ended)
+                if ended.status != NnddStatus::MaxIterations || settings.max_iterations <= FIRST_STEPS =>
+            {
                 return Ok(ended);
             }
             Some(NnddSolution { last, .. }) => {
@@ -87,7 +92,7 @@ pub(crate) fn solve(
     loop {
         step += 1;
         // A set that holds no more is repaired: the rows close that are nearest along the free motion.
-        hold(&balance, &mut closed, &openings)?;
+        hold(&mut nearest, &mut closed, &openings)?;
         seen.insert(closed.clone());
         // Clusters of unknowns, the weights D, and the coarse space of all motions.
         let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings));
@@ -109,7 +114,7 @@ pub(crate) fn solve(
             let is_right = contact.wrong.is_empty() || settled;
             (closed, openings, x) = (contact.next(), contact.openings.clone(), contact.x.clone());
             let number = (run.history.len() + 1, step);
-            let last = contact.iterate(&broken, &nearest, &inner, number)?;
+            let last = contact.iterate(&broken, &mut nearest, &inner, number)?;
             // Stop, or give up?
             if let Some(status) = run.verdict(&last, gains || !is_right)? {
                 return Ok(run.ended(status, last));
@@ -138,7 +143,8 @@ impl Run<'_> {
             theta: Some(FALLBACK),
             acceleration: Acceleration::None,
             max_iterations: self.settings.max_iterations.min(FIRST_STEPS),
-            qp: self.settings.qp.clone(),
+            // Active sets are cheaper than Clarabel for a set that need not be exact.
+            qp: self.settings.qp.clone().active_sets_first(),
             ..NnddSettings::default()
         };
         let start = Start { lambda: lambda.to_vec(), active: None };
@@ -176,32 +182,23 @@ impl Run<'_> {
 }
 
 /// Repairs a set that does not hold all bodies: while `G_A P = e` has no solution, the rows close that are nearest along what it leaves.
-fn hold(balance: &Balance<'_>, closed: &mut [bool], openings: &[f64]) -> Result<(), NnddError> {
-    let (lines, loads) = balance.resisted();
-    let size = dot(&loads, &loads).sqrt();
-    loop {
-        let bound = |closed: &bool| if *closed { f64::INFINITY } else { 0.0 };
-        let upper: Vec<f64> = closed.iter().map(bound).collect();
-        let lower: Vec<f64> = upper.iter().map(|u| 0.0 - u).collect();
-        if size == 0.0 {
-            return Ok(());
-        }
-        let (_, left) = unbalanced_load(&lines, &loads, [&lower, &upper])?;
-        if dot(&left, &left).sqrt() <= NOT_HELD * size {
-            return Ok(());
-        }
-        let rates = lines.transposed_times(&left);
+fn hold(nearest: &mut NearestForces, closed: &mut [bool], openings: &[f64]) -> Result<(), NnddError> {
+    while let Some(left) = nearest.left_by(closed)? {
+        let rates = nearest.rates(&left);
         let largest = rates.iter().fold(0.0f64, |most, rate| most.max(rate.abs()));
-        let closes = |row: &usize| !closed[*row] && rates[*row] > NOT_HELD * largest;
-        let after = |row: usize| openings[row].max(0.0) / rates[row];
-        let nearest = (0..closed.len()).filter(closes).map(after).fold(f64::INFINITY, f64::min);
-        let now: Vec<usize> =
-            (0..closed.len()).filter(closes).filter(|row| after(*row) <= nearest * (1.0 + TOGETHER)).collect();
-        if now.is_empty() {
-            return Ok(());
+        let closing: Vec<usize> =
+            (0..closed.len()).filter(|row| !closed[*row] && rates[*row] > NO_RATE * largest).collect();
+        let after = |row: &usize| openings[*row].max(0.0) / rates[*row];
+        let first = closing.iter().map(after).fold(f64::INFINITY, f64::min);
+        if closing.is_empty() {
+            break;
         }
-        now.into_iter().for_each(|row| closed[row] = true);
+        closing
+            .iter()
+            .filter(|row| after(row) <= first * (1.0 + TOGETHER))
+            .for_each(|row| closed[*row] = true);
     }
+    Ok(())
 }
 
 /// Returns the interface unknowns from traces of both bodies of each row, of Ω₁ and Ω₂ along their own outward normals, m.

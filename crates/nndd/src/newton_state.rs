@@ -1,7 +1,7 @@
 //! The contact conditions at the traces of an inner iteration, and the iterate that bounds its error for the contact solution.
 //!
 //! ```math
-//! P̃ ≥ 0 nearest to max(0, P), in balance;   v: u_D lifted where it penetrates;   η_c² = ∑_α ‖û(P̃) − v‖² + 2 P̃ᵀ o(v)
+//! P̃ ≥ 0 nearest to P, in balance;   v: u_D lifted where it penetrates;   η_c² = ∑_α ‖û(P̃) − v‖² + 2 P̃ᵀ o(v)
 //! ```
 //! `η_c` bounds `‖u_h − v‖` whether or not the set is right: the algebra of η_NNDD on the page of this crate. On the right set it is
 //! `η² = r·M r`, without further solves.
@@ -85,7 +85,7 @@ impl Contact {
     pub(crate) fn iterate(
         self,
         broken: &Broken<'_>,
-        nearest: &NearestForces,
+        nearest: &mut NearestForces,
         inner: &Inner,
         (iteration, step): (usize, usize),
     ) -> Result<Iterate, NnddError> {
@@ -129,7 +129,7 @@ impl Contact {
     fn bounded(
         self,
         broken: &Broken<'_>,
-        nearest: &NearestForces,
+        nearest: &mut NearestForces,
         inner: &Inner,
     ) -> Result<Bounded, NnddError> {
         let Self { forces, openings, x, amounts, .. } = self;
@@ -137,11 +137,10 @@ impl Contact {
         if forces.iter().chain(&openings).all(|value| *value >= 0.0) {
             return Ok(Bounded { forces, openings, x, amounts, held, squared: inner.squared });
         }
-        let pressing: Vec<f64> = forces.iter().map(|p| p.max(0.0)).collect();
-        let balanced = nearest.to(&pressing)?;
-        let is_balanced = balanced.is_some();
-        let forces = balanced.unwrap_or(pressing);
         let (lifted, openings) = lift(broken, &x, openings);
+        let balanced = nearest.to(&forces, |i| openings[i] == 0.0)?;
+        let is_balanced = balanced.is_some();
+        let forces = balanced.unwrap_or_else(|| forces.iter().map(|p| p.max(0.0)).collect());
         let change: Vec<f64> = lifted.iter().zip(&x).map(|(v, x)| v - x).collect();
         let taken = broken.stiffness(&change);
         let held: Vec<f64> = held.iter().zip(&taken).map(|(f, taken)| f - taken).collect();
@@ -216,11 +215,14 @@ fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Ve
 /// by row, N/m; an obstacle has `P̃`.
 fn by_role(broken: &Broken<'_>, forces: &[f64], held: &[f64]) -> [Vec<f64>; 2] {
     let system = broken.system;
-    let mut rest: Vec<f64> = held.iter().zip(broken.pressed(forces)).map(|(f, pressed)| f - pressed).collect();
+    let mut rest: Vec<f64> =
+        held.iter().zip(broken.pressed(forces)).map(|(f, pressed)| f - pressed).collect();
     let mut by_role = [forces.to_vec(), forces.to_vec()];
     for (b, of_body) in system.of_body.iter().enumerate() {
         for row in of_body {
-            let ([(unknown, factor)], pair) = (&row.terms[..], system.rows.rows[row.row].pair) else { continue };
+            let ([(unknown, factor)], pair) = (&row.terms[..], system.rows.rows[row.row].pair) else {
+                continue;
+            };
             let role = system.rows.pairs[pair].roles.of_side(row.side);
             let rest = &mut rest[broken.of_body(b).start + unknown];
             by_role[role][row.row] += std::mem::take(rest) / factor;

@@ -6,7 +6,7 @@
 //! Between two bodies `λ` is the common trace and `D_α = k_α / (k_1 + k_2)`, the weights by stiffness; a row against a support or an obstacle fixes its unknown,
 //! and an open one has two unknowns with weight 1. Rows that depend on those before them leave the set.
 
-use crate::broken::Broken;
+use crate::broken::{Broken, Sparse};
 use fem_core::dense::pseudo_inverse;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
@@ -35,12 +35,15 @@ pub(crate) struct Skeleton {
     constant: Vec<f64>,
     /// `N`, by unknown.
     terms: Vec<Vec<(usize, f64)>>,
-    count: usize,
+    /// `Nᵀ`, by λ.
+    columns: Vec<Sparse>,
     /// `K`, N/m².
     stiffness: Vec<f64>,
     /// `(Nᵀ K N)⁻¹`: of unknowns that no other one meets, and of groups.
     inverse: Vec<f64>,
     groups: Vec<(Vec<usize>, DMatrix<f64>)>,
+    /// The group of each λ, and its place there.
+    place: Vec<Option<(usize, usize)>>,
 }
 
 impl Skeleton {
@@ -52,19 +55,21 @@ impl Skeleton {
             steps: Vec::with_capacity(order.len()),
             constant: vec![0.0; broken.len()],
             terms: vec![Vec::new(); broken.len()],
-            count: 0,
+            columns: Vec::new(),
             stiffness: broken.diagonal.clone(),
             inverse: Vec::new(),
             groups: Vec::new(),
+            place: Vec::new(),
         };
         let mut solved: Vec<Option<usize>> = vec![None; broken.len()];
         for row in order {
             found.close(broken, row, &mut solved);
         }
+        let mut count = 0;
         for (unknown, terms) in found.terms.iter_mut().enumerate() {
             if solved[unknown].is_none() {
-                terms.push((found.count, 1.0));
-                found.count += 1;
+                terms.push((count, 1.0));
+                count += 1;
             }
         }
         // A step has unknowns of later steps only.
@@ -72,10 +77,16 @@ impl Skeleton {
             let (mut constant, mut sum) = (*right, BTreeMap::new());
             for (unknown, a) in others {
                 constant -= a * found.constant[*unknown];
-                found.terms[*unknown].iter().for_each(|(j, n)| *sum.entry(*j).or_insert(0.0) -= a * n / factor);
+                found.terms[*unknown]
+                    .iter()
+                    .for_each(|(j, n)| *sum.entry(*j).or_insert(0.0) -= a * n / factor);
             }
             found.constant[*pivot] = constant / factor;
             found.terms[*pivot] = sum.into_iter().filter(|(_, n)| *n != 0.0).collect();
+        }
+        found.columns = vec![Vec::new(); count];
+        for (unknown, terms) in found.terms.iter().enumerate() {
+            terms.iter().for_each(|(j, n)| found.columns[*j].push((unknown, *n)));
         }
         found.weigh();
         found
@@ -87,7 +98,8 @@ impl Skeleton {
         broken.rows[row].iter().for_each(|(k, a)| *terms.entry(*k).or_default() += a);
         let (mut right, mut multipliers) = (broken.gaps[row], Vec::new());
         let size = terms.values().fold(0.0f64, |most, a| most.max(a.abs()));
-        let earliest = |terms: &BTreeMap<usize, f64>| terms.keys().filter_map(|k| Some((solved[*k]?, *k))).min();
+        let earliest =
+            |terms: &BTreeMap<usize, f64>| terms.keys().filter_map(|k| Some((solved[*k]?, *k))).min();
         while let Some((s, unknown)) = earliest(&terms) {
             let step = &self.steps[s];
             let part = terms.remove(&unknown).unwrap_or(0.0) / step.factor;
@@ -110,7 +122,7 @@ impl Skeleton {
 
     /// Computes `(Nᵀ K N)⁻¹`, group by group.
     fn weigh(&mut self) {
-        let mut leader: Vec<usize> = (0..self.count).collect();
+        let mut leader: Vec<usize> = (0..self.len()).collect();
         fn find(leader: &mut [usize], mut k: usize) -> usize {
             while leader[k] != k {
                 leader[k] = leader[leader[k]];
@@ -125,15 +137,15 @@ impl Skeleton {
             }
         }
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for k in 0..self.count {
+        for k in 0..self.len() {
             members.entry(find(&mut leader, k)).or_default().push(k);
         }
         let groups: Vec<Vec<usize>> = members.into_values().filter(|members| members.len() > 1).collect();
-        let mut place: Vec<Option<(usize, usize)>> = vec![None; self.count];
+        let mut place: Vec<Option<(usize, usize)>> = vec![None; self.len()];
         for (g, members) in groups.iter().enumerate() {
             members.iter().enumerate().for_each(|(i, k)| place[*k] = Some((g, i)));
         }
-        let mut sums = vec![0.0; self.count];
+        let mut sums = vec![0.0; self.len()];
         let mut matrices: Vec<DMatrix<f64>> =
             groups.iter().map(|members| DMatrix::zeros(members.len(), members.len())).collect();
         for (terms, k) in self.terms.iter().zip(&self.stiffness) {
@@ -152,12 +164,13 @@ impl Skeleton {
             let (zero, n) = (ZERO * matrix.amax(), matrix.nrows());
             pseudo_inverse(matrix, zero).unwrap_or_else(|| DMatrix::zeros(n, n))
         };
+        self.place = place;
         self.groups = groups.into_iter().zip(matrices.into_iter().map(inverse)).collect();
     }
 
     /// Counts the λ.
     pub(crate) fn len(&self) -> usize {
-        self.count
+        self.columns.len()
     }
 
     /// Computes `N λ`, m.
@@ -172,7 +185,7 @@ impl Skeleton {
 
     /// Sums up forces on the unknowns by cluster, `Nᵀ f`, N/m.
     pub(crate) fn gather(&self, forces: &[f64]) -> Vec<f64> {
-        let mut sums = vec![0.0; self.count];
+        let mut sums = vec![0.0; self.len()];
         for (terms, force) in self.terms.iter().zip(forces) {
             terms.iter().for_each(|(j, n)| sums[*j] += n * force);
         }
@@ -191,11 +204,38 @@ impl Skeleton {
         shares.iter().zip(&self.stiffness).map(|(share, k)| k * share).collect()
     }
 
+    /// Computes `N λ` of few λ, m.
+    pub(crate) fn expand_sparse(&self, lambda: &Sparse) -> Sparse {
+        sum(lambda.iter().flat_map(|(j, value)| self.columns[*j].iter().map(move |(k, n)| (*k, n * value))))
+    }
+
+    /// Sums up few forces by cluster, N/m.
+    pub(crate) fn gather_sparse(&self, forces: &Sparse) -> Sparse {
+        sum(forces.iter().flat_map(|(k, value)| self.terms[*k].iter().map(move |(j, n)| (*j, n * value))))
+    }
+
+    /// Computes the mean traces of the clusters if few unknowns move, m.
+    pub(crate) fn mean_sparse(&self, x: &Sparse) -> Sparse {
+        let weighted = x.iter().map(|(k, value)| (*k, self.stiffness[*k] * value)).collect();
+        let of_lambda = |(j, f): (usize, f64)| match self.place[j] {
+            None => vec![(j, self.inverse[j] * f)],
+            Some((group, column)) => {
+                let (members, inverse) = &self.groups[group];
+                members.iter().zip(inverse.column(column).iter()).map(|(k, value)| (*k, f * value)).collect()
+            }
+        };
+        sum(self.gather_sparse(&weighted).into_iter().flat_map(of_lambda))
+    }
+
     /// Computes `(Nᵀ K N)⁻¹ f`.
     fn weighted(&self, mut f: Vec<f64>) -> Vec<f64> {
-        let of_groups: Vec<DVector<f64>> = self.groups.iter().map(|(members, inverse)| {
-            inverse * DVector::from_iterator(members.len(), members.iter().map(|k| f[*k]))
-        }).collect();
+        let of_groups: Vec<DVector<f64>> = self
+            .groups
+            .iter()
+            .map(|(members, inverse)| {
+                inverse * DVector::from_iterator(members.len(), members.iter().map(|k| f[*k]))
+            })
+            .collect();
         f.iter_mut().zip(&self.inverse).for_each(|(f, inverse)| *f *= inverse);
         for ((members, _), values) in self.groups.iter().zip(&of_groups) {
             members.iter().zip(values).for_each(|(k, value)| f[*k] = *value);
@@ -228,4 +268,11 @@ impl Skeleton {
         }
         forces
     }
+}
+
+/// Adds up what has the same number.
+fn sum(entries: impl Iterator<Item = (usize, f64)>) -> Sparse {
+    let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
+    entries.for_each(|(k, value)| *sums.entry(k).or_default() += value);
+    sums.into_iter().collect()
 }

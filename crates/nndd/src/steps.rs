@@ -143,9 +143,11 @@ impl<'a> Steps<'a> {
     /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are
     /// nearest, as pressures, to those of the unilateral bodies; infinite if no forces are in balance. Friction adds
     /// `2 Σ (S|w| − Q̃ w)`, with `|Q̃| ≤ S`. For two held bodies `P̃ = r²`, and this is (22), `η = ‖w̄‖` with `S₁ w̄ = r¹ + r²`.
-    pub(crate) fn eta_nndd(&self, answers: &StepOne) -> Result<f64, NnddError> {
+    pub(crate) fn eta_nndd(&mut self, answers: &StepOne) -> Result<f64, NnddError> {
         let StepOne { unilateral, opening, responses, .. } = answers;
-        let Some(forces) = self.nearest.to(unilateral)? else { return Ok(f64::INFINITY) };
+        let Some(forces) = self.nearest.to(unilateral, |i| unilateral[i] > 0.0)? else {
+            return Ok(f64::INFINITY);
+        };
         let squares = each_body(self.bodies.len(), |b| {
             let body = &self.bodies[b];
             let change = body.gather(&forces) - DVector::from_column_slice(&responses[b].force);
