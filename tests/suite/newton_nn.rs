@@ -8,8 +8,8 @@ use fem_core::norm::energy_norm_squared;
 use fem_core::prepared::PreparedProblem;
 use nndd::stopping::{Decision, EtaNndd, StoppingCriterion};
 use nndd::{
-    ActiveSet, ExactSolution, Iterate, Method, NewtonSettings, NnddSolution, NnddStatus, Start, solve_exactly,
-    solve_from, stiffer_roles,
+    ActiveSet, ExactSolution, Iterate, Method, NewtonSettings, NnddSolution, NnddStatus, Start,
+    solve_exactly, solve_from, stiffer_roles,
 };
 use tests::assemblies::{THREE_FORCES, four, pressed, stack, stamped, three, tower};
 use tests::blocks::Blocks;
@@ -132,7 +132,11 @@ fn the_paper_begins_and_newton_ends() {
         check(&prepared, "two blocks", &solution, &all);
         // Two steps of the paper, and then few of Newton, whatever the contrast.
         assert!(solution.history.iter().take(2).all(|row| row.step == [0; 2]));
-        assert!(solution.history.len() <= 6 && solution.last.step[0] <= 2, "{contrast}: {:?}", solution.history);
+        assert!(
+            solution.history.len() <= 6 && solution.last.step[0] <= 2,
+            "{contrast}: {:?}",
+            solution.history
+        );
     }
 }
 

@@ -433,7 +433,8 @@ mod tests {
             let load = if held { 1.0 } else { -1.0 };
             let loads: Vec<f64> = (0..blocks).map(|k| if k + 1 == blocks { load } else { 0.0 }).collect();
             let (lower, upper) = (vec![0.0; blocks], vec![f64::INFINITY; blocks]);
-            let mut problem = Projection::new([&lower, &upper], &rows, &loads);
+            let mut normal = Normal::new(&rows.transposed());
+            let mut problem = Projection::new([&lower, &upper], &rows, &loads, &mut normal);
             let (forces, left) = problem.least_squares().unwrap();
             let wanted = if held { 1.0 } else { 0.0 };
             assert!(forces.iter().all(|p| (p - wanted).abs() < 1e-9), "{blocks}");

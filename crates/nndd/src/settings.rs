@@ -17,7 +17,7 @@ pub enum Method {
 
 impl Default for Method {
     fn default() -> Self {
-        Self::Nndd(NnddSettings::default())
+        Self::NewtonNn(NewtonSettings::default())
     }
 }
 
