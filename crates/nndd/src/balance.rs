@@ -151,14 +151,17 @@ impl<'a> Balance<'a> {
         (lines.select(&independent.rows), independent.rows.iter().map(|k| loads[*k]).collect())
     }
 
-    /// Finds the motions that the closed rows leave free.
+    /// Finds the motions that the closed rows leave free, of those that the pairs resist.
     ///
     /// # Errors
     /// Numbers that are not finite.
     pub(crate) fn left_by(&self, closed: &[bool]) -> Result<RowSelection, NnddError> {
+        let (resisted, loads) = self.resisted();
         let mut lines = SparseRows::new(closed.len());
-        self.lines.rows().for_each(|line| lines.push(line.filter(|(row, _)| closed[*row])));
-        Ok(RowSelection::new(&lines, &self.loads, &groups(self.rows), WEAK)?)
+        resisted.rows().for_each(|line| lines.push(line.filter(|(row, _)| closed[*row])));
+        let all = groups(self.rows);
+        let groups: Vec<usize> = self.independent.rows.iter().map(|k| all[*k]).collect();
+        Ok(RowSelection::new(&lines, &loads, &groups, WEAK)?)
     }
 
     /// Tells for each row whether no motion changes it, but for rounding.

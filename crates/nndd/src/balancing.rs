@@ -15,6 +15,9 @@ use nalgebra::DMatrix;
 /// A column of the coarse space that keeps less than this fraction of its energy beside the others is none.
 const RANK: f64 = 1e-10;
 
+/// η that rises below this fraction of the energy norm is noise.
+const NOISE: f64 = 1e-10;
+
 /// Inner iterations in which η must halve.
 const PATIENCE: usize = 10;
 
@@ -151,14 +154,18 @@ impl<'a> Balancing<'a> {
         if !(theta > 0.0 && theta.is_finite()) {
             return false;
         }
+        let mut residual = inner.residual.clone();
+        subtract(&mut residual, theta, &sums);
+        let (correction, squared) = self.step_2(&residual);
+        // Near round-off an increase is noise, which would grow.
+        if !(squared <= inner.squared) && inner.squared <= NOISE * NOISE * inner.energy(self) {
+            return false;
+        }
         subtract(&mut inner.x, -theta, &self.skeleton.expand(&inner.direction));
         subtract(&mut inner.forces, theta, &forces);
-        subtract(&mut inner.residual, theta, &sums);
-        let before = inner.squared;
-        let (correction, squared) = self.step_2(&inner.residual);
         let direction = inner.direction.iter_mut().zip(&correction);
-        direction.for_each(|(p, z)| *p = z + squared / before * *p);
-        inner.squared = squared;
+        direction.for_each(|(p, z)| *p = z + squared / inner.squared * *p);
+        (inner.residual, inner.squared) = (residual, squared);
         inner.count += 1;
         inner.idle += 1;
         if squared <= 0.25 * inner.mark {

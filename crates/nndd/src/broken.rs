@@ -46,12 +46,14 @@ struct Part<'a> {
 }
 
 impl<'a> Broken<'a> {
+    /// * `resisted`: the numbers of the motions that the pairs resist; the springs of the others stay, and keep them at zero.
+    ///
     /// # Errors
     /// [`NnddError::DependentRows`] if the springs of a floating body are not seen on its interface.
-    pub(crate) fn new(system: &'a ContactSystem<'a>) -> Result<Self, NnddError> {
+    pub(crate) fn new(system: &'a ContactSystem<'a>, resisted: &[usize]) -> Result<Self, NnddError> {
         let mut end = 0;
         let ranges: Vec<Range<usize>> = system.bodies.iter().map(|body| next(&mut end, body.len())).collect();
-        let made = each_body(ranges.len(), |b| Part::new(system, b, ranges[b].clone()));
+        let made = each_body(ranges.len(), |b| Part::new(system, b, ranges[b].clone(), resisted));
         let whole = |(body, part): (usize, Option<Part<'a>>)| part.ok_or(NnddError::DependentRows { body });
         let parts: Vec<Part<'a>> = made.into_iter().enumerate().map(whole).collect::<Result<_, _>>()?;
         let mut load: Vec<f64> = parts.iter().flat_map(Part::load).collect();
@@ -92,9 +94,9 @@ impl<'a> Broken<'a> {
         self.parts[body].unknowns.clone()
     }
 
-    /// Tells whether a body has free motions with a trace.
+    /// Tells whether a body has free motions.
     pub(crate) fn floats(&self, body: usize) -> bool {
-        !self.parts[body].numbers.is_empty()
+        self.system.floats(body)
     }
 
     /// Computes `S x`, N/m.
@@ -211,11 +213,16 @@ fn next(end: &mut usize, len: usize) -> Range<usize> {
 
 impl<'a> Part<'a> {
     /// `None` if its motions are not seen.
-    fn new(system: &ContactSystem<'a>, body: usize, unknowns: Range<usize>) -> Option<Self> {
+    fn new(
+        system: &ContactSystem<'a>,
+        body: usize,
+        unknowns: Range<usize>,
+        resisted: &[usize],
+    ) -> Option<Self> {
         let condensed = system.bodies[body];
         let (mut numbers, mut columns, mut loads) = (Vec::new(), Vec::new(), Vec::new());
         for (number, of) in system.rows.motions.iter().enumerate() {
-            if of.partner == Partner::Body(body) {
+            if of.partner == Partner::Body(body) && resisted.contains(&number) {
                 numbers.push(number);
                 columns.extend_from_slice(&system.free[number]);
                 loads.push(of.load);

@@ -60,7 +60,7 @@ pub(crate) fn solve(
     let balance = Balance::new(&system.rows)?;
     balance.check_held(&system.rows.limits())?;
     // The operators, once.
-    let broken = Broken::new(system)?;
+    let broken = Broken::new(system, &balance.independent.rows)?;
     let mut nearest = NearestForces::new(&balance);
     let mut run = Run { settings, stop, history: Vec::new(), clarabel_calls: 0 };
     // The first set: of a coarser mesh, else of two steps of the paper's iteration, else all rows.
@@ -70,7 +70,7 @@ pub(crate) fn solve(
             traces_of(&broken, |row| [lambda[row], system.rows.rows[row].gap - lambda[row]]),
         ),
         // Bodies that contact alone holds begin with all rows: their programmes cost more than the Newton steps that they save.
-        Start { active: None, .. } if !system.rows.motions.is_empty() => {
+        Start { active: None, .. } if system.rows.motions.iter().any(|of| !of.traces.is_empty()) => {
             (vec![true; system.rows.len()], vec![0.0; broken.len()])
         }
         Start { lambda, active: None } => match run.first_steps((system, &balance), &lambda)? {
@@ -110,11 +110,11 @@ pub(crate) fn solve(
                 gains = inner.squared > floor && linear.update(&mut inner);
             }
             // Forces, openings, wrong signs; P̃ and η_c in the place of η_NNDD (22).
-            let contact = Contact::new(&broken, &linear, &inner, &free);
+            let contact = Contact::new(&broken, &linear, &inner, (&balance, &free));
             let is_right = contact.wrong.is_empty() || settled;
             (closed, openings, x) = (contact.next(), contact.openings.clone(), contact.x.clone());
             let number = (run.history.len() + 1, step);
-            let last = contact.iterate(&broken, &mut nearest, &inner, number)?;
+            let last = contact.iterate(&broken, (&balance, &mut nearest), &inner, number)?;
             // Stop, or give up?
             if let Some(status) = run.verdict(&last, gains || !is_right)? {
                 return Ok(run.ended(status, last));

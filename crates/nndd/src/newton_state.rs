@@ -7,7 +7,7 @@
 //! `η² = r·M r`, without further solves.
 
 use crate::active_set::ActiveSet;
-use crate::balance::NearestForces;
+use crate::balance::{Balance, NearestForces};
 use crate::balancing::{Balancing, Inner};
 use crate::broken::{Broken, energy, traced};
 use crate::error::NnddError;
@@ -41,12 +41,12 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
-    /// * `free`: the motions that the closed rows leave free.
+    /// * `free`: see [`Balance::left_by`].
     pub(crate) fn new(
         broken: &Broken<'_>,
         linear: &Balancing<'_>,
         inner: &Inner,
-        free: &RowSelection,
+        (balance, free): (&Balance<'_>, &RowSelection),
     ) -> Self {
         let count = broken.rows.len();
         let closed = linear.skeleton.held(count);
@@ -55,9 +55,11 @@ impl Contact {
         let mut x = inner.x.clone();
         let stiffness: Vec<f64> = broken.load.iter().zip(&inner.forces).map(|(load, f)| load - f).collect();
         let mut amounts = broken.amounts(&x, &stiffness);
-        for (number, free) in free.unbalanced(&amounts).into_iter().enumerate().filter(|of| of.1 != 0.0) {
-            amounts[number] -= free;
-            broken.add_motion(number, -free, &mut x);
+        let resisted: Vec<f64> = balance.independent.rows.iter().map(|number| amounts[*number]).collect();
+        let left = balance.independent.rows.iter().zip(free.unbalanced(&resisted));
+        for (number, free) in left.filter(|(_, free)| *free != 0.0) {
+            amounts[*number] -= free;
+            broken.add_motion(*number, -free, &mut x);
         }
         let mut openings = broken.openings(&x);
         openings.iter_mut().zip(&closed).filter(|(_, closed)| **closed).for_each(|(o, _)| *o = 0.0);
@@ -85,13 +87,20 @@ impl Contact {
     pub(crate) fn iterate(
         self,
         broken: &Broken<'_>,
-        nearest: &mut NearestForces,
+        (balance, nearest): (&Balance<'_>, &mut NearestForces),
         inner: &Inner,
         (iteration, step): (usize, usize),
     ) -> Result<Iterate, NnddError> {
         let (next, system) = (self.next(), broken.system);
         let rows = &system.rows;
-        let Bounded { forces, openings, x, amounts, held, squared } = self.bounded(broken, nearest, inner)?;
+        let Bounded { forces, openings, mut x, mut amounts, held, squared } =
+            self.bounded(broken, nearest, inner)?;
+        for (number, free) in balance.independent.unbalanced(&amounts).into_iter().enumerate() {
+            if free != 0.0 {
+                amounts[number] -= free;
+                broken.add_motion(number, -free, &mut x);
+            }
+        }
         let field = |b: usize| match broken.floats(b) {
             true => BodyField::Forces(held[broken.of_body(b)].iter().map(|f| 0.0 - f).collect()),
             false => BodyField::Traces(x[broken.of_body(b)].to_vec()),
