@@ -50,9 +50,10 @@ pub(crate) struct Inner {
 }
 
 impl Inner {
-    /// Computes the energy of the traces, `xᵀ S x`.
+    /// Computes the energy of the traces, `xᵀ S x`, or of the loads if it is larger.
     pub(crate) fn energy(&self, linear: &Balancing<'_>) -> f64 {
-        dot(&self.x, &linear.broken.load) - dot(&self.x, &self.forces)
+        let Broken { load, size, .. } = linear.broken;
+        size.max(dot(&self.x, load) - dot(&self.x, &self.forces))
     }
 }
 

@@ -26,6 +26,8 @@ pub(crate) struct Broken<'a> {
     pub(crate) load: Vec<f64>,
     /// The diagonal of `S`, N/m²; 0 of an obstacle.
     pub(crate) diagonal: Vec<f64>,
+    /// The energy of the bodies under their condensed loads alone, `gᵀ S⁺ g`: traces may be zero where bodies are strained.
+    pub(crate) size: f64,
     /// The numbers of the motions of obstacles, in the order of their unknowns.
     obstacles: Vec<usize>,
 }
@@ -57,6 +59,7 @@ impl<'a> Broken<'a> {
         let whole = |(body, part): (usize, Option<Part<'a>>)| part.ok_or(NnddError::DependentRows { body });
         let parts: Vec<Part<'a>> = made.into_iter().enumerate().map(whole).collect::<Result<_, _>>()?;
         let mut load: Vec<f64> = parts.iter().flat_map(Part::load).collect();
+        let size = parts.iter().map(|part| dot(&part.load(), &part.flexibility(&part.load()))).sum();
         let mut diagonal: Vec<f64> = parts.iter().flat_map(Part::diagonal).collect();
         let gap = |row: &ContactRow| row.gap - row.obstacle.unwrap_or(0.0);
         let mut gaps: Vec<f64> = system.rows.rows.iter().map(gap).collect();
@@ -76,7 +79,7 @@ impl<'a> Broken<'a> {
             diagonal.push(0.0);
             obstacles.push(number);
         }
-        Ok(Self { system, parts, rows, gaps, load, diagonal, obstacles })
+        Ok(Self { system, parts, rows, gaps, load, diagonal, size, obstacles })
     }
 
     /// Counts the unknowns, those of obstacles last.
