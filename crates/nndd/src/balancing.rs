@@ -12,7 +12,7 @@ use crate::vector::dot;
 use fem_core::each_body;
 use nalgebra::DMatrix;
 
-/// A column of the coarse space that keeps less than this fraction of its energy beside the others is none.
+/// A column of the coarse space that keeps less than this fraction of its energy beside the others depends on them.
 const RANK: f64 = 1e-10;
 
 /// η that rises below this fraction of the energy norm is noise.

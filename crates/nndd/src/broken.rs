@@ -186,11 +186,8 @@ impl<'a> Broken<'a> {
     /// * `stiffness`: `S x`.
     pub(crate) fn amounts(&self, x: &[f64], stiffness: &[f64]) -> Vec<f64> {
         let mut amounts = vec![0.0; self.system.rows.motions.len()];
-        let mut count = self.len() - self.obstacles.len();
-        for number in &self.obstacles {
-            amounts[*number] = x[count];
-            count += 1;
-        }
+        let of_obstacles = self.len() - self.obstacles.len()..;
+        self.obstacles.iter().zip(&x[of_obstacles]).for_each(|(number, amount)| amounts[*number] = *amount);
         for part in self.parts.iter().filter(|part| !part.numbers.is_empty()) {
             let own = part.unknowns.clone();
             let strained = DVector::from_vec(part.flexibility(&stiffness[own.clone()]));

@@ -101,6 +101,7 @@ mod monitor;
 mod motions;
 mod newton_nn;
 mod newton_state;
+mod paper;
 mod response;
 mod roles;
 mod row_operators;
