@@ -5,7 +5,7 @@
 //! it, so a force that presses on both bodies has one sign.
 
 use crate::condensation::CondensedBody;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, perpendicular};
 use crate::interface::{ContactPair, ContactProblem};
 use crate::motions::{BodyMotion, largest};
 use crate::prepared::PreparedProblem;
@@ -23,6 +23,10 @@ pub struct ContactSystem<'a> {
     pub of_body: Vec<Vec<BodyRow>>,
     /// All rows, and the motions in them.
     pub rows: ContactRows,
+    /// Each of [`ContactRows::motions`] in the interface unknowns of its body; empty for those of obstacles.
+    pub free: Vec<Vec<f64>>,
+    /// The rigid motions of each body that is not entirely free in its interface unknowns: the motions of its supports left out.
+    pub rigid: Vec<Vec<Vec<f64>>>,
 }
 
 /// The rows of all pairs, and the rigid motions in them.
@@ -354,7 +358,34 @@ impl PreparedProblem {
             sides[b].iter().enumerate().flat_map(of_side).collect()
         };
         let of_body = self.bodies().iter().enumerate().map(of_body).collect();
-        ContactSystem { bodies: self.bodies().iter().collect(), of_body, rows }
+        let bodies = self.bodies().iter().collect();
+        ContactSystem { bodies, of_body, rows, free: self.free_motions(), rigid: self.held_motions() }
+    }
+
+    /// Returns the rigid motions that supports leave free in the interface unknowns of their bodies.
+    fn free_motions(&self) -> Vec<Vec<f64>> {
+        let in_unknowns = |of: &BodyMotion| {
+            let Some(body) = of.partner.body() else { return Vec::new() };
+            let moved = self.moved_by(of);
+            self.bodies()[body].dofs().interface_components(|node| moved[node])
+        };
+        self.rigid_motions().iter().map(in_unknowns).collect()
+    }
+
+    /// Returns the rigid motions of the bodies that their supports hold in their interface unknowns: where a component is imposed it is left out.
+    fn held_motions(&self) -> Vec<Vec<Vec<f64>>> {
+        let of_body = |(b, body): (usize, &CondensedBody)| {
+            if self.rigid_motions().iter().filter(|of| of.partner == Partner::Body(b)).count() == 3 {
+                return Vec::new();
+            }
+            let points = self.problem().bodies[b].mesh().points();
+            let centre = points.iter().sum::<Vector>() / points.len().max(1) as f64;
+            let of = |motion: &dyn Fn(Vector) -> Vector| {
+                body.dofs().interface_components(|node| motion(points[node] - centre))
+            };
+            vec![of(&|_| Vector::x()), of(&|_| Vector::y()), of(&|x| perpendicular(x))]
+        };
+        self.bodies().iter().enumerate().map(of_body).collect()
     }
 
     /// Computes the displacement of each body, and then of the points of each obstacle, Cartesian, m.
