@@ -1,5 +1,7 @@
 //! Newton's method on the set of closed pairs with Neumann-Neumann steps inside.
 
+use case_io::Case;
+use certified_contact::support;
 use contact_qp::QpSettings;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
@@ -13,8 +15,11 @@ use nndd::{
 };
 use tests::assemblies::{THREE_FORCES, four, pressed, stack, stamped, three, tower};
 use tests::blocks::Blocks;
-use tests::prepare;
 use tests::run::norm_and_distance;
+use tests::{prepare, random_assemblies};
+
+/// Random assemblies in one run of the tests.
+const ASSEMBLIES: u64 = 60;
 
 /// Keeps every iterate until `η ≤ tolerance · η(1)`.
 struct All {
@@ -162,4 +167,50 @@ fn a_known_set_takes_one_step() {
     let (solution, all) = solved(&prepared, Some(active));
     check(&prepared, "5-stack", &solution, &all);
     assert_eq!(solution.last.step[0], 1);
+}
+
+/// Random assemblies, floating and tipping bodies, cycles and walls among them: no state has a bound below its distance from the discrete
+/// solution, and the end is convergence or round-off.
+#[test]
+fn no_state_of_a_random_assembly_has_a_false_bound() {
+    let (mut states, mut solved, mut run) = (0, 0, 0);
+    for number in 0..ASSEMBLIES {
+        let (kind, text) = random_assemblies::case(number);
+        // A few assemblies make no sense.
+        let Ok((problem, _)) = Case::parse(&text, "assembly.toml", &[]).and_then(|case| case.build()) else {
+            continue;
+        };
+        if support(&problem).unwrap().unresisted.is_some() {
+            continue;
+        }
+        let prepared = prepared(&problem);
+        let (exact, system) = (exact(&prepared), prepared.system());
+        let u = prepared.displacements(&exact.fields);
+        let mut all = All { stop: EtaNndd::new(1e-8), iterates: Vec::new() };
+        let start = Start { lambda: vec![0.0; system.rows.len()], active: None };
+        let method = Method::NewtonNn(NewtonSettings::default());
+        let solution = solve_from(&system, start, &method, &mut all).unwrap();
+        for iterate in &all.iterates {
+            let v: Vec<Vec<Vector>> = prepared.displacements(&iterate.fields(&system));
+            let [size, distance] = norm_and_distance(&problem, &u, &v);
+            let (bound, step) = (iterate.eta_nndd, iterate.step);
+            assert!(
+                bound >= (1.0 - 1e-9) * distance - 1e-10 * size,
+                "{number} ({kind}), {step:?}: {bound:e} {distance:e}"
+            );
+            assert!(
+                iterate.opening.iter().chain(&iterate.contact.normal_reaction).all(|value| *value >= 0.0)
+            );
+        }
+        states += all.iterates.len();
+        run += 1;
+        solved += usize::from(solution.status == NnddStatus::StoppedByCriterion);
+        let ended = matches!(
+            solution.status,
+            NnddStatus::StoppedByCriterion | NnddStatus::Stalled { at_round_off: true, .. }
+        );
+        assert!(ended, "{number} ({kind}): {:?}", solution.status);
+    }
+    println!("{states} states, {solved} of {run} solved");
+    assert!(run > 50 && states > 4 * run && 10 * solved > 9 * run, "{states} {solved} {run}");
 }
