@@ -113,7 +113,7 @@ impl Overkill {
             .collect();
         let energy = |body: &CondensedBody| {
             let mut force = vec![0.0; jump.len()];
-            body.apply_schur(&jump, &mut force);
+            body.interface().apply_schur(&jump, &mut force);
             force.iter().zip(&jump).map(|(f, d)| f * d).sum::<f64>().max(0.0)
         };
         // A share t of the jump in the one body and 1 − t in the other: the least of t²a + (1 − t)²b.

@@ -114,7 +114,7 @@ fn lumping(prepared: &PreparedProblem, forces: &[Vec<f64>], pair: &AdmissiblePai
         let load =
             body.dofs().interface_forces(&problem.sides_of(Partner::Body(b)).map(signed).collect::<Vec<_>>());
         let mut w = vec![0.0; load.len()];
-        body.trace_from_force(&load, &mut w);
+        body.interface().trace_from_force(&load, &mut w);
         w.iter().zip(&load).map(|(w, d)| w * d).sum::<f64>().max(0.0)
     };
     prepared.bodies().iter().enumerate().map(energy).sum()

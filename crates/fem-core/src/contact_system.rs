@@ -4,7 +4,7 @@
 //! A row is one direction at one pair of nodes. Traces in it are along the outward normal of each of the two bodies, or along the tangent that goes with
 //! it, so a force that presses on both bodies has one sign.
 
-use crate::condensation::CondensedBody;
+use crate::condensation::{CondensedBody, InterfaceOperator};
 use crate::geometry::Vector;
 use crate::interface::{ContactPair, ContactProblem};
 use crate::motions::{BodyMotion, largest};
@@ -18,7 +18,7 @@ pub use crate::interface::{Partner, Roles};
 #[non_exhaustive]
 pub struct ContactSystem<'a> {
     /// The bodies. One that its supports do not hold is on springs, see [`crate::assembly::System::with_springs`].
-    pub bodies: Vec<&'a CondensedBody>,
+    pub bodies: Vec<&'a InterfaceOperator>,
     /// The rows of each body, pair after pair.
     pub of_body: Vec<Vec<BodyRow>>,
     /// All rows, and the motions in them.
@@ -354,7 +354,7 @@ impl PreparedProblem {
             sides[b].iter().enumerate().flat_map(of_side).collect()
         };
         let of_body = self.bodies().iter().enumerate().map(of_body).collect();
-        ContactSystem { bodies: self.bodies().iter().collect(), of_body, rows }
+        ContactSystem { bodies: self.bodies().iter().map(CondensedBody::interface).collect(), of_body, rows }
     }
 
     /// Computes the displacement of each body, and then of the points of each obstacle, Cartesian, m.
