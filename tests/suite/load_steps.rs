@@ -143,7 +143,7 @@ fn finer(problem: ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec
             .iter()
             .map(|of| 0.5 * (before.nodes[of[0] as usize] + before.nodes[of[1] as usize]))
             .collect();
-        let of_edge = |edge: &fem_core::interface::ContactEdge| {
+        let of_edge = |edge: &fem_core::interface::ContactFacet| {
             let [a, b] = edge.pairs.map(|i| nodes[i as usize]);
             [a, 0.5 * (a + b), b]
         };

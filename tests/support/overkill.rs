@@ -161,7 +161,7 @@ fn pairs_of(fine: &ContactProblem, coarse: &ContactProblem) -> Vec<(usize, usize
         let candidates = coarse.contacts[0].interface.facets().iter().map(|edge| {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let [to_i, to_j] = [i, j].map(|k| norm(at(coarse, k) - x));
-            (to_i + to_j - edge.length, (i, j, to_i / (to_i + to_j)))
+            (to_i + to_j - edge.measure, (i, j, to_i / (to_i + to_j)))
         });
         candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map_or((0, 0, 0.0), |(_, found)| found)
     };

@@ -305,7 +305,7 @@ fn rows_of(problem: &ContactProblem, number: usize, pair: &ContactPair, first: u
             (true, Some(mu), _) => RowLaw::Coulomb { mu },
             (true, None, limits) => {
                 let limit = limits.as_ref().map_or(0.0, |limits| limits[k]);
-                RowLaw::Tresca { limit: node.tributary_length * limit }
+                RowLaw::Tresca { limit: node.weight * limit }
             }
         };
         let slip = || pair.slip_before.as_ref().map_or(0.0, |before| before.nodes[k]);
@@ -314,7 +314,7 @@ fn rows_of(problem: &ContactProblem, number: usize, pair: &ContactPair, first: u
             node_pair: first + k,
             law,
             gap: if tangential { slip() } else { node.gap },
-            length: node.tributary_length,
+            length: node.weight,
             obstacle: imposed.as_ref().map(|imposed| sign(1) * imposed[k].dot(&row.direction)),
         }
     };

@@ -56,8 +56,8 @@ pub struct NodePair {
     pub normal: Vector,
     /// Initial gap `g ≥ 0`, m: the distance along the normal times `|n|`.
     pub gap: f64,
-    /// `ℓ = ∫ φ ds`, m.
-    pub tributary_length: f64,
+    /// Tributary length or area `ℓ = ∫ φ ds`, m or m².
+    pub weight: f64,
     /// Arc length along the surface of the body that was the first when they were paired, m; stretches are consecutive.
     pub arc_length: f64,
 }
@@ -72,15 +72,15 @@ impl NodePair {
     }
 }
 
-/// Two facing edges, one of each body.
+/// Two facing facets, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactEdge {
-    /// The pairs at its two ends, in the sense of increasing arc length; twice the same if both bodies are clamped at one end.
+pub struct ContactFacet {
+    /// The pairs at its corners, in the plane in the sense of increasing arc length; twice the same if both bodies are clamped at one of them.
     pub pairs: [u32; 2],
-    /// The mesh edge of each body; against an obstacle the body's edge twice.
-    pub edges: [FacetId; 2],
-    /// Length on the body that was the first when the surfaces were paired, m.
-    pub length: f64,
+    /// The facet of each body's mesh; against an obstacle the body's facet twice.
+    pub facets: [FacetId; 2],
+    /// Length or area on the body that was the first when the surfaces were paired, m or m².
+    pub measure: f64,
     /// True if the normal changes along it by more than round-off.
     pub bent: bool,
     /// The end at which both bodies are clamped, if there is one.
@@ -99,11 +99,11 @@ pub struct ClampedEnd {
     pub jump: Vector,
 }
 
-impl ContactEdge {
+impl ContactFacet {
     /// Returns the values of the pairs at its ends; a clamped end has the value of the other one.
     ///
     /// * `by_pair`: one number per pair.
-    pub fn ends(&self, by_pair: &[f64]) -> [f64; 2] {
+    pub fn corners(&self, by_pair: &[f64]) -> [f64; 2] {
         self.pairs.map(|k| by_pair[k as usize])
     }
 
@@ -111,7 +111,7 @@ impl ContactEdge {
     ///
     /// * `by_pair`: opening of each pair, m.
     pub fn openings(&self, by_pair: &[f64]) -> [f64; 2] {
-        let mut ends = self.ends(by_pair);
+        let mut ends = self.corners(by_pair);
         if let Some(clamped) = self.clamped {
             ends[clamped.end] = clamped.opening;
         }
@@ -119,7 +119,7 @@ impl ContactEdge {
     }
 
     /// Lists the ends that are pairs, as 0 and 1: both, or the one that is not clamped.
-    pub fn free_ends(&self) -> impl Iterator<Item = usize> + use<> {
+    pub fn free_corners(&self) -> impl Iterator<Item = usize> + use<> {
         let clamped = self.clamped.map(|clamped| clamped.end);
         [0, 1].into_iter().filter(move |end| Some(*end) != clamped)
     }
@@ -129,7 +129,7 @@ impl ContactEdge {
     ///
     /// * `by_pair`: nodal pressure, Pa.
     pub fn pressure(&self, by_pair: &[f64]) -> [f64; 2] {
-        let [a, b] = self.ends(by_pair);
+        let [a, b] = self.corners(by_pair);
         if self.bent { [0.5 * (a + b); 2] } else { [a, b] }
     }
 
@@ -142,9 +142,9 @@ impl ContactEdge {
     pub fn work(&self, pressure: [f64; 2], opening: [f64; 2], middle: f64) -> f64 {
         let ([p, q], [o, r]) = (pressure, opening);
         if self.bent {
-            return self.length / 3.0 * p * (o + middle + r);
+            return self.measure / 3.0 * p * (o + middle + r);
         }
-        self.length / 6.0 * (p * (2.0 * o + r) + q * (o + 2.0 * r))
+        self.measure / 6.0 * (p * (2.0 * o + r) + q * (o + 2.0 * r))
     }
 }
 
@@ -190,7 +190,7 @@ pub enum ContactNormal {
 #[derive(Clone, Debug)]
 pub struct ContactInterface {
     pairs: Vec<NodePair>,
-    edges: Vec<ContactEdge>,
+    edges: Vec<ContactFacet>,
     /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
     gap: Gap,
     measured_on: usize,
@@ -287,15 +287,15 @@ impl ContactInterface {
         let mut sums = vec![Vector::zeros(); self.pairs.len()];
         for edge in &self.edges {
             let weighted = sign
-                * body.mesh().facet_measure(edge.edges[side])
-                * body.mesh().facet_normal(edge.edges[side]);
-            edge.free_ends().for_each(|end| sums[edge.pairs[end] as usize] += weighted);
+                * body.mesh().facet_measure(edge.facets[side])
+                * body.mesh().facet_normal(edge.facets[side]);
+            edge.free_corners().for_each(|end| sums[edge.pairs[end] as usize] += weighted);
         }
         sums.into_iter().map(|sum| 1.0 / norm(sum) * sum).collect()
     }
 
     /// Returns the edges between pairs.
-    pub fn facets(&self) -> &[ContactEdge] {
+    pub fn facets(&self) -> &[ContactFacet] {
         &self.edges
     }
 
@@ -317,9 +317,9 @@ impl ContactInterface {
         self.gap_change
     }
 
-    /// Computes the length of the contact line, m.
-    pub fn length(&self) -> f64 {
-        self.edges.iter().map(|e| e.length).sum()
+    /// Computes the length or area of contact, m or m².
+    pub fn measure(&self) -> f64 {
+        self.edges.iter().map(|e| e.measure).sum()
     }
 
     /// Applies the consistent interface mass matrix, `(M p)_i = ∫ p φ_i ds`; P1 `p` in Pa gives N/m.
@@ -331,9 +331,9 @@ impl ContactInterface {
         assert!(found == expected, "the pressure has {found} entries, the interface {expected} pairs");
         let mut forces = vec![0.0; self.pairs.len()];
         for edge in &self.edges {
-            let ends = edge.ends(p);
-            for end in edge.free_ends() {
-                forces[edge.pairs[end] as usize] += edge.length / 6.0 * (2.0 * ends[end] + ends[1 - end]);
+            let ends = edge.corners(p);
+            for end in edge.free_corners() {
+                forces[edge.pairs[end] as usize] += edge.measure / 6.0 * (2.0 * ends[end] + ends[1 - end]);
             }
         }
         forces
@@ -357,7 +357,7 @@ impl ContactInterface {
     /// coefficients are the nodal openings. If all three are ≥ 0, so is the opening.
     ///
     /// * `jump`: `[u] = u¹ − u²` of a pair, m.
-    pub fn middle_opening(&self, edge: &ContactEdge, jump: impl Fn(usize) -> Vector) -> f64 {
+    pub fn middle_opening(&self, edge: &ContactFacet, jump: impl Fn(usize) -> Vector) -> f64 {
         let [i, j] = edge.pairs.map(|k| k as usize);
         let (a, b) = (&self.pairs[i], &self.pairs[j]);
         0.5 * (a.gap + b.gap) - 0.5 * (jump(i).dot(&b.normal) + jump(j).dot(&a.normal))
@@ -374,8 +374,8 @@ impl ContactInterface {
         let mut forces = vec![Vector::zeros(); self.pairs.len()];
         for (edge, p) in self.edges.iter().zip(edge_pressure) {
             let ends = [0, 1].map(|end: usize| p[end] * self.pairs[edge.pairs[end] as usize].normal);
-            for end in edge.free_ends() {
-                forces[edge.pairs[end] as usize] += edge.length / 6.0 * (2.0 * ends[end] + ends[1 - end]);
+            for end in edge.free_corners() {
+                forces[edge.pairs[end] as usize] += edge.measure / 6.0 * (2.0 * ends[end] + ends[1 - end]);
             }
         }
         forces

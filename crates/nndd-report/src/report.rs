@@ -121,7 +121,7 @@ fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSumma
         bodies: pair.partners().into_iter().filter_map(name).collect(),
         imposed: name(pair.imposed()).unwrap_or_default(),
         pairs: pair.interface.pairs().len(),
-        length: pair.interface.length(),
+        length: pair.interface.measure(),
         resultant: found.map(|found| found.resultant.into()),
         moment: found.map(|found| found.moment),
         centre: found.and_then(|found| found.centre).map(Into::into),
@@ -324,7 +324,7 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
         .enumerate()
         .map(|(k, pair)| {
             let [x, y] = (points[pair.nodes[0]]).into();
-            let (length, normal) = (pair.tributary_length, pair.normal_length());
+            let (length, normal) = (pair.weight, pair.normal_length());
             let force = last.contact.normal_reaction[first + k];
             ContactRow {
                 s: pair.arc_length,

@@ -2,7 +2,7 @@
 
 use super::common_refinement::Facing;
 use super::common_refinement::curve::Between;
-use super::{ContactEdge, GapChange, InterfaceError, NodePair, STRAIGHT, matching};
+use super::{ContactFacet, GapChange, InterfaceError, NodePair, STRAIGHT, matching};
 use crate::body::Body;
 use crate::geometry::{Vector, cross, norm};
 
@@ -36,13 +36,13 @@ impl GeometricGap {
     pub(super) fn measure(
         bodies: [&Body; 2],
         pairs: &[NodePair],
-        edges: &[ContactEdge],
+        edges: &[ContactFacet],
         facing: Option<&[&Facing]>,
     ) -> Result<Self, InterfaceError> {
         let mut spacing = vec![f64::INFINITY; pairs.len()];
         for edge in edges {
             for k in edge.pairs {
-                spacing[k as usize] = spacing[k as usize].min(edge.length);
+                spacing[k as usize] = spacing[k as usize].min(edge.measure);
             }
         }
         let size = bodies[0].mesh().diagonal().min(bodies[1].mesh().diagonal());
@@ -95,7 +95,7 @@ struct Measured {
 /// The surfaces as drawn, at the pairs and between them.
 pub(super) struct Surfaces<'a> {
     pub(super) drawn: &'a GeometricGap,
-    pub(super) edges: &'a [ContactEdge],
+    pub(super) edges: &'a [ContactFacet],
     pub(super) between: &'a [Option<Between>],
 }
 
@@ -115,7 +115,7 @@ impl Surfaces<'_> {
             let [i, j] = edge.pairs.map(|k| place(k as usize));
             for (t, gap) in [1.0 / 3.0, 2.0 / 3.0].into_iter().zip(between.gaps) {
                 let point = (1.0 - t) * i + t * j;
-                all.push(Measured { point, gap, spacing: edge.length, uncertainty: between.uncertainty });
+                all.push(Measured { point, gap, spacing: edge.measure, uncertainty: between.uncertainty });
             }
         }
         all

@@ -4,7 +4,7 @@ use super::clamped_ends::Line;
 use super::matching::{TOLERANCE, walk};
 use super::normals::SUPPORT;
 use super::refinement::measure_arc;
-use super::{ContactEdge, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
+use super::{ContactFacet, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
 use crate::body::{Body, RigidMotion};
 use crate::geometry::{self, Vector, cross, norm, perpendicular};
 use crate::mesh::id::{FacetId, NodeId};
@@ -254,18 +254,18 @@ impl ContactInterface {
         let mut number = vec![0; old_pairs.len()];
         for (k, pair) in old_pairs.iter().enumerate() {
             number[k] = found.pairs.len() as u32;
-            found.pairs.push(NodePair { tributary_length: 0.0, ..*pair });
+            found.pairs.push(NodePair { weight: 0.0, ..*pair });
             parents.push([k as u32; 2]);
-            let halved = starting[k].map(|edge| (edge, middle[edge.edges[0].index()]));
+            let halved = starting[k].map(|edge| (edge, middle[edge.facets[0].index()]));
             if let Some((edge, node)) = halved.filter(|(_, node)| *node != NodeId::NONE) {
-                let at = pair.arc_length + 0.5 * edge.length;
+                let at = pair.arc_length + 0.5 * edge.measure;
                 found.pairs.push(found.pair(body, line, node, at, gap)?);
                 parents.push(edge.pairs);
             }
         }
         for edge in old_edges {
             let [i, j] = edge.pairs.map(|k| number[k as usize]);
-            let ends = match middle[edge.edges[0].index()] {
+            let ends = match middle[edge.facets[0].index()] {
                 NodeId::NONE => vec![[i, j]],
                 _ => vec![[i, i + 1], [i + 1, j]],
             };
@@ -329,7 +329,7 @@ fn change(body: &Body, line: &RigidLine, pairs: &[NodePair]) -> Option<GapChange
 #[derive(Default)]
 struct Chained {
     pairs: Vec<NodePair>,
-    edges: Vec<ContactEdge>,
+    edges: Vec<ContactFacet>,
     arc_length: f64,
     /// Set if a support may clamp a node: the obstacle's motion is imposed.
     may_be_clamped: bool,
@@ -409,17 +409,23 @@ impl Chained {
             return Err(InterfaceError::BadGap { point, value: gap });
         }
         let nodes = [node, NodeId::new(self.pairs.len())];
-        Ok(NodePair { nodes, normal, gap, tributary_length: 0.0, arc_length })
+        Ok(NodePair { nodes, normal, gap, weight: 0.0, arc_length })
     }
 
     /// Adds the edge between two pairs and its length to their tributary lengths.
     fn join(&mut self, body: &Body, ends: [u32; 2], edge: FacetId) {
         let length = body.mesh().facet_measure(edge);
         for k in ends {
-            self.pairs[k as usize].tributary_length += 0.5 * length;
+            self.pairs[k as usize].weight += 0.5 * length;
         }
         let [a, b] = ends.map(|k| self.pairs[k as usize].normal);
         let bent = norm(a - b) > super::SAME_NORMAL || cross(a, b).abs() > super::SAME_NORMAL;
-        self.edges.push(ContactEdge { pairs: ends, edges: [edge; 2], length, bent, clamped: None });
+        self.edges.push(ContactFacet {
+            pairs: ends,
+            facets: [edge; 2],
+            measure: length,
+            bent,
+            clamped: None,
+        });
     }
 }

@@ -5,7 +5,7 @@ use super::common_refinement::Measured;
 use super::geometric_gap::{self, GeometricGap, Surfaces};
 use super::matching::{self, Stretch};
 use super::outline::Radial;
-use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
+use super::{ContactFacet, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
@@ -128,7 +128,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec
                 nodes: [node, partners[pairs.len()]],
                 normal: Vector::zeros(),
                 gap: 0.0,
-                tributary_length: 0.0,
+                weight: 0.0,
                 arc_length,
             });
         }
@@ -157,7 +157,7 @@ fn make_edges(
     surfaces: [&[FacetId]; 2],
     chain: &[Stretch],
     pairs: &[NodePair],
-) -> Result<Vec<ContactEdge>, InterfaceError> {
+) -> Result<Vec<ContactFacet>, InterfaceError> {
     let mut edges = Vec::new();
     let mut first = 0;
     let mut seen = std::collections::HashSet::new();
@@ -179,7 +179,13 @@ fn make_edges(
             let length = bodies[0].mesh().facet_measure(edge);
             let pairs = ends.map(|k| k as u32);
             // The line decides which edges are bent once it is complete.
-            edges.push(ContactEdge { pairs, edges: [edge, other], length, bent: false, clamped: None });
+            edges.push(ContactFacet {
+                pairs,
+                facets: [edge, other],
+                measure: length,
+                bent: false,
+                clamped: None,
+            });
         }
         first += stretch.nodes.len();
     }
@@ -213,11 +219,11 @@ mod tests {
         let lower = body(0.0, [4, 3], BoundaryConditions::new().fix("bottom"));
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &no_gap()).unwrap();
         assert_eq!(interface.pairs().len(), 5);
-        assert_eq!(interface.length(), 2.0);
+        assert_eq!(interface.measure(), 2.0);
         assert!(interface.pairs().iter().all(|p| p.normal == Vector::new(0.0, -1.0)));
         assert_eq!(interface.pairs()[4].arc_length, 2.0);
         // Lumped and consistent mass agree on constants.
-        let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
+        let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.weight).collect();
         assert_eq!(interface.mass(&[1.0; 5]), lengths);
     }
 

@@ -46,13 +46,13 @@ fn an_edge_marked_in_one_body_is_halved_in_both() {
     let labels = labels(&coarse);
     for (body, edge) in [(0, 1), (1, 2)] {
         let mut marked = unmarked(&coarse);
-        marked[body][coarse.contacts[0].interface.facets()[edge].edges[body]] = true;
+        marked[body][coarse.contacts[0].interface.facets()[edge].facets[body]] = true;
         let predicted = coarse.close(&labels, &mut marked.clone());
         let finer = refine(&coarse, &labels, &marked);
         assert_eq!(predicted, [0, 1].map(|b| finer.problem.bodies[b].mesh().points().len()));
         let interface = &finer.problem.contacts[0].interface;
         assert_eq!((interface.pairs().len(), interface.facets().len()), (6, 5));
-        assert!((interface.length() - 2.0).abs() < 1e-15);
+        assert!((interface.measure() - 2.0).abs() < 1e-15);
         let new = &interface.pairs()[edge + 1];
         assert_eq!(finer.pairs[0].parents[edge + 1], [edge as u32, edge as u32 + 1]);
         assert_eq!(new.arc_length, 0.5 * edge as f64 + 0.25);
@@ -85,7 +85,7 @@ fn a_refined_interface_is_the_one_that_pairing_finds() {
         for (a, b) in interface.pairs().iter().zip(found.pairs()) {
             assert_eq!((a.nodes, a.normal, a.gap), (b.nodes, b.normal, b.gap));
             assert!((a.arc_length - b.arc_length).abs() < 1e-14);
-            assert!((a.tributary_length - b.tributary_length).abs() < 1e-15);
+            assert!((a.weight - b.weight).abs() < 1e-15);
         }
         let line: Vec<f64> =
             coarse.contacts[0].interface.pairs().iter().map(|p| 3.0 * p.arc_length - 1.0).collect();
