@@ -105,7 +105,7 @@ fn of_pair(
 ) -> Result<[f64; 2], NoContactForce> {
     let pair = &problem.problem().contacts[k];
     let held = NoContactForce::Held { pair: k };
-    if pair.interface.has_bent_edges() || pair.interface.pairs().iter().any(|p| p.normal_length() != 1.0) {
+    if pair.interface.has_bent_facets() || pair.interface.pairs().iter().any(|p| p.normal_length() != 1.0) {
         return Err(NoContactForce::Bent { pair: k });
     }
     // At a removed end both bodies are clamped.

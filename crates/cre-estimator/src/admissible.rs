@@ -239,7 +239,7 @@ fn neumann_stress(
     accuracy: Accuracy,
 ) -> Vec<SymTensor2> {
     let body = &problem.bodies[b];
-    let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_edges();
+    let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_facets();
     let forces = pressure_forces(problem, b, contacts);
     let displacement = if problem.sides_of(Partner::Body(b)).any(bent) {
         // The loads have a small part along the surface as well.

@@ -21,7 +21,7 @@ pub fn nodal_forces(
     pressure: &[f64],
     edge_pressure: &[[f64; 2]],
 ) -> Vec<Vector> {
-    if interface.has_bent_edges() {
+    if interface.has_bent_facets() {
         return interface.pressure_forces(edge_pressure);
     }
     let forces = interface.mass(pressure);

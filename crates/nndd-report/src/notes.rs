@@ -250,7 +250,7 @@ fn nearly_incompressible(case: &Case) -> bool {
 /// Says what the bound, or the residual, of a bent contact line is one of, and by how much its nodes were moved.
 fn bent_contact(solution: &Fields<'_>) -> Vec<String> {
     let Some(estimate) = solution.estimate else { return Vec::new() };
-    if !solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_edges()) {
+    if !solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_facets()) {
         return Vec::new();
     }
     let mut notes = vec![format!(

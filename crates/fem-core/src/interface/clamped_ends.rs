@@ -116,7 +116,7 @@ impl Line {
         };
         let interface = ContactInterface {
             pairs,
-            edges,
+            facets: edges,
             gap,
             measured_on,
             profiles,
@@ -140,14 +140,14 @@ impl Line {
         let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
         if opening < -ROUND_OFF * size {
             let point = body.mesh().points()[pair.nodes[0]];
-            return Err(InterfaceError::ClampedOverlap { point, depth: -opening });
+            return Err(InterfaceError::ClampedOverlap { point: point.into(), depth: -opening });
         }
         Ok(opening.max(0.0))
     }
 
     fn refused(&self, body: &Body, k: usize) -> InterfaceError {
         let point = body.mesh().points()[self.pairs[k].nodes[0]];
-        InterfaceError::SupportedNode { body: 0, point }
+        InterfaceError::SupportedNode { body: 0, point: point.into() }
     }
 }
 
@@ -171,7 +171,7 @@ impl ContactInterface {
     pub(super) fn line(&self) -> (&[NodePair], &[ContactFacet], &[Option<Profile>]) {
         match &self.whole {
             Some(whole) => (&whole.line.pairs, &whole.line.edges, &whole.line.profiles),
-            None => (&self.pairs, &self.edges, &self.profiles),
+            None => (&self.pairs, &self.facets, &self.profiles),
         }
     }
 }

@@ -1,16 +1,15 @@
 //! Errors of the pairing of two contact surfaces.
 
-use crate::geometry::{Vector, shown};
+use crate::geometry::{Point, shown};
 use thiserror::Error;
 
 /// Says what is wrong with a given normal.
-fn away(degrees: f64, point: Vector) -> String {
+fn away(degrees: f64, point: Point) -> String {
     if degrees.is_nan() {
         "has no direction: its length is zero or out of range".into()
     } else {
-        let [x, y] = point.map(shown).into();
         format!(
-            "is {degrees:.1} degrees from the first body's outward normal at ({x}, {y}); at most 60 degrees are allowed"
+            "is {degrees:.1} degrees from the first body's outward normal at {point}; at most 60 degrees are allowed"
         )
     }
 }
@@ -39,27 +38,28 @@ pub enum InterfaceError {
         reason: &'static str,
     },
     /// A contact edge also has a support or a load.
-    #[error("the contact edge of body {body} at ({}, {}) also has {what}; a contact edge can have neither load nor imposed displacement", shown(point[0]), shown(point[1]))]
+    #[error(
+        "the contact edge of body {body} at {point} also has {what}; a contact edge can have neither load nor imposed displacement"
+    )]
     Occupied {
         /// 0 or 1.
         body: usize,
         /// Middle of the edge.
-        point: Vector,
+        point: Point,
         /// "a load" or "an imposed displacement".
         what: &'static str,
     },
     /// A contact node has no partner.
     #[error(
-        "the surfaces do not match: the contact node of body {body} at ({}, {}) is {distance:.3e} from the nearest \
+        "the surfaces do not match: the contact node of body {body} at {point} is {distance:.3e} from the nearest \
          contact node of the other body, with edges of length {spacing:.3e} around it; use matching meshes \
-         (at most 5 % of the edge apart)",
-        shown(point[0]), shown(point[1])
+         (at most 5 % of the edge apart)"
     )]
     NotMatching {
         /// 0 or 1.
         body: usize,
         /// The node.
-        point: Vector,
+        point: Point,
         /// Distance to the nearest node of the other surface.
         distance: f64,
         /// Local edge length.
@@ -67,66 +67,65 @@ pub enum InterfaceError {
     },
     /// The gap is given, but the surfaces do not coincide.
     #[error(
-        "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}; the edges there are \
+        "the surfaces do not match: the gap is given, but at {point} the bodies {} {:.3e}; the edges there are \
          {spacing:.3e} long",
-        shown(point[0]), shown(point[1]), if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
+        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
     )]
     Distance {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Distance along the normal, m, negative if the bodies overlap.
         gap: f64,
         /// The shorter edge there.
         spacing: f64,
     },
     /// Paired nodes are joined by an edge in only one body.
-    #[error("the surfaces do not match: the contact edge of body {body} at ({}, {}) has no partner", shown(point[0]), shown(point[1]))]
+    #[error("the surfaces do not match: the contact edge of body {body} at {point} has no partner")]
     EdgeWithoutPartner {
         /// 0 or 1.
         body: usize,
         /// Middle of the edge.
-        point: Vector,
+        point: Point,
     },
     /// The two surfaces face the same direction.
-    #[error("the two surfaces do not face each other at ({}, {})", shown(point[0]), shown(point[1]))]
+    #[error("the two surfaces do not face each other at {point}")]
     NotFacing {
         /// Middle of the edge.
-        point: Vector,
+        point: Point,
     },
     /// The contact line turns too sharply to have a normal.
     #[error(
-        "the contact line turns by {degrees:.1} degrees near ({}, {}); at most 60 degrees between neighbouring edges give a \
-         normal: refine the surface there, end it at the corner, or give the normal (`contact.normal`)",
-        shown(point[0]), shown(point[1])
+        "the contact line turns by {degrees:.1} degrees near {point}; at most 60 degrees between neighbouring edges give a \
+         normal: refine the surface there, end it at the corner, or give the normal (`contact.normal`)"
     )]
     Curved {
         /// The node at which it turns.
-        point: Vector,
+        point: Point,
         /// Angle between neighbouring normals.
         degrees: f64,
     },
     /// The given normal has no direction, or does not point out of the first body.
     #[error(
-        "the given contact normal ({}, {}) {}",
-        shown(normal[0]), shown(normal[1]), away(*degrees, *point)
+        "the given contact normal {normal} {}",
+        away(*degrees, *point)
     )]
     NormalAway {
         /// As given.
-        normal: Vector,
+        normal: Point,
         /// Middle of the edge.
-        point: Vector,
+        point: Point,
         /// Angle between the two; NaN if the given one has no direction.
         degrees: f64,
     },
     /// The surfaces are cut into different numbers of edges or stretches.
     #[error(
-        "the surfaces do not match: near ({}, {}) the first body's has {} {what}, the second's {}; to measure a gap along \
+        "the surfaces do not match: near {point} the first body's has {} {what}, the second's {}; to measure a gap along \
          the normal they need the same number, node facing node",
-        shown(point[0]), shown(point[1]), counts[0], counts[1]
+        counts[0], counts[1]
     )]
     Counts {
         /// First point of the stretch of the first body.
-        point: Vector,
+        point: Point,
         /// "stretches", "edges" and so on.
         what: &'static str,
         /// The number on each body.
@@ -134,13 +133,12 @@ pub enum InterfaceError {
     },
     /// Paired nodes do not face each other along the normal.
     #[error(
-        "the surfaces do not match: the node at ({}, {}) and its partner do not face each other along the contact normal: \
-         they are {offset:.3e} apart across it, with edges of length {spacing:.3e}",
-        shown(point[0]), shown(point[1])
+        "the surfaces do not match: the node at {point} and its partner do not face each other along the contact normal: \
+         they are {offset:.3e} apart across it, with edges of length {spacing:.3e}"
     )]
     Offset {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Distance across the normal.
         offset: f64,
         /// Local edge length.
@@ -148,24 +146,23 @@ pub enum InterfaceError {
     },
     /// No gap is given, and the surfaces do not touch.
     #[error(
-        "no gap is given, and the surfaces {} {:.3e} at ({}, {}), where this is largest",
-        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs(), shown(point[0]), shown(point[1])
+        "no gap is given, and the surfaces {} {:.3e} at {point}, where this is largest",
+        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
     )]
     NotTouching {
         /// Place on the first body.
-        point: Vector,
+        point: Point,
         /// Distance along the normal, m, negative where the bodies overlap.
         gap: f64,
     },
     /// The bodies overlap before anything is loaded.
     #[error(
-        "the bodies overlap: deepest by {depth:.3e} at ({}, {}) (the edges there are {spacing:.3e} long); the gap along the \
-         contact normal must be >= 0",
-        shown(point[0]), shown(point[1])
+        "the bodies overlap: deepest by {depth:.3e} at {point} (the edges there are {spacing:.3e} long); the gap along the \
+         contact normal must be >= 0"
     )]
     Overlap {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Depth, m.
         depth: f64,
         /// Local edge length.
@@ -173,12 +170,11 @@ pub enum InterfaceError {
     },
     /// The surfaces are farther apart than the size of the smaller body.
     #[error(
-        "the surfaces are {distance:.3e} apart at ({}, {}), more than the size {size:.3e} of the smaller body",
-        shown(point[0]), shown(point[1])
+        "the surfaces are {distance:.3e} apart at {point}, more than the size {size:.3e} of the smaller body"
     )]
     TooFar {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Gap, m.
         distance: f64,
         /// Diagonal of the smaller body.
@@ -186,42 +182,40 @@ pub enum InterfaceError {
     },
     /// Supports press clamped contact nodes into each other, or a clamped node into an obstacle.
     #[error(
-        "both sides are clamped at the end ({}, {}) of the contact line, and their supports press them {depth:.3e} into each \
-         other there",
-        shown(point[0]), shown(point[1])
+        "both sides are clamped at the end {point} of the contact line, and their supports press them {depth:.3e} into each \
+         other there"
     )]
     ClampedOverlap {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Depth, m.
         depth: f64,
     },
     /// The normal displacement of a contact node is imposed by a support.
     #[error(
-        "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 30 degrees, or \
+        "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or \
          in two directions; only nodes at the ends of a straight line may be, if both bodies are clamped there: end the \
-         contact surface or the support one edge earlier",
-        shown(point[0]), shown(point[1])
+         contact surface or the support one edge earlier"
     )]
     SupportedNode {
         /// 0 or 1.
         body: usize,
         /// The node.
-        point: Vector,
+        point: Point,
     },
     /// The initial gap is negative or not finite.
-    #[error("the initial gap at ({}, {}) is {}; it must be a finite number >= 0", shown(point[0]), shown(point[1]), shown(*value))]
+    #[error("the initial gap at {point} is {}; it must be a finite number >= 0", shown(*value))]
     BadGap {
         /// The node.
-        point: Vector,
+        point: Point,
         /// The gap there, m.
         value: f64,
     },
     /// The limit of Tresca's friction is negative or not finite.
-    #[error("the friction limit at ({}, {}) is {}; it must be a finite number >= 0", shown(point[0]), shown(point[1]), shown(*value))]
+    #[error("the friction limit at {point} is {}; it must be a finite number >= 0", shown(*value))]
     BadFrictionLimit {
         /// The node of the first body.
-        point: Vector,
+        point: Point,
         /// The limit there, Pa.
         value: f64,
     },
@@ -266,16 +260,18 @@ impl InterfaceError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vector;
 
     #[test]
     fn a_normal_without_direction_is_said_shortly() {
-        let normal = Vector::new(0.0, -1e-320);
-        let said = InterfaceError::NormalAway { normal, point: Vector::new(1.0, 2.0), degrees: f64::NAN }
-            .to_string();
+        let normal = Vector::new(0.0, -1e-320).into();
+        let said =
+            InterfaceError::NormalAway { normal, point: Vector::new(1.0, 2.0).into(), degrees: f64::NAN }
+                .to_string();
         assert!(said.contains("(0, -1e-320) has no direction") && !said.contains("NaN"), "{said}");
         let away = InterfaceError::NormalAway {
-            normal: Vector::new(0.0, -1.0),
-            point: Vector::new(1.0, 2.0),
+            normal: Vector::new(0.0, -1.0).into(),
+            point: Vector::new(1.0, 2.0).into(),
             degrees: 90.0,
         };
         assert!(away.to_string().contains("(0, -1) is 90.0 degrees from the first body's"), "{away}");
@@ -283,7 +279,7 @@ mod tests {
 
     #[test]
     fn places_of_300_digits_are_shown_with_an_exponent() {
-        let point = Vector::new(1e300, -1e-300);
+        let point = Point::from(Vector::new(1e300, -1e-300));
         for error in [
             InterfaceError::Occupied { body: 0, point, what: "a load" },
             InterfaceError::NotMatching { body: 0, point, distance: 1e300, spacing: 1e-300 },

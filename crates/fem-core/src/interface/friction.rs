@@ -139,7 +139,10 @@ impl ContactPair {
         match self.interface.pairs().iter().zip(limits).find(|(_, s)| !(*s >= 0.0 && s.is_finite())) {
             Some((pair, value)) => {
                 let point = first.mesh().points()[pair.nodes[0]];
-                Err(InterfaceError::BadFrictionLimit { point, value: value * pair.normal_length() })
+                Err(InterfaceError::BadFrictionLimit {
+                    point: point.into(),
+                    value: value * pair.normal_length(),
+                })
             }
             None => Ok(()),
         }

@@ -56,7 +56,7 @@ impl GeometricGap {
             let turn = if found.is_some() { STRAIGHT * norm(distance) } else { 0.0 };
             let rounded = COORDINATES * point.iter().chain(&other).fold(0.0f64, |m, x| m.max(x.abs()));
             if !(offset <= FACING * spacing + rounded + turn) {
-                return Err(InterfaceError::Offset { point, offset, spacing });
+                return Err(InterfaceError::Offset { point: point.into(), offset, spacing });
             }
             let along = || distance.dot(&pair.normal) / norm(pair.normal);
             gaps.push(found.map_or_else(along, |f| f.gap));
@@ -127,7 +127,7 @@ impl Surfaces<'_> {
         let all = self.measured(points, pairs);
         match all.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))) {
             Some(m) if !(excess(m) <= TOUCHING * self.drawn.size) => {
-                Err(InterfaceError::NotTouching { point: m.point, gap: m.gap })
+                Err(InterfaceError::NotTouching { point: m.point.into(), gap: m.gap })
             }
             _ => Ok(()),
         }
@@ -138,12 +138,16 @@ impl Surfaces<'_> {
         let size = self.drawn.size;
         let all = self.measured(points, pairs);
         if let Some(far) = all.iter().find(|m| m.gap > size) {
-            return Err(InterfaceError::TooFar { point: far.point, distance: far.gap, size });
+            return Err(InterfaceError::TooFar { point: far.point.into(), distance: far.gap, size });
         }
         let depth = |m: &Measured| -m.gap - m.uncertainty;
         match all.iter().max_by(|a, b| depth(a).total_cmp(&depth(b))) {
             Some(m) if !(depth(m) <= TOUCHING * size) => {
-                return Err(InterfaceError::Overlap { point: m.point, depth: -m.gap, spacing: m.spacing });
+                return Err(InterfaceError::Overlap {
+                    point: m.point.into(),
+                    depth: -m.gap,
+                    spacing: m.spacing,
+                });
             }
             _ => {}
         }
@@ -161,7 +165,7 @@ pub(super) fn check_distances(points: &[Vector], facing: &[&Facing]) -> Result<(
         facing.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
     match worst.filter(|f| !(excess(f) <= 0.0)) {
         Some(f) => {
-            Err(InterfaceError::Distance { point: points[f.nodes[0]], gap: f.gap, spacing: f.spacing })
+            Err(InterfaceError::Distance { point: points[f.nodes[0]].into(), gap: f.gap, spacing: f.spacing })
         }
         None => Ok(()),
     }

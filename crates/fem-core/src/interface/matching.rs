@@ -160,7 +160,12 @@ pub(super) fn nearest(
         let local = spacing[0][&node];
         let (other, distance) = grid.nearest(point);
         if distance > TOLERANCE * local.min(spacing[1][&other]) || taken.insert(other, node).is_some() {
-            return Err(InterfaceError::NotMatching { body: 0, point, distance, spacing: local });
+            return Err(InterfaceError::NotMatching {
+                body: 0,
+                point: point.into(),
+                distance,
+                spacing: local,
+            });
         }
         partner.insert(node, other);
     }
@@ -168,7 +173,12 @@ pub(super) fn nearest(
         let point = bodies[1].mesh().points()[node];
         let nodes: Vec<NodeId> = partner.keys().copied().collect();
         let distance = Grid::new(bodies[0], &nodes).nearest(point).1;
-        return Err(InterfaceError::NotMatching { body: 1, point, distance, spacing: spacing[1][&node] });
+        return Err(InterfaceError::NotMatching {
+            body: 1,
+            point: point.into(),
+            distance,
+            spacing: spacing[1][&node],
+        });
     }
     Ok(partner)
 }
@@ -192,7 +202,7 @@ pub(super) fn refined<'a>(
         let of_edge = |k: usize| {
             let fault = || {
                 let point = body.mesh().facet_middle(stretch.edges[k]);
-                InterfaceError::EdgeWithoutPartner { body: 0, point }
+                InterfaceError::EdgeWithoutPartner { body: 0, point: point.into() }
             };
             along.get(&stretch.ends(k)).copied().ok_or_else(fault)
         };
@@ -280,7 +290,8 @@ pub(super) fn along(
 ) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
     let others = walk(bodies[1], edges[1]);
     let place = |b: usize, node: NodeId| bodies[b].mesh().points()[node];
-    let counts = |point, what, counts| Err(InterfaceError::Counts { point, what, counts });
+    let counts =
+        |point: Vector, what, counts| Err(InterfaceError::Counts { point: point.into(), what, counts });
     if chain.len() != others.len() {
         return counts(place(0, chain[0].nodes[0]), "stretches", [chain.len(), others.len()]);
     }

@@ -78,8 +78,8 @@ fn given(body: &Body, edges: &[ContactFacet], direction: Vector) -> Result<Vecto
         if !(cosine >= TURN && length.is_finite()) {
             let point = body.mesh().facet_middle(edge.facets[0]);
             return Err(InterfaceError::NormalAway {
-                normal: direction,
-                point,
+                normal: direction.into(),
+                point: point.into(),
                 degrees: cosine.acos().to_degrees(),
             });
         }
@@ -112,7 +112,7 @@ pub(super) fn sharpest_turn(
 fn check_corners(body: &Body, pairs: &[NodePair], edges: &[ContactFacet]) -> Result<(), InterfaceError> {
     match sharpest_turn(body, pairs, edges) {
         Some((point, cosine)) if cosine < TURN => {
-            Err(InterfaceError::Curved { point, degrees: cosine.acos().to_degrees() })
+            Err(InterfaceError::Curved { point: point.into(), degrees: cosine.acos().to_degrees() })
         }
         _ => Ok(()),
     }
@@ -223,7 +223,7 @@ fn turns(pairs: &[NodePair], edges: &[ContactFacet]) -> Vec<f64> {
 fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<(), InterfaceError> {
     let constraint = |b: usize| &bodies[b].node_constraints()[pair.nodes[b]];
     let refused = |b: usize| {
-        Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[pair.nodes[b]] })
+        Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[pair.nodes[b]].into() })
     };
     if clamped_ends::is_clamped(bodies, pair) {
         return Ok(());
@@ -264,12 +264,14 @@ fn check_turns(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactFacet]) -
         if !(worst >= TURN - PARALLEL) {
             let degrees = worst.clamp(-1.0, 1.0).acos().to_degrees();
             return Err(InterfaceError::Curved {
-                point: bodies[0].mesh().facet_middle(edge.facets[0]),
+                point: bodies[0].mesh().facet_middle(edge.facets[0]).into(),
                 degrees,
             });
         }
         if (a + b).dot(&other) <= 0.0 {
-            return Err(InterfaceError::NotFacing { point: bodies[0].mesh().facet_middle(edge.facets[0]) });
+            return Err(InterfaceError::NotFacing {
+                point: bodies[0].mesh().facet_middle(edge.facets[0]).into(),
+            });
         }
     }
     Ok(())

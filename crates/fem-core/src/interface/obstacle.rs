@@ -220,7 +220,7 @@ impl ContactInterface {
             return Err(InterfaceError::NoSurface { body: 0, group: surface.to_string(), reason });
         };
         if edges.is_empty() {
-            return Err(InterfaceError::NotFacing { point: mesh.facet_middle(*first) });
+            return Err(InterfaceError::NotFacing { point: mesh.facet_middle(*first).into() });
         }
         pairing::check_free(body, 0, surface, &edges)?;
         let chain = walk(body, &edges);
@@ -305,10 +305,10 @@ fn check_apart(
     let Some((off, distance, node, spacing)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(()) };
     let point = mesh.points()[node];
     if given && off > 0.0 {
-        return Err(InterfaceError::Distance { point, gap: distance, spacing });
+        return Err(InterfaceError::Distance { point: point.into(), gap: distance, spacing });
     }
     if !given && off > TOUCHING * mesh.diagonal() {
-        return Err(InterfaceError::Overlap { point, depth: off, spacing });
+        return Err(InterfaceError::Overlap { point: point.into(), depth: off, spacing });
     }
     Ok(())
 }
@@ -390,7 +390,7 @@ impl Chained {
         let constraint = &body.node_constraints()[node];
         let allowed = self.may_be_clamped && constraint.is_clamped();
         if !allowed && norm(constraint.held.components(normal)) > SUPPORT {
-            return Err(InterfaceError::SupportedNode { body: 0, point });
+            return Err(InterfaceError::SupportedNode { body: 0, point: point.into() });
         }
         let gap = match gap {
             Some(Gap::Given(data)) => data.at(point),
@@ -400,13 +400,13 @@ impl Chained {
                 if distance < -TOUCHING * size {
                     let around = body.mesh().topology().cells_around(node).first();
                     let spacing = around.map_or(size, |t| body.mesh().measure(*t as usize).sqrt());
-                    return Err(InterfaceError::Overlap { point, depth: -distance, spacing });
+                    return Err(InterfaceError::Overlap { point: point.into(), depth: -distance, spacing });
                 }
                 distance.max(0.0)
             }
         };
         if !(gap >= 0.0 && gap.is_finite()) {
-            return Err(InterfaceError::BadGap { point, value: gap });
+            return Err(InterfaceError::BadGap { point: point.into(), value: gap });
         }
         let nodes = [node, NodeId::new(self.pairs.len())];
         Ok(NodePair { nodes, normal, gap, weight: 0.0, arc_length })

@@ -104,10 +104,14 @@ pub(super) fn check_free(
         let condition = body.facet_condition(edge).ok_or_else(|| fault("has an edge inside the body"))?;
         let point = body.mesh().facet_middle(edge);
         if !condition.reaction.is_none() {
-            return Err(InterfaceError::Occupied { body: number, point, what: "an imposed displacement" });
+            return Err(InterfaceError::Occupied {
+                body: number,
+                point: point.into(),
+                what: "an imposed displacement",
+            });
         }
         if condition.traction != [Vector::zeros(); 2] {
-            return Err(InterfaceError::Occupied { body: number, point, what: "a load" });
+            return Err(InterfaceError::Occupied { body: number, point: point.into(), what: "a load" });
         }
     }
     Ok(())
@@ -145,7 +149,7 @@ fn given_gap(points: &[Vector], pairs: &mut [NodePair], data: &ScalarData) -> Re
         let point = points[pair.nodes[0]];
         let value = data.at(point);
         if !(value >= 0.0 && value.is_finite()) {
-            return Err(InterfaceError::BadGap { point, value });
+            return Err(InterfaceError::BadGap { point: point.into(), value });
         }
         pair.gap = value * norm(pair.normal);
     }
@@ -169,11 +173,11 @@ fn make_edges(
             let Some(other) = found.filter(|e| surfaces[1].binary_search(e).is_ok()) else {
                 return Err(InterfaceError::EdgeWithoutPartner {
                     body: 0,
-                    point: bodies[0].mesh().facet_middle(edge),
+                    point: bodies[0].mesh().facet_middle(edge).into(),
                 });
             };
             if bodies[0].mesh().facet_normal(edge).dot(&bodies[1].mesh().facet_normal(other)) >= -0.5 {
-                return Err(InterfaceError::NotFacing { point: bodies[0].mesh().facet_middle(edge) });
+                return Err(InterfaceError::NotFacing { point: bodies[0].mesh().facet_middle(edge).into() });
             }
             seen.insert(other);
             let length = bodies[0].mesh().facet_measure(edge);
@@ -190,9 +194,10 @@ fn make_edges(
         first += stretch.nodes.len();
     }
     match surfaces[1].iter().find(|e| !seen.contains(*e)) {
-        Some(&edge) => {
-            Err(InterfaceError::EdgeWithoutPartner { body: 1, point: bodies[1].mesh().facet_middle(edge) })
-        }
+        Some(&edge) => Err(InterfaceError::EdgeWithoutPartner {
+            body: 1,
+            point: bodies[1].mesh().facet_middle(edge).into(),
+        }),
         None => Ok(edges),
     }
 }

@@ -322,7 +322,7 @@ impl ContactInterface {
             (Gap::Geometric, None) => 0.5 * (i.gap + j.gap) / length,
         };
         if !(distance >= 0.0 && distance.is_finite()) {
-            return Err(InterfaceError::BadGap { point, value: distance });
+            return Err(InterfaceError::BadGap { point: point.into(), value: distance });
         }
         Ok(NodePair {
             nodes,
