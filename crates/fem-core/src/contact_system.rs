@@ -5,10 +5,11 @@
 //! it, so a force that presses on both bodies has one sign.
 
 use crate::condensation::{CondensedBody, InterfaceOperator};
-use crate::geometry::Vector;
+use crate::geometry::Coordinates;
 use crate::interface::{ContactPair, ContactProblem};
 use crate::motions::{BodyMotion, largest};
 use crate::prepared::PreparedProblem;
+use crate::space::Space;
 use std::ops::Range;
 
 pub use crate::interface::{Partner, Roles};
@@ -186,7 +187,7 @@ impl ContactRows {
     /// Takes the rows of a problem.
     ///
     /// * `motions`: see [`ContactProblem::rigid_motions`]; `load_sizes`: the sum of the sizes of the loads of each body and obstacle, N/m.
-    fn new(problem: &ContactProblem, motions: &[BodyMotion], load_sizes: &[f64]) -> Self {
+    fn new<S: Space>(problem: &ContactProblem<S>, motions: &[BodyMotion<S>], load_sizes: &[f64]) -> Self {
         let (mut pairs, mut rows) = (Vec::with_capacity(problem.contacts.len()), Vec::new());
         for ((k, pair), block) in problem.contacts.iter().enumerate().zip(problem.blocks()) {
             let start = rows.len();
@@ -221,14 +222,14 @@ impl ContactRows {
     }
 
     /// Lists the traces of the moved nodes of one side of a pair, with their rows.
-    fn traces_of(
+    fn traces_of<S: Space>(
         &self,
-        problem: &ContactProblem,
+        problem: &ContactProblem<S>,
         (pair, side): (usize, usize),
-        moved: &[Vector],
+        moved: &[S::Vector],
     ) -> Vec<(usize, f64)> {
         let rows = self.pairs[pair].all().zip(problem.contacts[pair].rows());
-        rows.map(|(row, of)| (row, sign(side) * moved[of.nodes[side]].dot(&of.direction))).collect()
+        rows.map(|(row, of)| (row, sign(side) * moved[of.nodes[side]].times(&of.direction))).collect()
     }
 
     /// Returns the number of rows.
@@ -293,11 +294,16 @@ impl ContactRows {
 /// Lists the rows of a pair.
 ///
 /// * `first`: number of its first pair of nodes among all.
-fn rows_of(problem: &ContactProblem, number: usize, pair: &ContactPair, first: usize) -> Vec<ContactRow> {
+fn rows_of<S: Space>(
+    problem: &ContactProblem<S>,
+    number: usize,
+    pair: &ContactPair<S>,
+    first: usize,
+) -> Vec<ContactRow> {
     let imposed = problem.obstacle_of(pair).map(|obstacle| obstacle.imposed());
     let limits = pair.friction_limit(&problem.bodies[pair.body]);
     let nodes = pair.interface.pairs();
-    let row = |(place, row): (usize, crate::interface::PairRow)| {
+    let row = |(place, row): (usize, crate::interface::PairRow<S>)| {
         let (node, k) = (&nodes[row.pair], row.pair);
         let tangential = place >= nodes.len();
         let law = match (tangential, pair.friction.coulomb(), &limits) {
@@ -315,32 +321,32 @@ fn rows_of(problem: &ContactProblem, number: usize, pair: &ContactPair, first: u
             law,
             gap: if tangential { slip() } else { node.gap },
             length: node.weight,
-            obstacle: imposed.as_ref().map(|imposed| sign(1) * imposed[k].dot(&row.direction)),
+            obstacle: imposed.as_ref().map(|imposed| sign(1) * imposed[k].times(&row.direction)),
         }
     };
     pair.rows().enumerate().map(row).collect()
 }
 
-impl ContactProblem {
+impl<S: Space> ContactProblem<S> {
     /// Returns the rows of the contacts: what can be asked before a body is factorised.
     pub fn contact_rows(&self) -> ContactRows {
-        let forces: Vec<Vec<Vector>> = self.bodies.iter().map(crate::assembly::external_forces).collect();
+        let forces: Vec<Vec<S::Vector>> = self.bodies.iter().map(crate::assembly::external_forces).collect();
         self.contact_rows_under(&forces, &self.rigid_motions_under(&forces))
     }
 
-    fn contact_rows_under(&self, forces: &[Vec<Vector>], motions: &[BodyMotion]) -> ContactRows {
-        let of_bodies = forces.iter().map(|forces| forces.iter().map(|f| f.norm()).sum());
+    fn contact_rows_under(&self, forces: &[Vec<S::Vector>], motions: &[BodyMotion<S>]) -> ContactRows {
+        let of_bodies = forces.iter().map(|forces| forces.iter().map(|f| f.times(f).sqrt()).sum());
         let of_obstacles = self.obstacles.iter().map(|obstacle| obstacle.load_size());
         ContactRows::new(self, motions, &of_bodies.chain(of_obstacles).collect::<Vec<f64>>())
     }
 }
 
-impl PreparedProblem {
+impl<S: Space> PreparedProblem<S> {
     /// Returns the algebra of the problem, for a solver of contact.
     pub fn system(&self) -> ContactSystem<'_> {
         let rows = self.problem().contact_rows_under(self.external_forces(), self.rigid_motions());
         let sides = self.problem().sides();
-        let of_body = |(b, body): (usize, &CondensedBody)| {
+        let of_body = |(b, body): (usize, &CondensedBody<S>)| {
             let of_side = |(block, &(pair, side)): (usize, &(usize, usize))| {
                 let of_rows = rows.pairs[pair].all().zip(body.dofs().rows(block));
                 let of_row = |(number, row): (usize, &crate::dof::TraceRow)| BodyRow {
@@ -361,14 +367,14 @@ impl PreparedProblem {
     ///
     /// # Panics
     /// If there is not one field per body and one amount per rigid motion.
-    pub fn displacements(&self, of: &BodyFields) -> Vec<Vec<Vector>> {
+    pub fn displacements(&self, of: &BodyFields) -> Vec<Vec<S::Vector>> {
         let (found, expected) =
             ((of.bodies.len(), of.amounts.len()), (self.bodies().len(), self.rigid_motions().len()));
         assert!(found == expected, "{found:?} fields and amounts, and {expected:?} bodies and rigid motions");
-        let moved = |partner: Partner, u: &mut [Vector]| {
+        let moved = |partner: Partner, u: &mut [S::Vector]| {
             let motions = self.rigid_motions().iter().zip(&of.amounts);
             for (motion, amount) in motions.filter(|(motion, _)| motion.partner == partner) {
-                u.iter_mut().zip(self.moved_by(motion)).for_each(|(u, moved)| *u += *amount * moved);
+                u.iter_mut().zip(self.moved_by(motion)).for_each(|(u, moved)| *u += moved * *amount);
             }
         };
         let mut all = crate::each_body(self.bodies().len(), |b| match &of.bodies[b] {

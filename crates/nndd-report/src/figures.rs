@@ -324,7 +324,7 @@ fn obstacles<'a>(solution: &Fields<'a>) -> Vec<ObstaclePicture<'a>> {
         line: obstacle.line,
         points: obstacle.points(),
         motion: motion(obstacle.points(), found.get(k).map_or(&[][..], Vec::as_slice)),
-        imposed: obstacle.translation.map(|t| t.unwrap_or(0.0)).into(),
+        imposed: [0, 1].map(|c: usize| obstacle.motion[c].unwrap_or(0.0)).into(),
         load: (obstacle.force, obstacle.moment),
     });
     pictures.collect()

@@ -6,9 +6,10 @@ use super::normals::SUPPORT;
 use super::refinement::measure_arc;
 use super::{ContactFacet, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
 use crate::body::{Body, RigidMotion};
-use crate::geometry::{self, Vector, cross, norm, perpendicular};
+use crate::geometry::{self, Coordinates, cross, norm};
 use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::topology::NONE;
+use crate::space::{Plane, Space};
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between a contact edge and the obstacle: 60 degrees.
@@ -18,20 +19,20 @@ const TOUCHING: f64 = 1e-6;
 /// A change of the gap up to this fraction of the body's diagonal is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// The line of a rigid obstacle.
+/// The line of a rigid obstacle, in space its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RigidLine {
-    /// A straight line.
+pub enum RigidLine<S: Space = Plane> {
+    /// A straight line, or a plane.
     Plane {
         /// A point of it, m.
-        point: Vector,
+        point: S::Vector,
         /// Out of the obstacle, to the body; of any length except zero.
-        normal: Vector,
+        normal: S::Vector,
     },
-    /// A circle.
+    /// A circle, or a sphere.
     Circle {
         /// Its centre, m.
-        centre: Vector,
+        centre: S::Vector,
         /// Its radius, m.
         radius: f64,
         /// True if the body is inside, so that the obstacle is a hole.
@@ -39,19 +40,19 @@ pub enum RigidLine {
     },
 }
 
-impl RigidLine {
+impl<S: Space> RigidLine<S> {
     /// Computes the distance of a point from the line, m, negative inside the obstacle, and the unit normal out of the
     /// body, into the obstacle.
-    pub fn distance(&self, point: Vector) -> (f64, Vector) {
+    pub fn distance(&self, point: S::Vector) -> (f64, S::Vector) {
         match *self {
             Self::Plane { point: origin, normal } => {
                 let out = normal / norm(normal);
-                ((point - origin).dot(&out), -out)
+                ((point - origin).times(&out), -out)
             }
             Self::Circle { centre, radius, inside } => {
                 let arm = point - centre;
                 let length = norm(arm);
-                let out = if length > 0.0 { 1.0 / length * arm } else { Vector::x() };
+                let out = if length > 0.0 { arm * (1.0 / length) } else { S::AXES[0] };
                 if inside { (radius - length, out) } else { (length - radius, -out) }
             }
         }
@@ -61,36 +62,33 @@ impl RigidLine {
 /// A rigid obstacle in a pair with one body: each component of its motion is imposed, or free under its load.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Obstacle {
+pub struct Obstacle<S: Space = Plane> {
     /// Its line.
-    pub line: RigidLine,
-    /// Imposed displacements in x and y, m; `None`: free.
-    pub translation: [Option<f64>; 2],
-    /// Imposed rotation about [`Self::about`], radians, counter-clockwise; `None`: free.
-    pub rotation: Option<f64>,
+    pub line: RigidLine<S>,
+    /// Imposed displacements along the axes, m, and rotations about [`Self::about`], radians, in the order of [`Space::MOTIONS`]; `None`: free.
+    pub motion: S::Components<Option<f64>>,
     /// Resultant of its load, N/m; it acts along free components only.
-    pub force: Vector,
+    pub force: S::Vector,
     /// Moment of its load about [`Self::about`], N.
-    pub moment: f64,
+    pub moment: S::Spin,
     /// The point about which it rotates, m.
-    pub about: Vector,
+    pub about: S::Vector,
     /// The point that faces each contact node of the body, m; set by [`super::ContactProblem::obstacle`].
-    pub(super) points: Vec<Vector>,
+    pub(super) points: Vec<S::Vector>,
 }
 
-impl Obstacle {
+impl<S: Space> Obstacle<S> {
     /// Creates a fixed obstacle.
-    pub fn fixed(line: RigidLine) -> Self {
+    pub fn fixed(line: RigidLine<S>) -> Self {
         let about = match line {
             RigidLine::Plane { point, .. } => point,
             RigidLine::Circle { centre, .. } => centre,
         };
         Self {
             line,
-            translation: [Some(0.0); 2],
-            rotation: Some(0.0),
-            force: Vector::zeros(),
-            moment: 0.0,
+            motion: S::components(|_| Some(0.0)),
+            force: S::Vector::ZERO,
+            moment: S::Spin::default(),
             about,
             points: Vec::new(),
         }
@@ -100,87 +98,93 @@ impl Obstacle {
     ///
     /// * `by`: the displacement, m.
     #[must_use]
-    pub fn moved(mut self, by: [f64; 2]) -> Self {
-        self.translation = by.map(Some);
+    pub fn moved(mut self, by: impl Into<S::Vector>) -> Self {
+        let by = by.into();
+        self.motion = S::components(|k| if k < S::DIM { Some(by[k]) } else { self.motion[k] });
         self
     }
 
     /// Lets the components without an imposed value move under a load.
     ///
-    /// * `translation`, `rotation`: imposed values; `None`: free. `force`, N/m, and `moment` about `about`, N.
+    /// * `motion`: imposed values, see [`Self::motion`]; `None`: free. `force`, N/m, and `moment` about `about`, N.
     #[must_use]
     pub fn stamp(
         mut self,
-        (translation, rotation): ([Option<f64>; 2], Option<f64>),
-        (force, moment): ([f64; 2], f64),
-        about: [f64; 2],
+        motion: S::Components<Option<f64>>,
+        (force, moment): (impl Into<S::Vector>, S::Spin),
+        about: impl Into<S::Vector>,
     ) -> Self {
-        (self.translation, self.rotation) = (translation, rotation);
+        self.motion = motion;
         (self.force, self.moment, self.about) = (force.into(), moment, about.into());
         self
     }
 
     /// Returns the points that face the contact nodes, m.
-    pub fn points(&self) -> &[Vector] {
+    pub fn points(&self) -> &[S::Vector] {
         &self.points
     }
 
     /// Computes the imposed displacement of each of its points, m: zero along free components.
-    pub fn imposed(&self) -> Vec<Vector> {
+    pub fn imposed(&self) -> Vec<S::Vector> {
         self.points.iter().map(|p| self.imposed_at(*p)).collect()
     }
 
-    fn imposed_at(&self, point: Vector) -> Vector {
-        let [x, y] = self.translation.map(|t| t.unwrap_or(0.0));
-        Vector::new(x, y) + self.rotation.unwrap_or(0.0) * perpendicular(point - self.about)
+    fn imposed_at(&self, point: S::Vector) -> S::Vector {
+        let (translation, spin) = S::parts(&S::components(|k| self.motion[k].unwrap_or(0.0)));
+        translation + S::turned(spin, point - self.about)
     }
 
     /// Tells whether its motion is imposed.
     fn is_held(&self) -> bool {
-        self.rotation.is_some() && self.translation.iter().all(Option::is_some)
+        self.motion.as_ref().iter().all(Option::is_some)
     }
 
     /// Returns what is imposed on a node of a body and on the obstacle's point that faces it, if a support clamps the node, m.
-    pub(super) fn clamped(&self, body: &Body, pair: &NodePair) -> Option<[Vector; 2]> {
+    pub(super) fn clamped(&self, body: &Body<S>, pair: &NodePair<S>) -> Option<[S::Vector; 2]> {
         let constraint = &body.node_constraints()[pair.nodes[0]];
         let facing = || self.imposed_at(self.point_facing(body, pair));
         constraint.is_clamped().then(|| [constraint.displacement(), facing()])
     }
 
-    fn point_facing(&self, body: &Body, pair: &NodePair) -> Vector {
+    fn point_facing(&self, body: &Body<S>, pair: &NodePair<S>) -> S::Vector {
         let point = body.mesh().points()[pair.nodes[0]];
-        point + self.line.distance(point).0 * pair.normal
+        point + pair.normal * self.line.distance(point).0
     }
 
     /// Lists its free motions, each with the work of the load along a unit of the motion.
-    pub fn free_motions(&self) -> Vec<(RigidMotion, f64)> {
-        let size = geometry::diagonal(&self.points).max(f64::MIN_POSITIVE);
-        let motion = |translation, spin| RigidMotion { piece: 0, translation, spin, centre: self.about };
-        let mut found = Vec::new();
-        for (c, axis) in [Vector::x(), Vector::y()].into_iter().enumerate() {
-            if self.translation[c].is_none() {
-                found.push((motion(axis, 0.0), self.force[c]));
-            }
-        }
-        if self.rotation.is_none() {
-            // Scaled so that it is comparable with a translation.
-            found.push((motion(Vector::zeros(), 1.0 / size), self.moment / size));
-        }
-        found
+    pub fn free_motions(&self) -> Vec<(RigidMotion<S>, f64)> {
+        let size = self.size();
+        let load = S::motion(self.force, self.moment);
+        let free = (0..S::COMPONENTS).filter(|k| self.motion[*k].is_none());
+        free.map(|k| {
+            // A rotation is scaled so that it is comparable with a translation.
+            let unit = if k < S::DIM { 1.0 } else { 1.0 / size };
+            let (translation, spin) = S::parts(&S::components(|j| if j == k { unit } else { 0.0 }));
+            let motion = RigidMotion { piece: 0, translation, spin, centre: self.about };
+            (motion, if k < S::DIM { load[k] } else { load[k] / size })
+        })
+        .collect()
     }
 
     /// Computes the size of its load, N/m: the moment counts by the size of the contact.
     pub fn load_size(&self) -> f64 {
-        norm(self.force) + self.moment.abs() / geometry::diagonal(&self.points).max(f64::MIN_POSITIVE)
+        let load = S::motion(self.force, self.moment);
+        let moments = (S::DIM..S::COMPONENTS).map(|k| load[k].abs());
+        norm(self.force) + moments.fold(0.0, f64::hypot) / self.size()
+    }
+
+    /// Returns the size of the contact, m.
+    fn size(&self) -> f64 {
+        geometry::diagonal(&self.points).max(f64::MIN_POSITIVE)
     }
 
     /// Computes the displacement of each of its points in a rigid motion, m.
-    pub fn moved_by(&self, motion: &RigidMotion) -> Vec<Vector> {
+    pub fn moved_by(&self, motion: &RigidMotion<S>) -> Vec<S::Vector> {
         self.points.iter().map(|p| motion.at(*p)).collect()
     }
 
     /// Takes the points that face the contact nodes of its body.
-    pub(super) fn facing(mut self, body: &Body, interface: &ContactInterface) -> Self {
+    pub(super) fn facing(mut self, body: &Body<S>, interface: &ContactInterface<S>) -> Self {
         self.points = interface.pairs().iter().map(|pair| self.point_facing(body, pair)).collect();
         self
     }
