@@ -5,6 +5,7 @@ pub mod common_refinement;
 mod contacts;
 mod error;
 mod facing;
+mod flat;
 mod friction;
 mod geometric_gap;
 mod interpolation;
@@ -168,6 +169,11 @@ impl ContactFacet {
         }
         self.measure / 6.0 * (p * (2.0 * o + r) + q * (o + 2.0 * r))
     }
+}
+
+/// Returns the size of a facet, m: the length of an edge, the root of an area.
+fn facet_size<S: Space>(measure: f64) -> f64 {
+    measure.powf(1.0 / (S::DIM - 1) as f64)
 }
 
 /// How the initial gap is defined.

@@ -99,6 +99,13 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
         InterfaceError::Curved { .. } => {
             ("a surface without sharp corners", "end the contact surface at the corner, or refine it there")
         }
+        InterfaceError::NotFlat { .. } => {
+            ("two flat surfaces", "choose a flat part of the side, or make the surface flat")
+        }
+        InterfaceError::HeldNode { .. } => (
+            "contact nodes that can move along the normal",
+            "end the contact surface or the support one face earlier",
+        ),
         InterfaceError::SupportedNode { .. } => (
             "contact nodes that can move along the contact normal, or ends of a straight line where both bodies are clamped",
             "end the contact surface or the support one edge earlier",
@@ -117,7 +124,7 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
             ("a finite number >= 0", "change the number or the expression of `friction`")
         }
         InterfaceError::NotMatching { .. }
-        | InterfaceError::EdgeWithoutPartner { .. }
+        | InterfaceError::FacetWithoutPartner { .. }
         | InterfaceError::Counts { .. }
         | InterfaceError::Offset { .. } => {
             ("surfaces whose nodes face each other", "mesh the two sides with the same divisions")

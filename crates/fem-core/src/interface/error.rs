@@ -1,6 +1,7 @@
 //! Errors of the pairing of two contact surfaces.
 
 use crate::geometry::{Point, shown};
+use crate::space::Words;
 use thiserror::Error;
 
 /// Says what is wrong with a given normal.
@@ -18,7 +19,7 @@ fn away(degrees: f64, point: Point) -> String {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InterfaceError {
     /// There is no group of that name.
-    #[error("body {body} has no edge group \"{group}\" for its contact surface; the groups are: {known}")]
+    #[error("body {body} has no {} group \"{group}\" for its contact surface; the groups are: {known}", words.facet)]
     UnknownSurface {
         /// 0 or 1.
         body: usize,
@@ -26,8 +27,10 @@ pub enum InterfaceError {
         group: String,
         /// The existing names.
         known: String,
+        /// The words for its cells.
+        words: &'static Words,
     },
-    /// The group has no edge, or one inside the body.
+    /// The group has no facet, or one inside the body.
     #[error("the contact surface \"{group}\" of body {body} {reason}")]
     NoSurface {
         /// 0 or 1.
@@ -35,19 +38,21 @@ pub enum InterfaceError {
         /// The name given.
         group: String,
         /// The reason why it is no contact surface.
-        reason: &'static str,
+        reason: String,
     },
-    /// A contact edge also has a support or a load.
+    /// A contact facet also has a support or a load.
     #[error(
-        "the contact edge of body {body} at {point} also has {what}; a contact edge can have neither load nor imposed displacement"
+        "the contact {0} of body {body} at {point} also has {what}; a contact {0} can have neither load nor imposed displacement", words.facet
     )]
     Occupied {
         /// 0 or 1.
         body: usize,
-        /// Middle of the edge.
+        /// Middle of the facet.
         point: Point,
         /// "a load" or "an imposed displacement".
         what: &'static str,
+        /// The words for its cells.
+        words: &'static Words,
     },
     /// A contact node has no partner.
     #[error(
@@ -79,13 +84,15 @@ pub enum InterfaceError {
         /// The shorter edge there.
         spacing: f64,
     },
-    /// Paired nodes are joined by an edge in only one body.
-    #[error("the surfaces do not match: the contact edge of body {body} at {point} has no partner")]
-    EdgeWithoutPartner {
+    /// Paired nodes are joined by a facet in only one body.
+    #[error("the surfaces do not match: the contact {} of body {body} at {point} has no partner", words.facet)]
+    FacetWithoutPartner {
         /// 0 or 1.
         body: usize,
-        /// Middle of the edge.
+        /// Middle of the facet.
         point: Point,
+        /// The words for its cells.
+        words: &'static Words,
     },
     /// The two surfaces face the same direction.
     #[error("the two surfaces do not face each other at {point}")]
@@ -191,6 +198,30 @@ pub enum InterfaceError {
         /// Depth, m.
         depth: f64,
     },
+    /// A contact surface of a solid is not flat.
+    #[error(
+        "the contact surface of body {body} is not flat: its node at {point} is {distance:.3e} from the plane of the surface; \
+         contact of solids takes flat surfaces that lie on each other"
+    )]
+    NotFlat {
+        /// 0 or 1.
+        body: usize,
+        /// The node that is farthest off.
+        point: Point,
+        /// Its distance, m.
+        distance: f64,
+    },
+    /// A support holds a contact node of a solid along the normal, or supports hold both nodes of a pair.
+    #[error(
+        "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or in all \
+         directions in both bodies; end the contact surface or the support one face earlier"
+    )]
+    HeldNode {
+        /// 0 or 1.
+        body: usize,
+        /// The node.
+        point: Point,
+    },
     /// The normal displacement of a contact node is imposed by a support.
     #[error(
         "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or \
@@ -250,7 +281,7 @@ impl InterfaceError {
         matches!(
             self,
             Self::NotMatching { .. }
-                | Self::EdgeWithoutPartner { .. }
+                | Self::FacetWithoutPartner { .. }
                 | Self::Counts { .. }
                 | Self::Offset { .. }
         )
@@ -261,6 +292,7 @@ impl InterfaceError {
 mod tests {
     use super::*;
     use crate::geometry::Vector;
+    use crate::space::{Plane, Space};
 
     #[test]
     fn a_normal_without_direction_is_said_shortly() {
@@ -281,10 +313,10 @@ mod tests {
     fn places_of_300_digits_are_shown_with_an_exponent() {
         let point = Point::from(Vector::new(1e300, -1e-300));
         for error in [
-            InterfaceError::Occupied { body: 0, point, what: "a load" },
+            InterfaceError::Occupied { body: 0, point, what: "a load", words: Plane::WORDS },
             InterfaceError::NotMatching { body: 0, point, distance: 1e300, spacing: 1e-300 },
             InterfaceError::Distance { point, gap: 1e300, spacing: 1e-300 },
-            InterfaceError::EdgeWithoutPartner { body: 0, point },
+            InterfaceError::FacetWithoutPartner { body: 0, point, words: Plane::WORDS },
             InterfaceError::NotFacing { point },
             InterfaceError::Curved { point, degrees: 90.0 },
             InterfaceError::NormalAway { normal: point, point, degrees: 90.0 },

@@ -213,15 +213,15 @@ impl ContactInterface {
         let mesh = body.mesh();
         let all = mesh.group(surface).ok_or_else(|| {
             let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            InterfaceError::UnknownSurface { body: 0, group: surface.to_string(), known }
+            let group = surface.to_string();
+            InterfaceError::UnknownSurface { body: 0, group, known, words: Plane::WORDS }
         })?;
         let faces = |edge: &FacetId| {
             line.distance(mesh.facet_middle(*edge)).1.dot(&mesh.facet_normal(*edge)) >= FACING
         };
         let edges: Vec<FacetId> = all.iter().copied().filter(faces).collect();
         let Some(first) = all.first() else {
-            let reason = "has no edge";
-            return Err(InterfaceError::NoSurface { body: 0, group: surface.to_string(), reason });
+            return Err(pairing::empty::<Plane>(0, surface));
         };
         if edges.is_empty() {
             return Err(InterfaceError::NotFacing { point: mesh.facet_middle(*first).into() });

@@ -10,6 +10,7 @@ use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
 use crate::mesh::id::{FacetId, NodeId};
+use crate::space::{Plane, Space};
 
 /// Pairs the surfaces.
 ///
@@ -30,7 +31,10 @@ pub(super) fn pair(
         }
         (None, gap) => {
             let partner = match gap {
-                Gap::Given(_) | Gap::Touching => matching::nearest(bodies, edges, &chain)?,
+                Gap::Given(_) | Gap::Touching => {
+                    let nodes = chain.iter().flat_map(|s| s.nodes.iter().copied());
+                    matching::nearest(bodies, edges, nodes, |point| point)?
+                }
                 Gap::Geometric => matching::along(bodies, edges, &chain)?,
             };
             let chain = match normal {
@@ -57,7 +61,7 @@ pub(super) fn pair(
         (_, Some(common)) => profile::of_refined(&pairs, &edges, &common.between),
         (_, None) => profile::of_matching(bodies, &chain, (&pairs, drawn.gaps()), &edges),
     };
-    let surfaces = Surfaces { drawn: &drawn, edges: &edges, between: &between };
+    let surfaces = Surfaces { drawn: &drawn, facets: &edges, between: &between };
     let points = bodies[0].mesh().points();
     match gap {
         Gap::Given(data) => {
@@ -78,40 +82,61 @@ pub(super) fn pair(
     Ok(ContactInterface { gap_change, radial, ..interface })
 }
 
-fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [FacetId], InterfaceError> {
+/// Returns the facets of a group that may touch.
+pub(super) fn surface<'a, S: Space>(
+    body: &'a Body<S>,
+    number: usize,
+    group: &str,
+) -> Result<&'a [FacetId], InterfaceError> {
     let mesh = body.mesh();
     let Some(edges) = mesh.group(group) else {
         let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-        return Err(InterfaceError::UnknownSurface { body: number, group: group.to_string(), known });
+        let (group, words) = (group.to_string(), S::WORDS);
+        return Err(InterfaceError::UnknownSurface { body: number, group, known, words });
     };
     if edges.is_empty() {
-        let reason = "has no edge";
-        return Err(InterfaceError::NoSurface { body: number, group: group.to_string(), reason });
+        return Err(empty::<S>(number, group));
     }
     check_free(body, number, group, edges)?;
     Ok(edges)
 }
 
-/// Refuses contact edges inside the body, and edges that are held or loaded.
-pub(super) fn check_free(
-    body: &Body,
+/// Refuses a group without a facet.
+pub(super) fn empty<S: Space>(number: usize, group: &str) -> InterfaceError {
+    let reason = format!("has no {}", S::WORDS.facet);
+    InterfaceError::NoSurface { body: number, group: group.to_string(), reason }
+}
+
+/// Refuses contact facets inside the body, and facets that are held or loaded.
+pub(super) fn check_free<S: Space>(
+    body: &Body<S>,
     number: usize,
     group: &str,
     edges: &[FacetId],
 ) -> Result<(), InterfaceError> {
-    let fault = |reason| InterfaceError::NoSurface { body: number, group: group.to_string(), reason };
+    let fault = || InterfaceError::NoSurface {
+        body: number,
+        group: group.to_string(),
+        reason: format!("has {} {} inside the body", S::WORDS.article, S::WORDS.facet),
+    };
     for &edge in edges {
-        let condition = body.facet_condition(edge).ok_or_else(|| fault("has an edge inside the body"))?;
+        let condition = body.facet_condition(edge).ok_or_else(fault)?;
         let point = body.mesh().facet_middle(edge);
         if !condition.reaction.is_none() {
             return Err(InterfaceError::Occupied {
                 body: number,
                 point: point.into(),
                 what: "an imposed displacement",
+                words: S::WORDS,
             });
         }
-        if condition.traction != [Vector::zeros(); 2] {
-            return Err(InterfaceError::Occupied { body: number, point: point.into(), what: "a load" });
+        if condition.traction != S::ZEROS {
+            return Err(InterfaceError::Occupied {
+                body: number,
+                point: point.into(),
+                what: "a load",
+                words: S::WORDS,
+            });
         }
     }
     Ok(())
@@ -144,7 +169,12 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec
     pairs
 }
 
-fn given_gap(points: &[Vector], pairs: &mut [NodePair], data: &ScalarData) -> Result<(), InterfaceError> {
+/// Evaluates a given gap at the first body's nodes.
+pub(super) fn given_gap<S: Space>(
+    points: &[S::Vector],
+    pairs: &mut [NodePair<S>],
+    data: &ScalarData<S>,
+) -> Result<(), InterfaceError> {
     for pair in pairs {
         let point = points[pair.nodes[0]];
         let value = data.at(point);
@@ -171,7 +201,8 @@ fn make_edges(
             let [from, to] = ends.map(|k| pairs[k].nodes[1]);
             let found = bodies[1].mesh().topology().find_edge(from, to);
             let Some(other) = found.filter(|e| surfaces[1].binary_search(e).is_ok()) else {
-                return Err(InterfaceError::EdgeWithoutPartner {
+                return Err(InterfaceError::FacetWithoutPartner {
+                    words: Plane::WORDS,
                     body: 0,
                     point: bodies[0].mesh().facet_middle(edge).into(),
                 });
@@ -194,7 +225,8 @@ fn make_edges(
         first += stretch.nodes.len();
     }
     match surfaces[1].iter().find(|e| !seen.contains(*e)) {
-        Some(&edge) => Err(InterfaceError::EdgeWithoutPartner {
+        Some(&edge) => Err(InterfaceError::FacetWithoutPartner {
+            words: Plane::WORDS,
             body: 1,
             point: bodies[1].mesh().facet_middle(edge).into(),
         }),
