@@ -301,10 +301,11 @@ impl<'a> Line<'a> {
         let pressures: Vec<f64> = self.pressures().collect();
         let mut number = Vec::with_capacity(joined.len());
         let mut found: Vec<Stretch> = Vec::new();
+        let arc_lengths = self.interface.arc_lengths();
         for (k, p) in self.interface.pairs().iter().enumerate() {
             if !joined[k] {
                 found.push(Stretch {
-                    s: [p.arc_length; 2],
+                    s: [arc_lengths[k]; 2],
                     pairs: 0,
                     length: 0.0,
                     contact_force: 0.0,
@@ -317,7 +318,7 @@ impl<'a> Line<'a> {
             }
             number.push(found.len() - 1);
             if let Some(last) = found.last_mut() {
-                last.s[1] = p.arc_length;
+                last.s[1] = arc_lengths[k];
                 last.pairs += 1;
                 last.contact_force += pressures[k] * p.weight;
                 let force = self.on_first(k);
@@ -332,7 +333,7 @@ impl<'a> Line<'a> {
             let stretch = &mut found[number[i]];
             stretch.length += edge.measure;
             if edge.clamped.is_none() && j <= i {
-                stretch.s[1] = self.interface.pairs()[i].arc_length + edge.measure;
+                stretch.s[1] = arc_lengths[i] + edge.measure;
             }
             stretch.max_edge_pressure = stretch.max_edge_pressure.max(Self::mean(&pressures, edge));
         }
@@ -350,17 +351,18 @@ impl<'a> Line<'a> {
         let joined = joined(self.interface);
         let mut found: Vec<[f64; 2]> = Vec::new();
         let mut open = false;
-        for (k, pair) in pairs.iter().enumerate() {
+        let arc_lengths = self.interface.arc_lengths();
+        for k in 0..pairs.len() {
             match found.last_mut() {
-                Some(last) if carries(k) && open && joined[k] => last[1] = pair.arc_length,
-                _ if carries(k) => found.push([pair.arc_length; 2]),
+                Some(last) if carries(k) && open && joined[k] => last[1] = arc_lengths[k],
+                _ if carries(k) => found.push([arc_lengths[k]; 2]),
                 _ => {}
             }
             open = carries(k);
         }
         for edge in self.interface.facets() {
             let [i, j] = edge.pairs.map(|k| k as usize);
-            let end = pairs[i].arc_length;
+            let end = arc_lengths[i];
             // The pressure reaches a clamped end.
             if let Some(clamped) = edge.clamped.filter(|_| carries(i)) {
                 let own = found.iter_mut().find(|interval| (interval[0]..=interval[1]).contains(&end));

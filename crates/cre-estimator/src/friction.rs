@@ -191,7 +191,7 @@ mod tests {
     fn the_slip_in_the_middle_of_a_bent_edge_is_that_of_jump_and_tangent_there() {
         let problem = bent();
         let pair = &problem.contacts[0];
-        let jump = |of: &NodePair| Vector::new(of.arc_length.sin(), 1.0 + of.arc_length * of.arc_length);
+        let jump = |of: &NodePair| Vector::new(of.normal[0].sin(), 1.0 + of.normal[0] * of.normal[0]);
         let found = slips(pair, |of, _| jump(of));
         for (edge, w) in pair.interface.facets().iter().zip(found) {
             let [a, b] = edge.pairs.map(|k| &pair.interface.pairs()[k as usize]);

@@ -61,8 +61,6 @@ pub struct NodePair<S: Space = Plane> {
     pub gap: f64,
     /// Tributary length or area `ℓ = ∫ φ ds`, m or m².
     pub weight: f64,
-    /// Arc length along the surface of the body that was the first when they were paired, m; stretches are consecutive.
-    pub arc_length: f64,
 }
 
 impl<S: Space> NodePair<S> {
@@ -222,6 +220,8 @@ pub struct ContactInterface<S: Space = Plane> {
     /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
     gap: Gap<S>,
     measured_on: usize,
+    /// The arc length at each pair, m. Empty in space.
+    arc_lengths: Vec<f64>,
     /// The measured gap along each edge, if it is not linear there. Empty in space.
     profiles: Vec<Option<Profile>>,
     gap_change: Option<GapChange<S>>,
@@ -379,6 +379,11 @@ impl ContactInterface {
     /// Tells whether no pair was removed at an end that both bodies clamp.
     pub fn is_whole(&self) -> bool {
         self.whole.is_none()
+    }
+
+    /// Returns the arc length at each pair along the surface of the body that was the first when they were paired, m; stretches are consecutive.
+    pub fn arc_lengths(&self) -> &[f64] {
+        &self.arc_lengths
     }
 
     /// Returns the centre of the declared arc from which all normals come; `None` if they do not come from one.

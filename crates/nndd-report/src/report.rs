@@ -317,7 +317,7 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
     let recovered = recovered_pressure(solution.problem, pair, &forces);
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.body].mesh().points();
-    let last = solution.last;
+    let (last, arc_lengths) = (solution.last, pair.interface.arc_lengths());
     pair.interface
         .pairs()
         .iter()
@@ -327,7 +327,7 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
             let (length, normal) = (pair.weight, pair.normal_length());
             let force = last.contact.normal_reaction[first + k];
             ContactRow {
-                s: pair.arc_length,
+                s: arc_lengths[k],
                 x,
                 y,
                 gap: pair.gap / normal,

@@ -18,6 +18,8 @@ const ROUND_OFF: f64 = 1e-12;
 pub(super) struct Line {
     pub(super) pairs: Vec<NodePair>,
     pub(super) edges: Vec<ContactFacet>,
+    /// At each pair, m.
+    pub(super) arc_lengths: Vec<f64>,
     /// Of a measured gap, along each edge, if it is not linear there.
     pub(super) profiles: Vec<Option<Profile>>,
 }
@@ -74,6 +76,7 @@ impl Line {
         }
         let mut number = vec![NONE; self.pairs.len()];
         let mut pairs = Vec::with_capacity(self.pairs.len());
+        let mut arc_lengths = Vec::with_capacity(self.pairs.len());
         let mut known = vec![(0.0, Vector::zeros()); self.pairs.len()];
         for (k, pair) in self.pairs.iter().enumerate() {
             match clamped(pair) {
@@ -81,6 +84,7 @@ impl Line {
                 None => {
                     number[k] = pairs.len() as u32;
                     pairs.push(NodePair { weight: 0.0, ..*pair });
+                    arc_lengths.push(self.arc_lengths[k]);
                 }
             }
         }
@@ -119,6 +123,7 @@ impl Line {
             facets: edges,
             gap,
             measured_on,
+            arc_lengths,
             profiles,
             whole,
             gap_change: None,
@@ -165,6 +170,11 @@ impl ContactInterface {
         let pairs =
             found.pairs.iter().zip(&self.pairs).map(|(pair, old)| NodePair { nodes: old.nodes, ..*pair });
         Ok(Self { pairs: pairs.collect(), gap_change: self.gap_change, radial: self.radial, ..found })
+    }
+
+    /// Returns the arc lengths at all pairs of the whole line, m.
+    pub(super) fn line_arc_lengths(&self) -> &[f64] {
+        self.whole.as_ref().map_or(&self.arc_lengths, |whole| &whole.line.arc_lengths)
     }
 
     /// Returns the whole line, with the removed pairs and edges.

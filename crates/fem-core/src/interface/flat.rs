@@ -43,13 +43,7 @@ impl ContactInterface<Solid> {
         let topology = first.mesh().topology();
         let nodes: BTreeSet<NodeId> = groups[0].iter().flat_map(|f| topology.facets()[*f]).collect();
         let partner = nearest(bodies, groups, nodes.iter().copied(), across)?;
-        let new = |node: &NodeId| NodePair {
-            nodes: [*node, partner[node]],
-            normal,
-            gap: 0.0,
-            weight: 0.0,
-            arc_length: 0.0,
-        };
+        let new = |node: &NodeId| NodePair { nodes: [*node, partner[node]], normal, gap: 0.0, weight: 0.0 };
         let mut pairs: Vec<NodePair<Solid>> = nodes.iter().map(new).collect();
         let facets = facets(bodies, groups, &pairs)?;
         for facet in &facets {
@@ -73,6 +67,7 @@ impl ContactInterface<Solid> {
             facets,
             gap: gap.clone(),
             measured_on: 0,
+            arc_lengths: Vec::new(),
             profiles: Vec::new(),
             gap_change,
             radial: None,

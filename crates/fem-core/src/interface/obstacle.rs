@@ -250,6 +250,7 @@ impl ContactInterface {
     ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
         let line = &obstacle.line;
         let (old_pairs, old_edges, _) = self.line();
+        let old_arcs = self.line_arc_lengths();
         let gap = if matches!(self.gap, Gap::Geometric) { None } else { Some(&self.gap) };
         let mut starting = vec![None; old_pairs.len()];
         old_edges.iter().for_each(|edge| starting[edge.pairs[0] as usize] = Some(edge));
@@ -259,11 +260,12 @@ impl ContactInterface {
         for (k, pair) in old_pairs.iter().enumerate() {
             number[k] = found.pairs.len() as u32;
             found.pairs.push(NodePair { weight: 0.0, ..*pair });
+            found.arc_lengths.push(old_arcs[k]);
             parents.push([k as u32; 2]);
             let halved = starting[k].map(|edge| (edge, middle[edge.facets[0].index()]));
             if let Some((edge, node)) = halved.filter(|(_, node)| *node != NodeId::NONE) {
-                let at = pair.arc_length + 0.5 * edge.measure;
-                found.pairs.push(found.pair(body, line, node, at, gap)?);
+                found.pairs.push(found.pair(body, line, node, gap)?);
+                found.arc_lengths.push(old_arcs[k] + 0.5 * edge.measure);
                 parents.push(edge.pairs);
             }
         }
@@ -281,7 +283,7 @@ impl ContactInterface {
             }
         }
         if body.has_curves() {
-            measure_arc(&mut found.pairs, &found.edges);
+            found.arc_lengths = measure_arc(found.pairs.len(), &found.edges);
         }
         let (interface, numbers) = found.into_interface(body, obstacle, self.gap.clone())?;
         let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE);
@@ -334,6 +336,9 @@ fn change(body: &Body, line: &RigidLine, pairs: &[NodePair]) -> Option<GapChange
 struct Chained {
     pairs: Vec<NodePair>,
     edges: Vec<ContactFacet>,
+    /// At each pair, m.
+    arc_lengths: Vec<f64>,
+    /// The arc length so far, m.
     arc_length: f64,
     /// Set if a support may clamp a node: the obstacle's motion is imposed.
     may_be_clamped: bool,
@@ -348,7 +353,7 @@ impl Chained {
         gap: Gap,
     ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
         let profiles = vec![None; self.edges.len()];
-        let line = Line { pairs: self.pairs, edges: self.edges, profiles };
+        let line = Line { pairs: self.pairs, edges: self.edges, arc_lengths: self.arc_lengths, profiles };
         let (mut interface, numbers) =
             line.without_clamped(body, &|pair| obstacle.clamped(body, pair), gap, 0)?;
         interface.pairs.iter_mut().enumerate().for_each(|(k, pair)| pair.nodes[1] = NodeId::new(k));
@@ -370,8 +375,9 @@ impl Chained {
                 self.arc_length += body.mesh().facet_measure(edges[k - 1]);
             }
             number.insert(node, self.pairs.len() as u32);
-            let pair = self.pair(body, line, node, self.arc_length, gap)?;
+            let pair = self.pair(body, line, node, gap)?;
             self.pairs.push(pair);
+            self.arc_lengths.push(self.arc_length);
         }
         for (k, &edge) in edges.iter().enumerate() {
             let ends = [nodes[k], nodes[(k + 1) % nodes.len()]].map(|n| number[&n]);
@@ -386,7 +392,6 @@ impl Chained {
         body: &Body,
         line: &RigidLine,
         node: NodeId,
-        arc_length: f64,
         gap: Option<&Gap>,
     ) -> Result<NodePair, InterfaceError> {
         let point = body.mesh().points()[node];
@@ -413,7 +418,7 @@ impl Chained {
             return Err(InterfaceError::BadGap { point: point.into(), value: gap });
         }
         let nodes = [node, NodeId::new(self.pairs.len())];
-        Ok(NodePair { nodes, normal, gap, weight: 0.0, arc_length })
+        Ok(NodePair { nodes, normal, gap, weight: 0.0 })
     }
 
     /// Adds the edge between two pairs and its length to their tributary lengths.

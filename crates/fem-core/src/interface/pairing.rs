@@ -45,7 +45,7 @@ pub(super) fn pair(
             (chain, partners, None)
         }
     };
-    let mut pairs = make_pairs(bodies, &chain, &partners);
+    let (mut pairs, arc_lengths) = make_pairs(bodies, &chain, &partners);
     let edges = make_edges(bodies, edges, &chain, &pairs)?;
     normals::choose(bodies, &chain, &mut pairs, &edges, normal, facing.as_deref())?;
     let radial = match normal {
@@ -78,7 +78,8 @@ pub(super) fn pair(
         Gap::Given(_) | Gap::Touching => vec![None; edges.len()],
     };
     let gap_change = drawn.change(points, &pairs);
-    let (interface, _) = Line { pairs, edges, profiles }.into_interface(bodies, gap.clone(), 0)?;
+    let (interface, _) =
+        Line { pairs, edges, arc_lengths, profiles }.into_interface(bodies, gap.clone(), 0)?;
     Ok(ContactInterface { gap_change, radial, ..interface })
 }
 
@@ -142,11 +143,12 @@ pub(super) fn check_free<S: Space>(
     Ok(())
 }
 
-/// Creates the pairs of all stretches.
+/// Creates the pairs of all stretches, and the arc length at each.
 ///
 /// * `partners`: the second body's nodes, stretch by stretch.
-fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec<NodePair> {
+fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> (Vec<NodePair>, Vec<f64>) {
     let mut pairs = Vec::with_capacity(partners.len());
+    let mut arc_lengths = Vec::with_capacity(partners.len());
     let mut arc_length = 0.0;
     for stretch in chain {
         for (k, &node) in stretch.nodes.iter().enumerate() {
@@ -158,15 +160,15 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec
                 normal: Vector::zeros(),
                 gap: 0.0,
                 weight: 0.0,
-                arc_length,
             });
+            arc_lengths.push(arc_length);
         }
         // The edge that closes the stretch has no further pair.
         if let Some(&edge) = stretch.edges.get(stretch.nodes.len() - 1) {
             arc_length += bodies[0].mesh().facet_measure(edge);
         }
     }
-    pairs
+    (pairs, arc_lengths)
 }
 
 /// Evaluates a given gap at the first body's nodes.
@@ -258,7 +260,7 @@ mod tests {
         assert_eq!(interface.pairs().len(), 5);
         assert_eq!(interface.measure(), 2.0);
         assert!(interface.pairs().iter().all(|p| p.normal == Vector::new(0.0, -1.0)));
-        assert_eq!(interface.pairs()[4].arc_length, 2.0);
+        assert_eq!(interface.arc_lengths()[4], 2.0);
         // Lumped and consistent mass agree on constants.
         let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.weight).collect();
         assert_eq!(interface.mass(&[1.0; 5]), lengths);
@@ -287,7 +289,7 @@ mod tests {
         let bodies = [two_rings([1.0, 1.5], "inner"), two_rings([0.5, 1.0], "outer")];
         let interface =
             ContactInterface::pair(&bodies[0], &bodies[1], ["inner", "outer"], &no_gap()).unwrap();
-        let places: Vec<f64> = interface.pairs().iter().map(|p| p.arc_length).collect();
+        let places = interface.arc_lengths();
         let edge = 2.0 * 15.0f64.to_radians().sin();
         for (k, s) in places.iter().enumerate() {
             assert!((s - k as f64 * edge).abs() < 1e-13, "{k} {s}");

@@ -233,19 +233,22 @@ impl ContactInterface {
         for (edge, profile) in old_edges.iter().zip(old_profiles) {
             starting[edge.pairs[0] as usize] = Some((edge, profile.as_ref()));
         }
-        let mut pairs = Vec::new();
+        let old_arcs = self.line_arc_lengths();
+        let (mut pairs, mut arc_lengths) = (Vec::new(), Vec::new());
         let mut parents = Vec::new();
         let mut number = vec![NONE; old_pairs.len()];
         let mut middle = vec![NONE; old_pairs.len()];
         for (k, pair) in old_pairs.iter().enumerate() {
             number[k] = pairs.len() as u32;
             pairs.push(NodePair { weight: 0.0, ..*pair });
+            arc_lengths.push(old_arcs[k]);
             parents.push([k as u32; 2]);
             let nodes = |edge: &ContactFacet| [0, 1].map(|b| refinements[b].middle[edge.facets[b]]);
             let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
             if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NodeId::NONE; 2]) {
                 middle[k] = pairs.len() as u32;
                 pairs.push(self.middle_pair(old_pairs, (edge, profile), nodes, bodies)?);
+                arc_lengths.push(old_arcs[k] + 0.5 * edge.measure);
                 parents.push(edge.pairs);
             }
         }
@@ -267,9 +270,9 @@ impl ContactInterface {
             }
         }
         if bodies[self.measured_on].has_curves() {
-            measure_arc(&mut pairs, &edges);
+            arc_lengths = measure_arc(pairs.len(), &edges);
         }
-        let line = Line { pairs, edges, profiles };
+        let line = Line { pairs, edges, arc_lengths, profiles };
         let (interface, numbers) = line.into_interface(bodies, self.gap.clone(), self.measured_on)?;
         let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE).map(|(p, _)| p);
         let parents = kept.map(|parents| self.numbers(parents)).collect();
@@ -324,13 +327,7 @@ impl ContactInterface {
         if !(distance >= 0.0 && distance.is_finite()) {
             return Err(InterfaceError::BadGap { point: point.into(), value: distance });
         }
-        Ok(NodePair {
-            nodes,
-            normal,
-            gap: scale * distance,
-            weight: 0.0,
-            arc_length: i.arc_length + 0.5 * edge.measure,
-        })
+        Ok(NodePair { nodes, normal, gap: scale * distance, weight: 0.0 })
     }
 
     /// Measures the profile of an edge again if the pieces over it are known; otherwise it is a part of the old one.
@@ -369,15 +366,15 @@ impl ContactInterface {
     }
 }
 
-/// Sets the arc lengths of pairs from the lengths of their edges: nodes on curves make edges longer than their parts were.
-pub(super) fn measure_arc(pairs: &mut [NodePair], edges: &[ContactFacet]) {
-    let mut after = vec![0.0; pairs.len()];
+/// Computes the arc lengths at pairs from the lengths of their edges, m: nodes on curves make edges longer than their parts were.
+pub(super) fn measure_arc(pairs: usize, edges: &[ContactFacet]) -> Vec<f64> {
+    let mut after = vec![0.0; pairs];
     edges.iter().for_each(|edge| after[edge.pairs[0] as usize] = edge.measure);
     let mut arc_length = 0.0;
-    for (pair, after) in pairs.iter_mut().zip(after) {
-        pair.arc_length = arc_length;
-        arc_length += after;
+    for after in &mut after {
+        arc_length += std::mem::replace(after, arc_length);
     }
+    after
 }
 
 #[cfg(test)]
