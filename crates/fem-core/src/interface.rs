@@ -1,4 +1,6 @@
-//! The geometry of contact: pairs of nodes, normals, gaps, lengths. It does not contain a contact law.
+//! The geometry of contact: pairs of nodes, normals, gaps, lengths and areas. It does not contain a contact law.
+//!
+//! Its types have a [`Space`] as parameter. Arc lengths, curves, common refinement, clamped ends and friction are those of the plane.
 
 mod clamped_ends;
 pub mod common_refinement;
@@ -212,7 +214,7 @@ pub enum ContactNormal<S: Space = Plane> {
     Fixed(S::Vector),
 }
 
-/// A matching contact interface: pairs of nodes ordered by arc length, and the edges between them.
+/// A matching contact interface: pairs of nodes, in the plane ordered by arc length, and the facets between them.
 #[derive(Clone, Debug)]
 pub struct ContactInterface<S: Space = Plane> {
     pairs: Vec<NodePair<S>>,
