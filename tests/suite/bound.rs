@@ -134,7 +134,7 @@ fn mixed_contact_terms(problem: &ContactProblem, materials: Materials, e: &Estim
                 let x = (1.0 - s) * at(i) + s * at(j);
                 let density = linear(&e.pair.contacts[0].pressure) * signorini::opening(materials, x)
                     + signorini::pressure(x) * linear(&e.pair.contacts[0].opening);
-                sum += 2.0 * w * edge.length / 8.0 * density;
+                sum += 2.0 * w * edge.measure / 8.0 * density;
             }
         }
     }

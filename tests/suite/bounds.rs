@@ -170,7 +170,7 @@ fn a_moved_body_with_an_unbalanced_side_is_refused() {
     let mut pair = tests::certify(&prepared, &iterate).unwrap().pair;
     assert!(cre_estimator::check(&problem, &pair).is_valid());
     let force = columns.exact().contact_force;
-    let interface = problem.contacts[0].interface.facets()[0].edges[0].index();
+    let interface = problem.contacts[0].interface.facets()[0].facets[0].index();
     pair.bodies[0].equilibrated.facet_moments[interface][0][1] += 1e-6 * force;
     assert!(!cre_estimator::check(&problem, &pair).is_valid());
 }

@@ -15,11 +15,8 @@ fn friction_and_stick_under_the_pressure_of_hertz_are_those_of_cattaneo_and_mind
     let pairs = found.problem.contacts[0].interface.pairs();
     let forces = &found.solution.exact.friction[0].force;
     let places = pairs.iter().map(|pair| found.problem.bodies[0].mesh().points()[pair.nodes[0]][0]);
-    let nodes: Vec<(f64, f64, f64)> = places
-        .zip(pairs)
-        .zip(forces)
-        .map(|((x, pair), q)| (x, pair.tributary_length, q / pair.tributary_length))
-        .collect();
+    let nodes: Vec<(f64, f64, f64)> =
+        places.zip(pairs).zip(forces).map(|((x, pair), q)| (x, pair.weight, q / pair.weight)).collect();
     let (mut difference, mut size) = (0.0, 0.0);
     for (x, length, q) in &nodes {
         difference += length * (q - friction(*x)).powi(2);

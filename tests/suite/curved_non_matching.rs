@@ -92,7 +92,7 @@ fn the_bound_holds_where_arcs_overlap_in_part_and_slide() {
         let common = sectors[0][1].min(sectors[1][1]) - sectors[0][0].max(sectors[1][0]);
         let length = common.to_radians() * rings::B;
         assert!(
-            (problem.contacts[0].interface.length() / length - 1.0).abs() < 0.01,
+            (problem.contacts[0].interface.measure() / length - 1.0).abs() < 0.01,
             "{sectors:?} {changes:?}"
         );
         let whole = sectors.map(|s| (s[1] - s[0]).to_radians() * rings::B);

@@ -132,8 +132,8 @@ fn a_patch_slips_as_it_must() {
             .zip(PATCH)
             .for_each(|(found, expected)| near(*found, expected, 1e-9));
         for (node, i) in problem.contacts[0].interface.pairs().iter().zip(0..) {
-            near(solution.contact_force[0][i], p * node.tributary_length, 1e-10);
-            near(solution.friction[0].force[i], s * node.tributary_length, 1e-10);
+            near(solution.contact_force[0][i], p * node.weight, 1e-10);
+            near(solution.friction[0].force[i], s * node.weight, 1e-10);
             near(solution.friction[0].slip[i], PATCH_SLIP, 1e-10);
         }
     }

@@ -143,7 +143,7 @@ fn finer(problem: ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec
             .iter()
             .map(|of| 0.5 * (before.nodes[of[0] as usize] + before.nodes[of[1] as usize]))
             .collect();
-        let of_edge = |edge: &fem_core::interface::ContactEdge| {
+        let of_edge = |edge: &fem_core::interface::ContactFacet| {
             let [a, b] = edge.pairs.map(|i| nodes[i as usize]);
             [a, 0.5 * (a + b), b]
         };
@@ -271,8 +271,8 @@ fn bodies_with_other_loads_are_those_of_a_fresh_factorisation() {
         });
         let (again, fresh) = (again.unwrap(), prepare(&other));
         for (one, two) in again.bodies().iter().zip(fresh.bodies()) {
-            assert_eq!(one.condensed_load(), two.condensed_load());
-            let none = vec![0.0; one.len()];
+            assert_eq!(one.interface().condensed_load(), two.interface().condensed_load());
+            let none = vec![0.0; one.interface().len()];
             assert_eq!(one.displacement_from_force(&none), two.displacement_from_force(&none));
             assert_eq!(one.dofs().traces(&none), two.dofs().traces(&none));
         }
@@ -293,6 +293,6 @@ fn bodies_with_other_supports_are_factorised_again() {
     let (again, fresh) = (again.unwrap(), prepare(&free));
     assert!(stages.contains(&Stage::Factorisation));
     for (one, two) in again.bodies().iter().zip(fresh.bodies()) {
-        assert_eq!(one.schur(), two.schur());
+        assert_eq!(one.interface().schur(), two.interface().schur());
     }
 }

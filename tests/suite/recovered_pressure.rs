@@ -54,7 +54,7 @@ impl Found {
         let pairs = found.problem.contacts[0].interface.pairs();
         let forces = &found.last().contact.normal_reaction;
         let points = found.problem.bodies[0].mesh().points();
-        let lengths: Vec<f64> = pairs.iter().map(|pair| pair.tributary_length).collect();
+        let lengths: Vec<f64> = pairs.iter().map(|pair| pair.weight).collect();
         let nodal: Vec<f64> = lengths.iter().zip(forces).map(|(length, p)| p / length).collect();
         let recovered = recovered_pressure(&found.problem, 0, forces).unwrap_or_else(|| nodal.clone());
         // No force is lost, and no pressure is negative.

@@ -308,8 +308,8 @@ fn force_data(found: &CertifiedSolution) -> ([f64; 2], [f64; 2], f64) {
     let prepared = prepare(&found.problem);
     let stiffness = [0, 1].map(|b: usize| {
         let body = &prepared.bodies()[b];
-        let mut force = vec![0.0; body.len()];
-        body.apply_schur(&vec![1.0; body.len()], &mut force);
+        let mut force = vec![0.0; body.interface().len()];
+        body.interface().apply_schur(&vec![1.0; body.interface().len()], &mut force);
         force.iter().sum::<f64>()
     });
     let last = found.last();

@@ -117,7 +117,7 @@ fn estimates_come_as_often_as_asked() {
 
 /// The largest eigenvalue of `½(S₁⁻¹ + S₂⁻¹)(S₁ + S₂)` by the power method.
 fn largest_eigenvalue(bodies: &[CondensedBody]) -> f64 {
-    let n = bodies[0].len();
+    let n = bodies[0].interface().len();
     let mut v: Vec<f64> = (0..n).map(|i| (1.0 + i as f64).sqrt().sin()).collect();
     let mut value = 0.0;
     for _ in 0..3000 {
@@ -125,11 +125,11 @@ fn largest_eigenvalue(bodies: &[CondensedBody]) -> f64 {
         let mut next = vec![0.0; n];
         let mut work = vec![0.0; n];
         for body in bodies {
-            body.apply_schur(&v, &mut work);
+            body.interface().apply_schur(&v, &mut work);
             sum.iter_mut().zip(&work).for_each(|(s, w)| *s += w);
         }
         for body in bodies {
-            body.trace_from_force(&sum, &mut work);
+            body.interface().trace_from_force(&sum, &mut work);
             next.iter_mut().zip(&work).for_each(|(x, w)| *x += 0.5 * w);
         }
         value = next.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -183,7 +183,7 @@ pub fn stamped() -> Made<ContactProblem> {
     let sideways = BoundaryConditions::new().displace("left", Some(0.0.into()), None);
     let problem = stack(&[1000.0, 1500.0, 2000.0], [18, 9], &BoundaryConditions::new(), &sideways)?;
     let line = RigidLine::Plane { point: Vector::new(1.0, 3.0), normal: -Vector::y() };
-    let stamp = Obstacle::fixed(line).stamp(([Some(0.0), None], None), ([0.0, -20.0], 3.0), [1.0, 3.0]);
+    let stamp = Obstacle::fixed(line).stamp([Some(0.0), None, None], ([0.0, -20.0], 3.0), [1.0, 3.0]);
     let interface = ContactInterface::against(&problem.bodies[2], "top", &stamp, None)?;
     Ok(problem.obstacle(2, interface, stamp))
 }

@@ -99,8 +99,7 @@ pub fn iterate(
         let [w1, w2] = &corrections;
         // (22), (24), and the update.
         let work: f64 = imbalance.iter().zip(w1).map(|(j, w)| -2.0 * j * w).sum();
-        let largest =
-            |r: &[f64]| r.iter().zip(pairs).map(|(r, p)| (r / p.tributary_length).abs()).fold(0.0, f64::max);
+        let largest = |r: &[f64]| r.iter().zip(pairs).map(|(r, p)| (r / p.weight).abs()).fold(0.0, f64::max);
         let next = lambda.iter().zip(w1.iter().zip(w2)).map(|(l, (a, b))| l + theta * (a - b)).collect();
         found.push(Iteration {
             lambda: std::mem::replace(&mut lambda, next),

@@ -113,7 +113,7 @@ impl Overkill {
             .collect();
         let energy = |body: &CondensedBody| {
             let mut force = vec![0.0; jump.len()];
-            body.apply_schur(&jump, &mut force);
+            body.interface().apply_schur(&jump, &mut force);
             force.iter().zip(&jump).map(|(f, d)| f * d).sum::<f64>().max(0.0)
         };
         // A share t of the jump in the one body and 1 − t in the other: the least of t²a + (1 − t)²b.
@@ -161,7 +161,7 @@ fn pairs_of(fine: &ContactProblem, coarse: &ContactProblem) -> Vec<(usize, usize
         let candidates = coarse.contacts[0].interface.facets().iter().map(|edge| {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let [to_i, to_j] = [i, j].map(|k| norm(at(coarse, k) - x));
-            (to_i + to_j - edge.length, (i, j, to_i / (to_i + to_j)))
+            (to_i + to_j - edge.measure, (i, j, to_i / (to_i + to_j)))
         });
         candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map_or((0, 0, 0.0), |(_, found)| found)
     };

@@ -228,7 +228,7 @@ fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Made<Vec<
     }
     let points = [0, 1].map(|b| problem.bodies[b].mesh().points().len());
     let edges = problem.contacts[0].interface.facets().iter();
-    let middles: Vec<[usize; 2]> = edges.map(|e| [0, 1].map(|b| points[b] + e.edges[b].index())).collect();
+    let middles: Vec<[usize; 2]> = edges.map(|e| [0, 1].map(|b| points[b] + e.facets[b].index())).collect();
     facing.extend(middles.iter().map(|[first, second]| (*second, *first)));
     for (second, first) in facing {
         bodies[1].components[second][1] = Component::Shared(first);

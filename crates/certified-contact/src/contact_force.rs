@@ -105,7 +105,7 @@ fn of_pair(
 ) -> Result<[f64; 2], NoContactForce> {
     let pair = &problem.problem().contacts[k];
     let held = NoContactForce::Held { pair: k };
-    if pair.interface.has_bent_edges() || pair.interface.pairs().iter().any(|p| p.normal_length() != 1.0) {
+    if pair.interface.has_bent_facets() || pair.interface.pairs().iter().any(|p| p.normal_length() != 1.0) {
         return Err(NoContactForce::Bent { pair: k });
     }
     // At a removed end both bodies are clamped.
@@ -195,7 +195,7 @@ fn wanted(problem: &PreparedProblem, partner: Partner, k: usize) -> Vec<Vec<f64>
 fn of_trace(problem: &PreparedProblem, estimate: &Estimate, b: usize, k: usize) -> Option<Displacement> {
     let (body, condensed) = (&problem.problem().bodies[b], &problem.bodies()[b]);
     let wanted = wanted(problem, Partner::Body(b), k);
-    let mut unknowns = vec![0.0; condensed.len()];
+    let mut unknowns = vec![0.0; condensed.interface().len()];
     for (block, traces) in wanted.iter().enumerate() {
         for (row, trace) in
             condensed.dofs().rows(block).iter().zip(traces).filter(|(_, trace)| **trace != 0.0)

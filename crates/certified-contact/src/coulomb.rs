@@ -92,7 +92,7 @@ impl CoulombResult {
     /// the limit of that problem is constant along each edge, and not given by its values at the pairs of nodes.
     pub fn bound_for_frozen_limit(&self) -> Option<f64> {
         let coulomb = self.problem.contacts.iter().filter(|pair| pair.friction.coulomb().is_some());
-        let straight = coulomb.into_iter().all(|pair| !pair.interface.has_bent_edges());
+        let straight = coulomb.into_iter().all(|pair| !pair.interface.has_bent_facets());
         self.residual().filter(|_| straight)
     }
 

@@ -159,7 +159,7 @@ impl Correction<'_> {
     fn energy(&self, increments: &[(usize, Vec<f64>)]) -> f64 {
         let of_body = |(b, x): &(usize, Vec<f64>)| {
             let mut force = vec![0.0; x.len()];
-            self.increments.bodies()[*b].apply_schur(x, &mut force);
+            self.increments.bodies()[*b].interface().apply_schur(x, &mut force);
             x.iter().zip(&force).map(|(x, f)| x * f).sum::<f64>()
         };
         increments.iter().map(of_body).sum()

@@ -29,7 +29,7 @@
 //! ℓ_k p_k ← ℓ_k p_k + ∑_{edges k-i} ¼ h_ki (p_i − p_k)
 //! ```
 
-use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
+use fem_core::interface::{ContactFacet, ContactInterface, ContactProblem};
 
 /// Nodes nearer to the next uncut edge than this, in edges, are at its end.
 const ROUND_OFF: f64 = 1e-12;
@@ -62,10 +62,9 @@ pub fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64])
     if own.iter().flatten().all(|own| *own) {
         return None;
     }
-    let mut pressure: Vec<f64> =
-        pairs.iter().zip(forces).map(|(pair, p)| p / pair.tributary_length).collect();
+    let mut pressure: Vec<f64> = pairs.iter().zip(forces).map(|(pair, p)| p / pair.weight).collect();
     for chain in chains(&of.interface, &own[0]).into_iter().filter(|chain| chain.len() > 1) {
-        let lengths: Vec<f64> = chain.iter().map(|(k, _)| pairs[*k].tributary_length).collect();
+        let lengths: Vec<f64> = chain.iter().map(|(k, _)| pairs[*k].weight).collect();
         let forces: Vec<f64> = chain.iter().map(|(k, _)| forces[*k]).collect();
         for ((k, _), p) in chain.iter().zip(recover(&chain, &own, &lengths, &forces)) {
             pressure[*k] = p;
@@ -86,16 +85,16 @@ fn levelled(
         let k = *k as usize;
         forces[k] > OPEN * largest && own[0][k] && own[1][k]
     };
-    let between = |edge: &&ContactEdge| edge.clamped.is_none() && edge.pairs.iter().all(takes_part);
-    let flow = |edge: &ContactEdge| {
-        let [p, q] = edge.ends(&pressure);
-        (edge.pairs, 0.25 * edge.length * (q - p))
+    let between = |edge: &&ContactFacet| edge.clamped.is_none() && edge.pairs.iter().all(takes_part);
+    let flow = |edge: &ContactFacet| {
+        let [p, q] = edge.corners(&pressure);
+        (edge.pairs, 0.25 * edge.measure * (q - p))
     };
     let flows: Vec<([u32; 2], f64)> = interface.facets().iter().filter(between).map(flow).collect();
     for ([i, j], force) in flows {
         let [i, j] = [i, j].map(|k| k as usize);
-        pressure[i] += force / interface.pairs()[i].tributary_length;
-        pressure[j] -= force / interface.pairs()[j].tributary_length;
+        pressure[i] += force / interface.pairs()[i].weight;
+        pressure[j] -= force / interface.pairs()[j].weight;
     }
     pressure
 }
@@ -152,7 +151,7 @@ fn chains(interface: &ContactInterface, own: &[bool]) -> Vec<Box<Chain>> {
     let mut has_previous = vec![false; count];
     for edge in interface.facets().iter().filter(|edge| edge.clamped.is_none()) {
         let [i, j] = edge.pairs.map(|k| k as usize);
-        next[i] = Some((j, edge.length));
+        next[i] = Some((j, edge.measure));
         has_previous[j] = true;
     }
     let mut seen = vec![false; count];
@@ -383,7 +382,7 @@ mod tests {
             let place = |k: usize| problem.bodies[0].mesh().points()[pairs[k].nodes[0]][0];
             let at = (0..pairs.len()).find(|k| (place(*k) - x).abs() < 1e-9).unwrap();
             let forces: Vec<f64> = (0..pairs.len()).map(|k| f64::from(u8::from(k == at))).collect();
-            recovered_pressure(problem, 0, &forces).unwrap()[at] * pairs[at].tributary_length
+            recovered_pressure(problem, 0, &forces).unwrap()[at] * pairs[at].weight
         };
         assert!(part_left(&problem, 0.25) < 0.7);
         let mut edges = longest_edges(&problem);

@@ -5,7 +5,7 @@ use crate::recovered_pressure::recovered_pressure;
 use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress};
 use fem_core::body::Body;
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
-use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
+use fem_core::interface::{ContactFacet, ContactInterface, ContactProblem};
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
 
@@ -227,7 +227,7 @@ fn lines<'a>(problem: &'a ContactProblem, iterate: &'a Iterate) -> impl Iterator
 impl<'a> Line<'a> {
     /// Returns the pressure `|n_i| r²_i/ℓ_i` at each pair, Pa.
     fn pressures(&self) -> impl Iterator<Item = f64> + '_ {
-        self.pressed().zip(self.interface.pairs()).map(|(r, pair)| r / pair.tributary_length)
+        self.pressed().zip(self.interface.pairs()).map(|(r, pair)| r / pair.weight)
     }
 
     /// Returns the sizes `|n_i| r²_i` of the normal forces, N/m.
@@ -291,7 +291,7 @@ impl<'a> Line<'a> {
     /// Computes the mean pressure of an edge, Pa.
     ///
     /// * `pressures`: at the pairs, Pa.
-    fn mean(pressures: &[f64], edge: &ContactEdge) -> f64 {
+    fn mean(pressures: &[f64], edge: &ContactFacet) -> f64 {
         0.5 * edge.pairs.map(|k| pressures[k as usize]).iter().sum::<f64>()
     }
 
@@ -301,10 +301,11 @@ impl<'a> Line<'a> {
         let pressures: Vec<f64> = self.pressures().collect();
         let mut number = Vec::with_capacity(joined.len());
         let mut found: Vec<Stretch> = Vec::new();
+        let arc_lengths = self.interface.arc_lengths();
         for (k, p) in self.interface.pairs().iter().enumerate() {
             if !joined[k] {
                 found.push(Stretch {
-                    s: [p.arc_length; 2],
+                    s: [arc_lengths[k]; 2],
                     pairs: 0,
                     length: 0.0,
                     contact_force: 0.0,
@@ -317,9 +318,9 @@ impl<'a> Line<'a> {
             }
             number.push(found.len() - 1);
             if let Some(last) = found.last_mut() {
-                last.s[1] = p.arc_length;
+                last.s[1] = arc_lengths[k];
                 last.pairs += 1;
-                last.contact_force += pressures[k] * p.tributary_length;
+                last.contact_force += pressures[k] * p.weight;
                 let force = self.on_first(k);
                 last.resultant += force;
                 last.moment += cross(self.points[p.nodes[0]], force);
@@ -330,9 +331,9 @@ impl<'a> Line<'a> {
         for edge in self.interface.facets() {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let stretch = &mut found[number[i]];
-            stretch.length += edge.length;
+            stretch.length += edge.measure;
             if edge.clamped.is_none() && j <= i {
-                stretch.s[1] = self.interface.pairs()[i].arc_length + edge.length;
+                stretch.s[1] = arc_lengths[i] + edge.measure;
             }
             stretch.max_edge_pressure = stretch.max_edge_pressure.max(Self::mean(&pressures, edge));
         }
@@ -350,22 +351,23 @@ impl<'a> Line<'a> {
         let joined = joined(self.interface);
         let mut found: Vec<[f64; 2]> = Vec::new();
         let mut open = false;
-        for (k, pair) in pairs.iter().enumerate() {
+        let arc_lengths = self.interface.arc_lengths();
+        for k in 0..pairs.len() {
             match found.last_mut() {
-                Some(last) if carries(k) && open && joined[k] => last[1] = pair.arc_length,
-                _ if carries(k) => found.push([pair.arc_length; 2]),
+                Some(last) if carries(k) && open && joined[k] => last[1] = arc_lengths[k],
+                _ if carries(k) => found.push([arc_lengths[k]; 2]),
                 _ => {}
             }
             open = carries(k);
         }
         for edge in self.interface.facets() {
             let [i, j] = edge.pairs.map(|k| k as usize);
-            let end = pairs[i].arc_length;
+            let end = arc_lengths[i];
             // The pressure reaches a clamped end.
             if let Some(clamped) = edge.clamped.filter(|_| carries(i)) {
                 let own = found.iter_mut().find(|interval| (interval[0]..=interval[1]).contains(&end));
                 if let Some(interval) = own {
-                    interval[clamped.end] = end + [-1.0, 1.0][clamped.end] * edge.length;
+                    interval[clamped.end] = end + [-1.0, 1.0][clamped.end] * edge.measure;
                 }
                 continue;
             }
@@ -375,7 +377,7 @@ impl<'a> Line<'a> {
                 && carries(j)
                 && let Some(last) = found.iter_mut().find(|interval| interval[1] == end)
             {
-                last[1] = end + edge.length;
+                last[1] = end + edge.measure;
             }
         }
         found

@@ -280,10 +280,10 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
     let only = problem.problem().plain_pair();
     let only = only.and_then(|pair| Some((pair, pair.bodies()?)));
     if let (Some((pair, both)), Imposed::Auto) = (only, of_pair(0)) {
-        let force: Vec<f64> = pair.interface.pairs().iter().map(|p| p.tributary_length).collect();
+        let force: Vec<f64> = pair.interface.pairs().iter().map(|p| p.weight).collect();
         let compliance = both.map(|b| {
             let mut w = vec![0.0; force.len()];
-            problem.bodies()[b].trace_from_force(&force, &mut w);
+            problem.bodies()[b].interface().trace_from_force(&force, &mut w);
             w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()
         });
         let is_stiffer = compliance[1] < (1.0 - STIFFER) * compliance[0];

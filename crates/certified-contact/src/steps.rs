@@ -13,7 +13,7 @@ use crate::solve_coulomb::solve_coulomb_step;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::body::ConditionPlace;
 use fem_core::condensation::CondensedBody;
-use fem_core::interface::{ContactEdge, ContactProblem, SlipBefore};
+use fem_core::interface::{ContactFacet, ContactProblem, SlipBefore};
 use nndd::{CoulombSettings, CoulombStart, CoulombStatus, Start};
 
 /// Load steps on one mesh. Each begins with the slip that the solved ones left; a step that fails changes nothing.
@@ -157,9 +157,9 @@ impl LoadSteps {
 /// the fields would be all there is if the next step takes the loads off.
 ///
 /// * `slip`: at the pairs of nodes, m; `of_fields`: Bernstein coefficients along the edge, m.
-fn settle(edge: &ContactEdge, slip: &[f64], of_fields: &mut [f64; 3]) {
+fn settle(edge: &ContactFacet, slip: &[f64], of_fields: &mut [f64; 3]) {
     let before = *of_fields;
-    for end in edge.free_ends() {
+    for end in edge.free_corners() {
         of_fields[2 * end] = slip[edge.pairs[end] as usize];
     }
     let [first, _, last] = *of_fields;

@@ -4,7 +4,7 @@ use crate::history::IterationRecord;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
 use cre_estimator::{Estimate, Estimator, EstimatorError};
-use fem_core::condensation::CondensedBody;
+use fem_core::condensation::InterfaceOperator;
 use fem_core::contact_system::ContactSystem;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactState, PairState};
@@ -141,7 +141,7 @@ fn forces_agree(system: &ContactSystem<'_>, iterate: &Iterate, tolerance: f64) -
 fn force_round_off(system: &ContactSystem<'_>, iterate: &Iterate) -> f64 {
     let traces = iterate.traces().into_iter().flatten().chain(&iterate.tangential.lambda);
     let largest = traces.fold(0.0f64, |most, v| most.max(v.abs()));
-    let of_body = |(b, body): (usize, &&CondensedBody)| {
+    let of_body = |(b, body): (usize, &&InterfaceOperator)| {
         let unknowns = iterate.interface_unknowns(system, b).unwrap_or_else(|| vec![largest; body.len()]);
         let columns = body.schur().chunks_exact(unknowns.len().max(1)).zip(unknowns);
         let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());

@@ -239,7 +239,7 @@ fn neumann_stress(
     accuracy: Accuracy,
 ) -> Vec<SymTensor2> {
     let body = &problem.bodies[b];
-    let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_edges();
+    let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_facets();
     let forces = pressure_forces(problem, b, contacts);
     let displacement = if problem.sides_of(Partner::Body(b)).any(bent) {
         // The loads have a small part along the surface as well.
@@ -306,7 +306,7 @@ fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleConta
         let sign = side_sign(side);
         for_contact_edges(body, interface, side, |place, contact, reversed| {
             let edge = &interface.facets()[contact];
-            let stretch = edge.length / body.mesh().facet_measure(edge.edges[side]);
+            let stretch = edge.measure / body.mesh().facet_measure(edge.facets[side]);
             let end = |e: usize| {
                 let normal = interface.pairs()[edge.pairs[e] as usize].normal;
                 let pressure = sign * contacts[k].edge_pressure[contact][e] * stretch * normal;
@@ -352,9 +352,9 @@ fn for_contact_edges(
 ) {
     let topology = body.mesh().topology();
     for (number, contact) in interface.facets().iter().enumerate() {
-        let edge = contact.edges[side];
+        let edge = contact.facets[side];
         let place = topology.boundary_place(edge);
-        let end = contact.free_ends().next().unwrap_or(0);
+        let end = contact.free_corners().next().unwrap_or(0);
         let node = interface.pairs()[contact.pairs[end] as usize].nodes[side];
         act(place, number, node != topology.facets()[edge][end]);
     }

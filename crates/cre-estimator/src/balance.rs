@@ -14,7 +14,7 @@ use crate::pressure;
 use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{
-    ContactEdge, ContactInterface, ContactPair, ContactProblem, ContactState, PairState, Partner,
+    ContactFacet, ContactInterface, ContactPair, ContactProblem, ContactState, PairState, Partner,
 };
 use fem_core::prepared::PreparedProblem;
 use std::collections::BTreeMap;
@@ -69,7 +69,7 @@ fn admissible_limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &
     if pair.friction.coulomb().is_none() && !found.is_empty() {
         let given = found.clone();
         for edge in pair.interface.facets().iter().filter(|edge| edge.bent) {
-            let least = edge.ends(&given).into_iter().fold(f64::INFINITY, f64::min);
+            let least = edge.corners(&given).into_iter().fold(f64::INFINITY, f64::min);
             edge.pairs.iter().for_each(|k| found[*k as usize] = found[*k as usize].min(least));
         }
     }
@@ -90,7 +90,7 @@ pub(crate) fn force_limits(prepared: &PreparedProblem, state: &ContactState<'_>)
         let nodes = pair.interface.pairs();
         let pressure = pressure::nodal_pressure(&pair.interface, given.contact_force);
         let limits = limits(prepared, pair, &pressure);
-        nodes.iter().zip(limits).map(|(node, s)| node.tributary_length * s).collect()
+        nodes.iter().zip(limits).map(|(node, s)| node.weight * s).collect()
     };
     prepared.problem().contacts.iter().zip(&state.contacts).map(of_pair).collect()
 }
@@ -182,7 +182,7 @@ fn nearest(
     let cost = |pressure: &[f64]| -> f64 {
         let of_pair = |(k, p): (usize, Vec<f64>)| -> f64 {
             let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
-            let mean = |edge: &ContactEdge| 0.5 * edge.openings(opening).iter().sum::<f64>();
+            let mean = |edge: &ContactFacet| 0.5 * edge.openings(opening).iter().sum::<f64>();
             let middle: Vec<f64> = interface.facets().iter().map(mean).collect();
             let edge_pressure = pressure::edge_pressure(interface, &p);
             pressure::contact_terms(interface, &edge_pressure, opening, &middle).iter().sum()
@@ -316,7 +316,7 @@ pub(crate) fn forces(
 /// Lists the tributary lengths of all rows, m.
 fn lengths(prepared: &PreparedProblem) -> Vec<f64> {
     let contacts = prepared.problem().contacts.iter();
-    contacts.flat_map(|of| of.rows().map(|row| of.interface.pairs()[row.pair].tributary_length)).collect()
+    contacts.flat_map(|of| of.rows().map(|row| of.interface.pairs()[row.pair].weight)).collect()
 }
 
 /// Sorts one value per row by pair.
@@ -348,8 +348,8 @@ fn traction_work(
         }
         // ∫ (p_i n_i φ_i + p_j n_j φ_j)·u, as in the nodal forces of the pressure.
         let at = [
-            edge.length / 6.0 * a.dot(&(2.0 * moved[0] + moved[1])),
-            edge.length / 6.0 * b.dot(&(moved[0] + 2.0 * moved[1])),
+            edge.measure / 6.0 * a.dot(&(2.0 * moved[0] + moved[1])),
+            edge.measure / 6.0 * b.dot(&(moved[0] + 2.0 * moved[1])),
         ];
         // A bent edge carries the mean of its two ends.
         let at = if edge.bent { [0.5 * (at[0] + at[1]); 2] } else { at };

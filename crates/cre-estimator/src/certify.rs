@@ -124,7 +124,7 @@ pub fn certify(
         Some(pressures) => {
             let of_pair = |(pair, given): (&ContactPair, &Vec<f64>)| {
                 let pairs = pair.interface.pairs().iter().zip(given);
-                pairs.map(|(p, pressure)| p.tributary_length * pressure.max(0.0)).collect()
+                pairs.map(|(p, pressure)| p.weight * pressure.max(0.0)).collect()
             };
             problem.contacts.iter().zip(pressures).map(of_pair).collect()
         }

@@ -215,7 +215,7 @@ fn friction_cone(pair: &ContactPair, contact: &AdmissibleContact, displacement: 
     let size = size.fold(0.0, larger);
     let mut difference = 0.0;
     for (edge, slip) in pair.interface.facets().iter().zip(&edges.slip) {
-        for end in edge.free_ends() {
+        for end in edge.free_corners() {
             difference = larger(difference, (slip[2 * end] - contact.slip[edge.pairs[end] as usize]).abs());
         }
     }

@@ -111,7 +111,7 @@ impl Estimate {
     pub fn pressure_forces(&self, problem: &ContactProblem) -> Vec<f64> {
         let of_pair = |(of, contact): (&ContactPair, &AdmissibleContact)| -> f64 {
             let edges = of.interface.facets().iter().zip(&contact.edge_pressure);
-            edges.map(|(edge, [p, q])| 0.5 * edge.length * (p + q)).sum()
+            edges.map(|(edge, [p, q])| 0.5 * edge.measure * (p + q)).sum()
         };
         problem.contacts.iter().zip(&self.pair.contacts).map(of_pair).collect()
     }

@@ -8,7 +8,7 @@
 
 use crate::lift::side_sign;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, NodePair};
+use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, NodePair};
 
 /// Friction on the edges of a contact line; empty without friction.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,12 +42,12 @@ impl EdgeFriction {
             return Self::default();
         }
         let edges = pair.interface.facets();
-        let limit_of = |(edge, p): (&ContactEdge, &[f64; 2])| match pair.friction.coulomb() {
+        let limit_of = |(edge, p): (&ContactFacet, &[f64; 2])| match pair.friction.coulomb() {
             Some(mu) => p.map(|p| mu * p),
-            None => edge.ends(limit),
+            None => edge.corners(limit),
         };
         let limit: Vec<[f64; 2]> = edges.iter().zip(edge_pressure).map(limit_of).collect();
-        let friction_of = |(edge, s): (&ContactEdge, &[f64; 2])| {
+        let friction_of = |(edge, s): (&ContactFacet, &[f64; 2])| {
             let q = edge.pressure(friction);
             [0, 1].map(|end: usize| q[end].max(-s[end]).min(s[end]))
         };
@@ -92,7 +92,7 @@ impl EdgeFriction {
 /// * `jump`: `u^a − u^b` at a pair of nodes, m; at a clamped end it is given what the supports impose.
 fn slips(pair: &ContactPair, jump: impl Fn(&NodePair, Option<Vector>) -> Vector) -> Vec<[f64; 3]> {
     let pairs = pair.interface.pairs();
-    let of_edge = |edge: &ContactEdge| {
+    let of_edge = |edge: &ContactFacet| {
         let tangents = edge.pairs.map(|k| perpendicular(pairs[k as usize].normal));
         let at = |end: usize| {
             let clamped = edge.clamped.filter(|clamped| clamped.end == end);
@@ -120,7 +120,7 @@ pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: [&[f64]
         let none = vec![[0.0; 2]; lifted.len()];
         let mut nodal = vec![0.0; forces.len()];
         for (edge, w) in pair.interface.facets().iter().zip(lifted) {
-            edge.free_ends().for_each(|end| nodal[edge.pairs[end] as usize] = w[2 * end]);
+            edge.free_corners().for_each(|end| nodal[edge.pairs[end] as usize] = w[2 * end]);
         }
         let nodal: f64 = nodal.iter().zip(forces).map(|(w, q)| (w * q).abs()).sum();
         0.5 * work(&pair.interface, &friction.limit, &none, lifted).iter().sum::<f64>() + nodal
@@ -131,7 +131,7 @@ pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: [&[f64]
 /// Computes `2 ∫ (s|w| − q w) ds` on every contact edge, J/m.
 fn work(interface: &ContactInterface, s: &[[f64; 2]], q: &[[f64; 2]], w: &[[f64; 3]]) -> Vec<f64> {
     let edges = interface.facets().iter().zip(s).zip(q).zip(w);
-    edges.map(|(((edge, s), q), w)| 2.0 * edge.length * mean(*s, *q, *w)).collect()
+    edges.map(|(((edge, s), q), w)| 2.0 * edge.measure * mean(*s, *q, *w)).collect()
 }
 
 /// Computes the mean of `s|w| − q w` along an edge with linear `s` and `q`, by their values at the ends, and a quadratic `w`, by its Bernstein
@@ -191,7 +191,7 @@ mod tests {
     fn the_slip_in_the_middle_of_a_bent_edge_is_that_of_jump_and_tangent_there() {
         let problem = bent();
         let pair = &problem.contacts[0];
-        let jump = |of: &NodePair| Vector::new(of.arc_length.sin(), 1.0 + of.arc_length * of.arc_length);
+        let jump = |of: &NodePair| Vector::new(of.normal[0].sin(), 1.0 + of.normal[0] * of.normal[0]);
         let found = slips(pair, |of, _| jump(of));
         for (edge, w) in pair.interface.facets().iter().zip(found) {
             let [a, b] = edge.pairs.map(|k| &pair.interface.pairs()[k as usize]);
@@ -217,7 +217,7 @@ mod tests {
         friction.lifted = [vec![[0.02; 3]; edges], vec![[-0.03; 3]; edges]];
         // 2 ℓ (s|w| − q w) of each body.
         for (edge, found) in pair.interface.facets().iter().zip(friction.terms(&pair.interface)) {
-            let expected = 2.0 * edge.length * (0.4 * 0.02 + 0.6 * 0.03);
+            let expected = 2.0 * edge.measure * (0.4 * 0.02 + 0.6 * 0.03);
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
         }
     }

@@ -19,7 +19,7 @@ use crate::size::larger;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, cross, norm};
-use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem, NodePair, Partner};
+use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem, NodePair, Partner};
 use fem_core::mesh::id::NodeId;
 use std::collections::HashMap;
 
@@ -297,7 +297,7 @@ fn by_pair(interface: &ContactInterface, directions: &[Option<Vector>], middle: 
 
 /// Computes by how much the middle coefficient of an edge grows per lift of its ends, twice: it grows by `½ (ε_i d_i·n_j + ε_j d_j·n_i)`. Zero
 /// for a node that does not move.
-fn gains(interface: &ContactInterface, directions: &[Option<Vector>], edge: &ContactEdge) -> [f64; 2] {
+fn gains(interface: &ContactInterface, directions: &[Option<Vector>], edge: &ContactFacet) -> [f64; 2] {
     let [i, j] = edge.pairs.map(|k| k as usize);
     [(i, j), (j, i)].map(|(k, other)| directions[k].map_or(0.0, |d| d.dot(&interface.pairs()[other].normal)))
 }

@@ -36,7 +36,7 @@ pub fn contributions(problem: &ContactProblem, estimate: &Estimate) -> Vec<Vec<f
             let share = if pair.partner.is_obstacle() { 1.0 } else { 0.5 };
             for (side, b) in pair.elastic_sides() {
                 let topology = problem.bodies[b].mesh().topology();
-                by_cell[b][topology.facet_cells()[edge.edges[side]][0] as usize] += share * term;
+                by_cell[b][topology.facet_cells()[edge.facets[side]][0] as usize] += share * term;
             }
         }
     }

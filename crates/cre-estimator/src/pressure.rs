@@ -1,16 +1,16 @@
 //! The contact pressure of an admissible stress.
 
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactEdge, ContactInterface};
+use fem_core::interface::{ContactFacet, ContactInterface};
 
 /// Computes the P1 pressure of nodal contact forces, `p_i = r²_i/ℓ_i ≥ 0`, Pa (18).
 ///
 /// Lumping keeps the sign; the inverse of the consistent mass matrix would not.
 pub fn nodal_pressure(interface: &ContactInterface, contact_force: &[f64]) -> Vec<f64> {
-    interface.pairs().iter().zip(contact_force).map(|(pair, r)| r / pair.tributary_length).collect()
+    interface.pairs().iter().zip(contact_force).map(|(pair, r)| r / pair.weight).collect()
 }
 
-/// Computes the pressure at the two ends of every contact edge, Pa, see [`ContactEdge::pressure`].
+/// Computes the pressure at the two ends of every contact edge, Pa, see [`ContactFacet::pressure`].
 pub fn edge_pressure(interface: &ContactInterface, pressure: &[f64]) -> Vec<[f64; 2]> {
     interface.facets().iter().map(|edge| edge.pressure(pressure)).collect()
 }
@@ -21,14 +21,14 @@ pub fn nodal_forces(
     pressure: &[f64],
     edge_pressure: &[[f64; 2]],
 ) -> Vec<Vector> {
-    if interface.has_bent_edges() {
+    if interface.has_bent_facets() {
         return interface.pressure_forces(edge_pressure);
     }
     let forces = interface.mass(pressure);
     interface.pairs().iter().zip(forces).map(|(pair, force)| force * pair.normal).collect()
 }
 
-/// Computes `2 ∫ p o ds` on every contact edge, J/m, see [`ContactEdge::work`]: the last term of (15).
+/// Computes `2 ∫ p o ds` on every contact edge, J/m, see [`ContactFacet::work`]: the last term of (15).
 ///
 /// * `edge_pressure`: see [`edge_pressure`].
 /// * `opening`: at the pairs; `middle`: see [`fem_core::interface::ContactInterface::middle_opening`].
@@ -39,6 +39,6 @@ pub fn contact_terms(
     middle: &[f64],
 ) -> Vec<f64> {
     let term =
-        |((edge, p), m): ((&ContactEdge, &[f64; 2]), &f64)| 2.0 * edge.work(*p, edge.openings(opening), *m);
+        |((edge, p), m): ((&ContactFacet, &[f64; 2]), &f64)| 2.0 * edge.work(*p, edge.openings(opening), *m);
     interface.facets().iter().zip(edge_pressure).zip(middle).map(term).collect()
 }

@@ -120,7 +120,7 @@ fn relax_bodies<'a>(
 /// Tells whether a body carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts.
 pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
     let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == Partner::Body(b);
-    let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_edges();
+    let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_facets();
     let sides = || problem.sides_of(Partner::Body(b));
     problem.carries_lambda(b) && sides().all(imposed) && sides().all(straight)
 }

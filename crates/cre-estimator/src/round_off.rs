@@ -218,12 +218,12 @@ pub(crate) fn allowance<'a>(
 /// Computes the work of the pressure on openings that are negative, J/m.
 fn work_of_penetration(interface: &ContactInterface, contact: &AdmissibleContact) -> f64 {
     let pairs = interface.pairs().iter().zip(&contact.opening).zip(&contact.pressure);
-    let at_pairs: f64 = pairs.map(|((of, o), p)| (-o).max(0.0) * p.abs() * of.tributary_length).sum();
+    let at_pairs: f64 = pairs.map(|((of, o), p)| (-o).max(0.0) * p.abs() * of.weight).sum();
     let edges = interface.facets().iter().zip(&contact.middle_opening).zip(&contact.edge_pressure);
     let between: f64 = edges
         .filter(|((edge, _), _)| edge.bent)
         .map(|((edge, o), p)| {
-            lift::depth(*o, edge.openings(&contact.opening)).max(0.0) * p[0].abs() * edge.length
+            lift::depth(*o, edge.openings(&contact.opening)).max(0.0) * p[0].abs() * edge.measure
         })
         .sum();
     at_pairs + between

@@ -4,12 +4,14 @@
 //! ```math
 //! K = L Lᵀ,   L = [L_II, 0; L_CI, L_CC],   S = L_CC L_CCᵀ,   g̃ = L_CC (L⁻¹ f)_C     (13)
 //! ```
-//! is the Steklov-Poincaré operator with its load. [`CondensedBody::reaction`] gives the
-//! reaction `r = S v − g̃` to an imposed normal trace `v`, [`CondensedBody::trace_from_force`] the trace `w = S⁻¹ r` of a
+//! is the Steklov-Poincaré operator with its load. [`InterfaceOperator::reaction`] gives the
+//! reaction `r = S v − g̃` to an imposed normal trace `v`, [`InterfaceOperator::trace_from_force`] the trace `w = S⁻¹ r` of a
 //! correction, and both fields are recovered on demand.
 
+mod operator;
 mod refinement;
 
+pub use operator::InterfaceOperator;
 pub use refinement::InterfaceLoad;
 
 use crate::assembly::System;
@@ -64,12 +66,7 @@ pub struct CondensedBody<S: Space = Plane> {
     factor: Cholesky,
     /// `L⁻¹ f`: the forward half of every solve, done once.
     forward_load: Vec<f64>,
-    /// `L_CC`, column-major.
-    interface_factor: Vec<f64>,
-    /// `S`, column-major, both triangles.
-    schur: Vec<f64>,
-    /// `g̃ = L_CC (L⁻¹ f)_C`.
-    condensed_load: Vec<f64>,
+    interface: InterfaceOperator,
 }
 
 impl<S: Space> CondensedBody<S> {
@@ -98,17 +95,8 @@ impl<S: Space> CondensedBody<S> {
         if !fits_in_memory((2 * size_of::<f64>()).saturating_mul(n_c).saturating_mul(n_c)) {
             return Err(CondensationError::OutOfMemory { pairs: n_c });
         }
-        let interface_factor = factor.trailing_block(n_c);
-        let schur = triangular::square(&interface_factor, n_c);
-        let none = Self {
-            dofs,
-            factor,
-            forward_load: Vec::new(),
-            interface_factor,
-            schur,
-            condensed_load: vec![0.0; n_c],
-        };
-        Ok(none.under(load))
+        let interface = InterfaceOperator::new(factor.trailing_block(n_c), n_c);
+        Ok(Self { dofs, factor, forward_load: Vec::new(), interface }.under(load))
     }
 
     /// Replaces what supports impose and what the body carries; its stiffness is the same. No factorisation.
@@ -129,14 +117,13 @@ impl<S: Space> CondensedBody<S> {
         self.forward_load = load;
         self.factor.forward(&mut self.forward_load);
         let n_c = self.dofs.interface_len();
-        let mut condensed_load = vec![0.0; n_c];
-        let y = &self.forward_load[self.dofs.len() - n_c..];
-        for (j, yj) in y.iter().enumerate() {
-            for i in j..n_c {
-                condensed_load[i] += self.interface_factor[j * n_c + i] * yj;
-            }
-        }
-        Self { condensed_load, ..self }
+        self.interface.take_load(&self.forward_load[self.dofs.len() - n_c..]);
+        self
+    }
+
+    /// Returns its operator on the interface.
+    pub fn interface(&self) -> &InterfaceOperator {
+        &self.interface
     }
 
     /// Returns the unknowns of the body.
@@ -144,67 +131,9 @@ impl<S: Space> CondensedBody<S> {
         &self.dofs
     }
 
-    /// Returns the number of interface unknowns.
-    pub fn len(&self) -> usize {
-        self.condensed_load.len()
-    }
-
-    /// Tells whether the body has no interface.
-    pub fn is_empty(&self) -> bool {
-        self.condensed_load.is_empty()
-    }
-
     /// Returns the number of values the factor stores.
     pub fn stored_values(&self) -> usize {
         self.factor.stored_values()
-    }
-
-    /// Returns `S`, column-major, both triangles, N/m².
-    pub fn schur(&self) -> &[f64] {
-        &self.schur
-    }
-
-    /// Returns `g̃`, N/m.
-    pub fn condensed_load(&self) -> &[f64] {
-        &self.condensed_load
-    }
-
-    /// Computes the reaction to an imposed normal trace, `r = S v − g̃` (N/m), in `2 n_c²` operations.
-    ///
-    /// # Panics
-    /// If `v` or `r` has not `n_c` entries.
-    pub fn reaction(&self, v: &[f64], r: &mut [f64]) {
-        self.apply_schur(v, r);
-        for (r, g) in r.iter_mut().zip(&self.condensed_load) {
-            *r -= g;
-        }
-    }
-
-    /// Computes `S v`, N/m.
-    ///
-    /// # Panics
-    /// If `v` or `r` has not `n_c` entries.
-    pub fn apply_schur(&self, v: &[f64], r: &mut [f64]) {
-        self.check("the trace", v);
-        self.check("the reaction", r);
-        triangular::multiply(&self.schur, v, r);
-    }
-
-    /// Computes the trace of a correction under a normal force, `w = S⁻¹ r` (m), by two triangular solves.
-    ///
-    /// # Panics
-    /// If `r` or `w` has not `n_c` entries.
-    pub fn trace_from_force(&self, r: &[f64], w: &mut [f64]) {
-        self.check("the force", r);
-        self.check("the trace", w);
-        w.copy_from_slice(r);
-        triangular::forward(&self.interface_factor, w);
-        triangular::backward(&self.interface_factor, w);
-    }
-
-    /// Computes `S⁻¹`, column-major, both triangles, m²/N: all traces under unit forces at once.
-    pub fn flexibility(&self) -> Vec<f64> {
-        triangular::invert(&self.interface_factor, self.len())
     }
 
     /// Recovers the displacement (Cartesian, m) with an imposed normal trace `v` and the body's loads: the
@@ -213,13 +142,13 @@ impl<S: Space> CondensedBody<S> {
     /// # Panics
     /// If `v` has not `n_c` entries.
     pub fn displacement_from_trace(&self, v: &[f64]) -> Vec<S::Vector> {
-        self.check("the trace", v);
+        self.interface.check("the trace", v);
         let mut x = self.forward_load.clone();
-        let start = x.len() - self.len();
+        let start = x.len() - self.interface.len();
         for (x, v) in x[start..].iter_mut().zip(v) {
             *x = *v;
         }
-        self.factor.backward(&mut x, self.len());
+        self.factor.backward(&mut x, self.interface.len());
         self.dofs.displacement(&x)
     }
 
@@ -229,11 +158,11 @@ impl<S: Space> CondensedBody<S> {
     /// # Panics
     /// If `r` has not `n_c` entries.
     pub fn displacement_from_force(&self, r: &[f64]) -> Vec<S::Vector> {
-        self.check("the force", r);
+        self.interface.check("the force", r);
         let mut x = self.forward_load.clone();
-        let start = x.len() - self.len();
+        let start = x.len() - self.interface.len();
         let mut y = r.to_vec();
-        triangular::forward(&self.interface_factor, &mut y);
+        triangular::forward(self.interface.factor(), &mut y);
         for (x, y) in x[start..].iter_mut().zip(&y) {
             *x += y;
         }
@@ -264,12 +193,6 @@ impl<S: Space> CondensedBody<S> {
         }
         self.factor.backward(&mut x, 0);
         self.dofs.displacement(&x)
-    }
-
-    /// Asserts that there is one entry per interface unknown.
-    fn check(&self, what: &str, values: &[f64]) {
-        let (found, expected) = (values.len(), self.len());
-        assert!(found == expected, "{what} has {found} entries, the interface {expected} unknowns");
     }
 
     /// Returns the factor, for solves with other right-hand sides.
@@ -304,10 +227,10 @@ mod tests {
     #[test]
     fn recovered_fields_satisfy_the_full_system() {
         let (body, system) = condensed();
-        let n_c = body.len();
+        let n_c = body.interface().len();
         let v: Vec<f64> = (0..n_c).map(|i| 0.01 * (i as f64).cos()).collect();
         let mut r = vec![0.0; n_c];
-        body.reaction(&v, &mut r);
+        body.interface().reaction(&v, &mut r);
         let u = body.displacement_from_trace(&v);
         let x: Vec<f64> = (0..system.dofs.len())
             .map(|j| {
@@ -335,8 +258,8 @@ mod tests {
         }
         let mut w = vec![0.0; n_c];
         let mut back = vec![0.0; n_c];
-        body.trace_from_force(&r, &mut w);
-        body.apply_schur(&w, &mut back);
+        body.interface().trace_from_force(&r, &mut w);
+        body.interface().apply_schur(&w, &mut back);
         for (a, b) in back.iter().zip(&r) {
             assert!((a - b).abs() < 1e-13);
         }

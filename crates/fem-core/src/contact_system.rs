@@ -4,11 +4,12 @@
 //! A row is one direction at one pair of nodes. Traces in it are along the outward normal of each of the two bodies, or along the tangent that goes with
 //! it, so a force that presses on both bodies has one sign.
 
-use crate::condensation::CondensedBody;
-use crate::geometry::{Vector, perpendicular};
+use crate::condensation::{CondensedBody, InterfaceOperator};
+use crate::geometry::Coordinates;
 use crate::interface::{ContactPair, ContactProblem};
 use crate::motions::{BodyMotion, largest};
 use crate::prepared::PreparedProblem;
+use crate::space::Space;
 use std::ops::Range;
 
 pub use crate::interface::{Partner, Roles};
@@ -18,7 +19,7 @@ pub use crate::interface::{Partner, Roles};
 #[non_exhaustive]
 pub struct ContactSystem<'a> {
     /// The bodies. One that its supports do not hold is on springs, see [`crate::assembly::System::with_springs`].
-    pub bodies: Vec<&'a CondensedBody>,
+    pub bodies: Vec<&'a InterfaceOperator>,
     /// The rows of each body, pair after pair.
     pub of_body: Vec<Vec<BodyRow>>,
     /// All rows, and the motions in them.
@@ -190,7 +191,7 @@ impl ContactRows {
     /// Takes the rows of a problem.
     ///
     /// * `motions`: see [`ContactProblem::rigid_motions`]; `load_sizes`: the sum of the sizes of the loads of each body and obstacle, N/m.
-    fn new(problem: &ContactProblem, motions: &[BodyMotion], load_sizes: &[f64]) -> Self {
+    fn new<S: Space>(problem: &ContactProblem<S>, motions: &[BodyMotion<S>], load_sizes: &[f64]) -> Self {
         let (mut pairs, mut rows) = (Vec::with_capacity(problem.contacts.len()), Vec::new());
         for ((k, pair), block) in problem.contacts.iter().enumerate().zip(problem.blocks()) {
             let start = rows.len();
@@ -225,14 +226,14 @@ impl ContactRows {
     }
 
     /// Lists the traces of the moved nodes of one side of a pair, with their rows.
-    fn traces_of(
+    fn traces_of<S: Space>(
         &self,
-        problem: &ContactProblem,
+        problem: &ContactProblem<S>,
         (pair, side): (usize, usize),
-        moved: &[Vector],
+        moved: &[S::Vector],
     ) -> Vec<(usize, f64)> {
         let rows = self.pairs[pair].all().zip(problem.contacts[pair].rows());
-        rows.map(|(row, of)| (row, sign(side) * moved[of.nodes[side]].dot(&of.direction))).collect()
+        rows.map(|(row, of)| (row, sign(side) * moved[of.nodes[side]].times(&of.direction))).collect()
     }
 
     /// Returns the number of rows.
@@ -297,11 +298,16 @@ impl ContactRows {
 /// Lists the rows of a pair.
 ///
 /// * `first`: number of its first pair of nodes among all.
-fn rows_of(problem: &ContactProblem, number: usize, pair: &ContactPair, first: usize) -> Vec<ContactRow> {
+fn rows_of<S: Space>(
+    problem: &ContactProblem<S>,
+    number: usize,
+    pair: &ContactPair<S>,
+    first: usize,
+) -> Vec<ContactRow> {
     let imposed = problem.obstacle_of(pair).map(|obstacle| obstacle.imposed());
     let limits = pair.friction_limit(&problem.bodies[pair.body]);
     let nodes = pair.interface.pairs();
-    let row = |(place, row): (usize, crate::interface::PairRow)| {
+    let row = |(place, row): (usize, crate::interface::PairRow<S>)| {
         let (node, k) = (&nodes[row.pair], row.pair);
         let tangential = place >= nodes.len();
         let law = match (tangential, pair.friction.coulomb(), &limits) {
@@ -309,7 +315,7 @@ fn rows_of(problem: &ContactProblem, number: usize, pair: &ContactPair, first: u
             (true, Some(mu), _) => RowLaw::Coulomb { mu },
             (true, None, limits) => {
                 let limit = limits.as_ref().map_or(0.0, |limits| limits[k]);
-                RowLaw::Tresca { limit: node.tributary_length * limit }
+                RowLaw::Tresca { limit: node.weight * limit }
             }
         };
         let slip = || pair.slip_before.as_ref().map_or(0.0, |before| before.nodes[k]);
@@ -318,33 +324,33 @@ fn rows_of(problem: &ContactProblem, number: usize, pair: &ContactPair, first: u
             node_pair: first + k,
             law,
             gap: if tangential { slip() } else { node.gap },
-            length: node.tributary_length,
-            obstacle: imposed.as_ref().map(|imposed| sign(1) * imposed[k].dot(&row.direction)),
+            length: node.weight,
+            obstacle: imposed.as_ref().map(|imposed| sign(1) * imposed[k].times(&row.direction)),
         }
     };
     pair.rows().enumerate().map(row).collect()
 }
 
-impl ContactProblem {
+impl<S: Space> ContactProblem<S> {
     /// Returns the rows of the contacts: what can be asked before a body is factorised.
     pub fn contact_rows(&self) -> ContactRows {
-        let forces: Vec<Vec<Vector>> = self.bodies.iter().map(crate::assembly::external_forces).collect();
+        let forces: Vec<Vec<S::Vector>> = self.bodies.iter().map(crate::assembly::external_forces).collect();
         self.contact_rows_under(&forces, &self.rigid_motions_under(&forces))
     }
 
-    fn contact_rows_under(&self, forces: &[Vec<Vector>], motions: &[BodyMotion]) -> ContactRows {
-        let of_bodies = forces.iter().map(|forces| forces.iter().map(|f| f.norm()).sum());
+    fn contact_rows_under(&self, forces: &[Vec<S::Vector>], motions: &[BodyMotion<S>]) -> ContactRows {
+        let of_bodies = forces.iter().map(|forces| forces.iter().map(|f| f.times(f).sqrt()).sum());
         let of_obstacles = self.obstacles.iter().map(|obstacle| obstacle.load_size());
         ContactRows::new(self, motions, &of_bodies.chain(of_obstacles).collect::<Vec<f64>>())
     }
 }
 
-impl PreparedProblem {
+impl<S: Space> PreparedProblem<S> {
     /// Returns the algebra of the problem, for a solver of contact.
     pub fn system(&self) -> ContactSystem<'_> {
         let rows = self.problem().contact_rows_under(self.external_forces(), self.rigid_motions());
         let sides = self.problem().sides();
-        let of_body = |(b, body): (usize, &CondensedBody)| {
+        let of_body = |(b, body): (usize, &CondensedBody<S>)| {
             let of_side = |(block, &(pair, side)): (usize, &(usize, usize))| {
                 let of_rows = rows.pairs[pair].all().zip(body.dofs().rows(block));
                 let of_row = |(number, row): (usize, &crate::dof::TraceRow)| BodyRow {
@@ -358,13 +364,13 @@ impl PreparedProblem {
             sides[b].iter().enumerate().flat_map(of_side).collect()
         };
         let of_body = self.bodies().iter().enumerate().map(of_body).collect();
-        let bodies = self.bodies().iter().collect();
+        let bodies = self.bodies().iter().map(CondensedBody::interface).collect();
         ContactSystem { bodies, of_body, rows, free: self.free_motions(), rigid: self.held_motions() }
     }
 
     /// Returns the rigid motions that supports leave free in the interface unknowns of their bodies.
     fn free_motions(&self) -> Vec<Vec<f64>> {
-        let in_unknowns = |of: &BodyMotion| {
+        let in_unknowns = |of: &BodyMotion<S>| {
             let Some(body) = of.partner.body() else { return Vec::new() };
             let moved = self.moved_by(of);
             self.bodies()[body].dofs().interface_components(|node| moved[node])
@@ -374,16 +380,19 @@ impl PreparedProblem {
 
     /// Returns the rigid motions of the bodies that their supports hold in their interface unknowns: where a component is imposed it is left out.
     fn held_motions(&self) -> Vec<Vec<Vec<f64>>> {
-        let of_body = |(b, body): (usize, &CondensedBody)| {
-            if self.rigid_motions().iter().filter(|of| of.partner == Partner::Body(b)).count() == 3 {
+        let of_body = |(b, body): (usize, &CondensedBody<S>)| {
+            let free = self.rigid_motions().iter().filter(|of| of.partner == Partner::Body(b)).count();
+            if free == S::COMPONENTS {
                 return Vec::new();
             }
             let points = self.problem().bodies[b].mesh().points();
-            let centre = points.iter().sum::<Vector>() / points.len().max(1) as f64;
-            let of = |motion: &dyn Fn(Vector) -> Vector| {
-                body.dofs().interface_components(|node| motion(points[node] - centre))
+            let centre = points.iter().copied().sum::<S::Vector>() / points.len().max(1) as f64;
+            let of = |k: usize| {
+                let (translation, spin) = S::parts(&S::components(|j| if j == k { 1.0 } else { 0.0 }));
+                let moved = |node: usize| translation + S::turned(spin, points[node] - centre);
+                body.dofs().interface_components(moved)
             };
-            vec![of(&|_| Vector::x()), of(&|_| Vector::y()), of(&|x| perpendicular(x))]
+            (0..S::COMPONENTS).map(of).collect()
         };
         self.bodies().iter().enumerate().map(of_body).collect()
     }
@@ -392,14 +401,14 @@ impl PreparedProblem {
     ///
     /// # Panics
     /// If there is not one field per body and one amount per rigid motion.
-    pub fn displacements(&self, of: &BodyFields) -> Vec<Vec<Vector>> {
+    pub fn displacements(&self, of: &BodyFields) -> Vec<Vec<S::Vector>> {
         let (found, expected) =
             ((of.bodies.len(), of.amounts.len()), (self.bodies().len(), self.rigid_motions().len()));
         assert!(found == expected, "{found:?} fields and amounts, and {expected:?} bodies and rigid motions");
-        let moved = |partner: Partner, u: &mut [Vector]| {
+        let moved = |partner: Partner, u: &mut [S::Vector]| {
             let motions = self.rigid_motions().iter().zip(&of.amounts);
             for (motion, amount) in motions.filter(|(motion, _)| motion.partner == partner) {
-                u.iter_mut().zip(self.moved_by(motion)).for_each(|(u, moved)| *u += *amount * moved);
+                u.iter_mut().zip(self.moved_by(motion)).for_each(|(u, moved)| *u += moved * *amount);
             }
         };
         let mut all = crate::each_body(self.bodies().len(), |b| match &of.bodies[b] {

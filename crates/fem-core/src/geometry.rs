@@ -77,6 +77,9 @@ pub fn perpendicular(a: Vector) -> Vector {
     Vector::new(-a[1], a[0])
 }
 
+/// A part of a side is flat if its nodes are within this fraction of its size of a line or plane: coordinates in a file have few digits.
+pub(crate) const FLAT_SIDE: f64 = 1e-5;
+
 /// Sine of the angle below which directions count as parallel or perpendicular.
 pub(crate) const PARALLEL: f64 = 1e-9;
 

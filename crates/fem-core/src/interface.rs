@@ -1,10 +1,13 @@
-//! The geometry of contact: pairs of nodes, normals, gaps, lengths. It does not contain a contact law.
+//! The geometry of contact: pairs of nodes, normals, gaps, lengths and areas. It does not contain a contact law.
+//!
+//! Its types have a [`Space`] as parameter. Arc lengths, curves, common refinement, clamped ends and friction are those of the plane.
 
 mod clamped_ends;
 pub mod common_refinement;
 mod contacts;
 mod error;
 mod facing;
+mod flat;
 mod friction;
 mod geometric_gap;
 mod interpolation;
@@ -22,13 +25,15 @@ mod side;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
-use crate::geometry::{Vector, norm};
+use crate::geometry::{Coordinates, Vector, norm};
 use crate::mesh::id::{FacetId, NodeId};
 use crate::smooth::STRAIGHT;
+use crate::space::{Item, Plane, Space};
 use clamped_ends::UntrimmedLine;
 use common_refinement::{CommonRefinement, Measured};
 use outline::Radial;
 use profile::Profile;
+use std::ops::{Add, Mul};
 
 pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
 pub use error::InterfaceError;
@@ -46,23 +51,21 @@ const SAME_NORMAL: f64 = 1e-12;
 
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NodePair {
+pub struct NodePair<S: Space = Plane> {
     /// Node of the first and of the second body; against an obstacle the number of the pair instead of the second. A node at a corner at which one
     /// stretch ends and another begins is in two pairs.
     pub nodes: [NodeId; 2],
     /// Normal `n` out of the first body, into the second. Its length is one at the nodes of the first meshes. Between these the
     /// normal is linear, so it is shorter if the line is bent. If one side is a declared arc, it is the arm from the centre over the
     /// radius.
-    pub normal: Vector,
+    pub normal: S::Vector,
     /// Initial gap `g ≥ 0`, m: the distance along the normal times `|n|`.
     pub gap: f64,
-    /// `ℓ = ∫ φ ds`, m.
-    pub tributary_length: f64,
-    /// Arc length along the surface of the body that was the first when they were paired, m; stretches are consecutive.
-    pub arc_length: f64,
+    /// Tributary length or area `ℓ = ∫ φ ds`, m or m².
+    pub weight: f64,
 }
 
-impl NodePair {
+impl<S: Space> NodePair<S> {
     /// Returns the length of the normal. Distances along it are gaps, openings and slips over that length; tractions are pressures and
     /// friction times that length.
     pub fn normal_length(&self) -> f64 {
@@ -72,67 +75,87 @@ impl NodePair {
     }
 }
 
-/// Two facing edges, one of each body.
+/// Two facing facets, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactEdge {
-    /// The pairs at its two ends, in the sense of increasing arc length; twice the same if both bodies are clamped at one end.
-    pub pairs: [u32; 2],
-    /// The mesh edge of each body; against an obstacle the body's edge twice.
-    pub edges: [FacetId; 2],
-    /// Length on the body that was the first when the surfaces were paired, m.
-    pub length: f64,
+pub struct ContactFacet<S: Space = Plane> {
+    /// The pairs at its corners, in the plane in the sense of increasing arc length; twice the same if both bodies are clamped at one of them.
+    pub pairs: S::Axes<u32>,
+    /// The facet of each body's mesh; against an obstacle the body's facet twice.
+    pub facets: [FacetId; 2],
+    /// Length or area on the body that was the first when the surfaces were paired, m or m².
+    pub measure: f64,
     /// True if the normal changes along it by more than round-off.
     pub bent: bool,
     /// The end at which both bodies are clamped, if there is one.
-    pub clamped: Option<ClampedEnd>,
+    pub clamped: Option<ClampedEnd<S>>,
 }
 
 /// An end of a contact edge at which both bodies are clamped, or the body against an obstacle: no unknown is there, and its
 /// pressure equals the pressure of the other end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClampedEnd {
+pub struct ClampedEnd<S: Space = Plane> {
     /// Which end, 0 or 1.
     pub end: usize,
     /// The opening that the supports impose there, ≥ 0, m.
     pub opening: f64,
     /// The displacement that they impose on the first side less the one on the second, m.
-    pub jump: Vector,
+    pub jump: S::Vector,
 }
 
-impl ContactEdge {
-    /// Returns the values of the pairs at its ends; a clamped end has the value of the other one.
+impl<S: Space> ContactFacet<S> {
+    /// Returns the values of the pairs at its corners; a clamped corner has the value of the other one.
     ///
     /// * `by_pair`: one number per pair.
-    pub fn ends(&self, by_pair: &[f64]) -> [f64; 2] {
-        self.pairs.map(|k| by_pair[k as usize])
+    pub fn corners(&self, by_pair: &[f64]) -> S::Axes<f64> {
+        S::axes(|k| by_pair[self.pairs[k] as usize])
     }
 
-    /// Returns the openings at its ends, m.
+    /// Returns the openings at its corners, m.
     ///
     /// * `by_pair`: opening of each pair, m.
-    pub fn openings(&self, by_pair: &[f64]) -> [f64; 2] {
-        let mut ends = self.ends(by_pair);
+    pub fn openings(&self, by_pair: &[f64]) -> S::Axes<f64> {
+        let mut corners = self.corners(by_pair);
         if let Some(clamped) = self.clamped {
-            ends[clamped.end] = clamped.opening;
+            corners[clamped.end] = clamped.opening;
         }
-        ends
+        corners
     }
 
-    /// Lists the ends that are pairs, as 0 and 1: both, or the one that is not clamped.
-    pub fn free_ends(&self) -> impl Iterator<Item = usize> + use<> {
+    /// Lists the corners that are pairs, by number: all, or those that are not clamped.
+    pub fn free_corners(&self) -> impl Iterator<Item = usize> + use<S> {
         let clamped = self.clamped.map(|clamped| clamped.end);
-        [0, 1].into_iter().filter(move |end| Some(*end) != clamped)
+        (0..S::DIM).filter(move |corner| Some(*corner) != clamped)
     }
 
-    /// Computes the pressure at its two ends, Pa: the nodal values if the edge is straight; their mean at both ends if it is
+    /// Computes the pressure at its corners, Pa: the nodal values if the facet is flat; their mean at all corners if it is
     /// bent, so that `p n` is linear along it.
     ///
     /// * `by_pair`: nodal pressure, Pa.
-    pub fn pressure(&self, by_pair: &[f64]) -> [f64; 2] {
-        let [a, b] = self.ends(by_pair);
-        if self.bent { [0.5 * (a + b); 2] } else { [a, b] }
+    pub fn pressure(&self, by_pair: &[f64]) -> S::Axes<f64> {
+        let corners = self.corners(by_pair);
+        if !self.bent {
+            return corners;
+        }
+        let mean = corners.as_ref().iter().sum::<f64>() / S::DIM as f64;
+        S::axes(|_| mean)
     }
 
+    /// Computes `∫ a φ ds` with a linear `a` and the shape function of a corner: by the mass matrix `ℓ/6 (1 + δ)` of an edge, `A/12 (1 + δ)` of a
+    /// triangle.
+    ///
+    /// * `values`: of `a` at the corners.
+    pub fn moment<T: Item + Add<Output = T> + Mul<f64, Output = T>>(
+        &self,
+        values: &S::Axes<T>,
+        corner: usize,
+    ) -> T {
+        let others = (0..S::DIM).filter(|other| *other != corner);
+        let sum = others.fold(values[corner] * 2.0, |sum, other| sum + values[other]);
+        sum * (self.measure / (S::DIM * (S::DIM + 1)) as f64)
+    }
+}
+
+impl ContactFacet {
     /// Computes `∫ p o ds`, J/m.
     ///
     /// If the edge is straight, both factors are linear: `ℓ/6 (2 p_i o_i + p_i o_j + p_j o_i + 2 p_j o_j)`. If it is bent, the
@@ -142,20 +165,25 @@ impl ContactEdge {
     pub fn work(&self, pressure: [f64; 2], opening: [f64; 2], middle: f64) -> f64 {
         let ([p, q], [o, r]) = (pressure, opening);
         if self.bent {
-            return self.length / 3.0 * p * (o + middle + r);
+            return self.measure / 3.0 * p * (o + middle + r);
         }
-        self.length / 6.0 * (p * (2.0 * o + r) + q * (o + 2.0 * r))
+        self.measure / 6.0 * (p * (2.0 * o + r) + q * (o + 2.0 * r))
     }
+}
+
+/// Returns the size of a facet, m: the length of an edge, the root of an area.
+fn facet_size<S: Space>(measure: f64) -> f64 {
+    measure.powf(1.0 / (S::DIM - 1) as f64)
 }
 
 /// How the initial gap is defined.
 #[derive(Clone, Debug)]
-pub enum Gap {
+pub enum Gap<S: Space = Plane> {
     /// Zero, because the surfaces touch: surfaces that are apart or overlap by more than 1e-6 of the smaller body's
     /// diagonal are rejected. On curved lines smooth curves through the nodes are compared, as for [`Gap::Geometric`].
     Touching,
     /// Given, ≥ 0: it overrides the gap of the meshes, whose surfaces must coincide to 5 % of the edges.
-    Given(ScalarData),
+    Given(ScalarData<S>),
     /// Measured between the paired nodes along the contact normal, ≥ 0: the surfaces are paired along their length,
     /// node by node, whatever their distance. An overlap of more than 1e-6 of the smaller body's diagonal is rejected.
     /// Finer meshes measure the gap at new nodes between smooth curves through the nodes of the first meshes.
@@ -165,9 +193,9 @@ pub enum Gap {
 /// The largest difference between the gap in use and the drawn one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct GapChange {
+pub struct GapChange<S: Space = Plane> {
     /// The first body's node.
-    pub point: Vector,
+    pub point: S::Vector,
     /// Distance of the surfaces along the normal, m, negative if they overlap; on curved lines measured between smooth curves.
     pub drawn: f64,
     /// The gap used instead, m.
@@ -176,31 +204,118 @@ pub struct GapChange {
 
 /// How the contact normal is chosen. In each case it is a datum, frozen on the undeformed meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum ContactNormal {
+pub enum ContactNormal<S: Space = Plane> {
     /// At each node the mean of the first body's edge normals, weighted by length; linear between the nodes. On declared curves, and straight stretches
     /// beside them, the normals are their own. Where two of these meet at more than 1 degree, the contact line ends, and another one begins: the node
     /// is in two pairs, each with the normal of one side. If the other body's side is smooth there, its normal is used.
     #[default]
     Averaged,
     /// One direction for the whole line, out of the first body; of any length except zero.
-    Fixed(Vector),
+    Fixed(S::Vector),
 }
 
-/// A matching contact interface: pairs of nodes ordered by arc length, and the edges between them.
+/// A matching contact interface: pairs of nodes, in the plane ordered by arc length, and the facets between them.
 #[derive(Clone, Debug)]
-pub struct ContactInterface {
-    pairs: Vec<NodePair>,
-    edges: Vec<ContactEdge>,
+pub struct ContactInterface<S: Space = Plane> {
+    pairs: Vec<NodePair<S>>,
+    facets: Vec<ContactFacet<S>>,
     /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
-    gap: Gap,
+    gap: Gap<S>,
     measured_on: usize,
-    /// The measured gap along each edge, if it is not linear there.
+    /// The arc length at each pair, m. Empty in space.
+    arc_lengths: Vec<f64>,
+    /// The measured gap along each edge, if it is not linear there. Empty in space.
     profiles: Vec<Option<Profile>>,
-    gap_change: Option<GapChange>,
-    /// The source of the normals, if it is an arc.
+    gap_change: Option<GapChange<S>>,
+    /// The source of the normals, if it is an arc. `None` in space.
     radial: Option<Radial>,
-    /// The line with the pairs and edges that were removed at its ends, if any.
+    /// The line with the pairs and edges that were removed at its ends, if any. `None` in space.
     whole: Option<Box<UntrimmedLine>>,
+}
+
+impl<S: Space> ContactInterface<S> {
+    /// Returns the pairs, in the plane by increasing arc length.
+    pub fn pairs(&self) -> &[NodePair<S>] {
+        &self.pairs
+    }
+
+    /// Returns the facets between pairs.
+    pub fn facets(&self) -> &[ContactFacet<S>] {
+        &self.facets
+    }
+
+    /// Lists the normals that a body retains as interface unknowns: one per contact node, in the order of the pairs.
+    ///
+    /// * `side`: 0 for the first body, 1 for the second.
+    pub fn side(&self, side: usize) -> InterfaceSide<S> {
+        InterfaceSide::default().with_block(self.retained(side))
+    }
+
+    /// Lists the directions of [`Self::side`].
+    fn retained(&self, side: usize) -> impl Iterator<Item = Retained<S>> + '_ {
+        self.pairs.iter().map(move |pair| Retained { node: pair.nodes[side], direction: pair.normal })
+    }
+
+    /// Returns the largest difference between the gap and the distance of the paired meshes; `None` if it is
+    /// round-off, and on refined meshes.
+    pub fn gap_change(&self) -> Option<GapChange<S>> {
+        self.gap_change
+    }
+
+    /// Computes the length or area of contact, m or m².
+    pub fn measure(&self) -> f64 {
+        self.facets.iter().map(|e| e.measure).sum()
+    }
+
+    /// Applies the consistent interface mass matrix, `(M p)_i = ∫ p φ_i ds`; P1 `p` in Pa gives N/m.
+    ///
+    /// # Panics
+    /// If `p` does not have one entry per pair.
+    pub fn mass(&self, p: &[f64]) -> Vec<f64> {
+        let (found, expected) = (p.len(), self.pairs.len());
+        assert!(found == expected, "the pressure has {found} entries, the interface {expected} pairs");
+        let mut forces = vec![0.0; self.pairs.len()];
+        for facet in &self.facets {
+            let corners = facet.corners(p);
+            for corner in facet.free_corners() {
+                forces[facet.pairs[corner] as usize] += facet.moment(&corners, corner);
+            }
+        }
+        forces
+    }
+
+    /// Tells whether the normal changes along any facet.
+    pub fn has_bent_facets(&self) -> bool {
+        self.facets.iter().any(|facet| facet.bent)
+    }
+
+    /// Computes the nodal forces `∫ p n φ_i ds` of a pressure given at the corners of every facet, Cartesian, N/m: exact
+    /// if `p n` is linear along the facet, that is, if `p` or `n` is constant.
+    ///
+    /// # Panics
+    /// If `facet_pressure` does not have one entry per contact facet.
+    pub fn pressure_forces(&self, facet_pressure: &[S::Axes<f64>]) -> Vec<S::Vector> {
+        let (found, expected) = (facet_pressure.len(), self.facets.len());
+        assert!(found == expected, "the pressure has {found} entries, the interface {expected} facets");
+        let mut forces = vec![S::Vector::ZERO; self.pairs.len()];
+        for (facet, p) in self.facets.iter().zip(facet_pressure) {
+            let corners = S::axes(|k| self.pairs[facet.pairs[k] as usize].normal * p[k]);
+            for corner in facet.free_corners() {
+                forces[facet.pairs[corner] as usize] += facet.moment(&corners, corner);
+            }
+        }
+        forces
+    }
+
+    /// Replaces the gaps of the pairs, m, and returns the old ones: the problem for increments about a state.
+    ///
+    /// # Panics
+    /// If there is not one gap per pair.
+    pub fn replace_gaps(&mut self, gaps: &[f64]) -> Vec<f64> {
+        let (found, expected) = (gaps.len(), self.pairs.len());
+        assert!(found == expected, "{found} gaps are given, the interface has {expected} pairs");
+        self.pairs.iter_mut().zip(gaps).map(|(pair, gap)| std::mem::replace(&mut pair.gap, *gap)).collect()
+    }
 }
 
 impl ContactInterface {
@@ -268,9 +383,9 @@ impl ContactInterface {
         self.whole.is_none()
     }
 
-    /// Returns the pairs by increasing arc length.
-    pub fn pairs(&self) -> &[NodePair] {
-        &self.pairs
+    /// Returns the arc length at each pair along the surface of the body that was the first when they were paired, m; stretches are consecutive.
+    pub fn arc_lengths(&self) -> &[f64] {
+        &self.arc_lengths
     }
 
     /// Returns the centre of the declared arc from which all normals come; `None` if they do not come from one.
@@ -285,70 +400,20 @@ impl ContactInterface {
     pub fn polygon_normals(&self, body: &Body, side: usize) -> Vec<Vector> {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let mut sums = vec![Vector::zeros(); self.pairs.len()];
-        for edge in &self.edges {
+        for edge in &self.facets {
             let weighted = sign
-                * body.mesh().facet_measure(edge.edges[side])
-                * body.mesh().facet_normal(edge.edges[side]);
-            edge.free_ends().for_each(|end| sums[edge.pairs[end] as usize] += weighted);
+                * body.mesh().facet_measure(edge.facets[side])
+                * body.mesh().facet_normal(edge.facets[side]);
+            edge.free_corners().for_each(|end| sums[edge.pairs[end] as usize] += weighted);
         }
         sums.into_iter().map(|sum| 1.0 / norm(sum) * sum).collect()
-    }
-
-    /// Returns the edges between pairs.
-    pub fn facets(&self) -> &[ContactEdge] {
-        &self.edges
-    }
-
-    /// Lists the normals that a body retains as interface unknowns: one per contact node, in the order of the pairs.
-    ///
-    /// * `side`: 0 for the first body, 1 for the second.
-    pub fn side(&self, side: usize) -> InterfaceSide {
-        InterfaceSide::default().with_block(self.retained(side))
-    }
-
-    /// Lists the directions of [`Self::side`].
-    fn retained(&self, side: usize) -> impl Iterator<Item = Retained> + '_ {
-        self.pairs.iter().map(move |pair| Retained { node: pair.nodes[side], direction: pair.normal })
-    }
-
-    /// Returns the largest difference between the gap and the distance of the paired meshes; `None` if it is
-    /// round-off, and on refined meshes.
-    pub fn gap_change(&self) -> Option<GapChange> {
-        self.gap_change
-    }
-
-    /// Computes the length of the contact line, m.
-    pub fn length(&self) -> f64 {
-        self.edges.iter().map(|e| e.length).sum()
-    }
-
-    /// Applies the consistent interface mass matrix, `(M p)_i = ∫ p φ_i ds`; P1 `p` in Pa gives N/m.
-    ///
-    /// # Panics
-    /// If `p` does not have one entry per pair.
-    pub fn mass(&self, p: &[f64]) -> Vec<f64> {
-        let (found, expected) = (p.len(), self.pairs.len());
-        assert!(found == expected, "the pressure has {found} entries, the interface {expected} pairs");
-        let mut forces = vec![0.0; self.pairs.len()];
-        for edge in &self.edges {
-            let ends = edge.ends(p);
-            for end in edge.free_ends() {
-                forces[edge.pairs[end] as usize] += edge.length / 6.0 * (2.0 * ends[end] + ends[1 - end]);
-            }
-        }
-        forces
-    }
-
-    /// Tells whether the normal changes along any edge.
-    pub fn has_bent_edges(&self) -> bool {
-        self.edges.iter().any(|edge| edge.bent)
     }
 
     /// Finds the corner of the first body's contact surface that turns most: its point, and the angle in degrees. Corners that end a stretch do not count.
     ///
     /// * `first`: the first body.
     pub fn sharpest_corner(&self, first: &Body) -> Option<(Vector, f64)> {
-        let corner = normals::sharpest_turn(first, &self.pairs, &self.edges);
+        let corner = normals::sharpest_turn(first, &self.pairs, &self.facets);
         corner.map(|(point, cosine)| (point, cosine.acos().to_degrees()))
     }
 
@@ -357,37 +422,9 @@ impl ContactInterface {
     /// coefficients are the nodal openings. If all three are ≥ 0, so is the opening.
     ///
     /// * `jump`: `[u] = u¹ − u²` of a pair, m.
-    pub fn middle_opening(&self, edge: &ContactEdge, jump: impl Fn(usize) -> Vector) -> f64 {
+    pub fn middle_opening(&self, edge: &ContactFacet, jump: impl Fn(usize) -> Vector) -> f64 {
         let [i, j] = edge.pairs.map(|k| k as usize);
         let (a, b) = (&self.pairs[i], &self.pairs[j]);
         0.5 * (a.gap + b.gap) - 0.5 * (jump(i).dot(&b.normal) + jump(j).dot(&a.normal))
-    }
-
-    /// Computes the nodal forces `∫ p n φ_i ds` of a pressure given at the two ends of every edge, Cartesian, N/m: exact
-    /// if `p n` is linear along the edge, that is, if `p` or `n` is constant.
-    ///
-    /// # Panics
-    /// If `edge_pressure` does not have one entry per contact edge.
-    pub fn pressure_forces(&self, edge_pressure: &[[f64; 2]]) -> Vec<Vector> {
-        let (found, expected) = (edge_pressure.len(), self.edges.len());
-        assert!(found == expected, "the pressure has {found} entries, the interface {expected} edges");
-        let mut forces = vec![Vector::zeros(); self.pairs.len()];
-        for (edge, p) in self.edges.iter().zip(edge_pressure) {
-            let ends = [0, 1].map(|end: usize| p[end] * self.pairs[edge.pairs[end] as usize].normal);
-            for end in edge.free_ends() {
-                forces[edge.pairs[end] as usize] += edge.length / 6.0 * (2.0 * ends[end] + ends[1 - end]);
-            }
-        }
-        forces
-    }
-
-    /// Replaces the gaps of the pairs, m, and returns the old ones: the problem for increments about a state.
-    ///
-    /// # Panics
-    /// If there is not one gap per pair.
-    pub fn replace_gaps(&mut self, gaps: &[f64]) -> Vec<f64> {
-        let (found, expected) = (gaps.len(), self.pairs.len());
-        assert!(found == expected, "{found} gaps are given, the interface has {expected} pairs");
-        self.pairs.iter_mut().zip(gaps).map(|(pair, gap)| std::mem::replace(&mut pair.gap, *gap)).collect()
     }
 }

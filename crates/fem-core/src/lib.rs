@@ -23,8 +23,9 @@
 //! [`interface::InterfaceSide`] for one body alone), assemble a [`assembly::System`], factorise it in a
 //! [`condensation::CondensedBody`], and take stresses and energies from [`field`] and [`norm`].
 //!
-//! All of them but those of contact serve the plane and the space: they have a [`space::Space`] as parameter, [`space::Plane`] unless it is
-//! named. [`mesh::generate::cuboid`] makes a mesh of tetrahedra.
+//! All of them serve the plane and the space: they have a [`space::Space`] as parameter, [`space::Plane`] unless it is
+//! named. [`mesh::generate::cuboid`] makes a mesh of tetrahedra. Contact surfaces of solids are flat and match
+//! ([`interface::ContactInterface::pair_flat`]).
 //!
 //! Two non-matching contact surfaces are first made to match, by
 //! [`interface::common_refinement`] and [`interface::ContactInterface::pair_refined`].

@@ -2,8 +2,9 @@
 
 use crate::assembly::external_forces;
 use crate::body::RigidMotion;
-use crate::geometry::{Vector, perpendicular};
+use crate::geometry::{Coordinates, perpendicular};
 use crate::interface::{ContactProblem, LeftOut, Partner};
+use crate::space::{Plane, Space};
 
 /// The load of a motion below this fraction of its terms is the rounding of their sum.
 const ROUNDING: f64 = 1e-13;
@@ -14,18 +15,18 @@ const SAME_CENTRE: f64 = 1e-6;
 /// A rigid motion that the supports of a body leave free, with the load along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct BodyMotion {
+pub struct BodyMotion<S: Space = Plane> {
     /// The body or the obstacle.
     pub partner: Partner,
     /// The motion `R`.
-    pub motion: RigidMotion,
+    pub motion: RigidMotion<S>,
     /// `e = f·R`, the work of tractions and body force along the motion, N/m times the motion's unit.
     pub load: f64,
 }
 
-impl BodyMotion {
+impl<S: Space> BodyMotion<S> {
     /// Takes a motion without a load.
-    pub fn new(partner: Partner, motion: RigidMotion) -> Self {
+    pub fn new(partner: Partner, motion: RigidMotion<S>) -> Self {
         Self { partner, motion, load: 0.0 }
     }
 }
@@ -33,16 +34,16 @@ impl BodyMotion {
 /// A rigid motion of an assembly.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct AssemblyMotion {
+pub struct AssemblyMotion<S: Space = Plane> {
     /// The bodies and obstacles that move, each with its motion; the largest displacement of all is 1 m.
-    pub bodies: Vec<(Partner, RigidMotion)>,
+    pub bodies: Vec<(Partner, RigidMotion<S>)>,
     /// The largest displacement of each of them, m.
     pub largest: Vec<f64>,
     /// The load along the motion: its work over its largest displacement, N/m.
     pub load: f64,
 }
 
-impl ContactProblem {
+impl<S: Space> ContactProblem<S> {
     /// Sums up rigid motions to one of the assembly.
     ///
     /// * `motions`: see [`Self::rigid_motions`]; `amounts`: number and amount, by number; `work`: of the loads along their sum, J/m; `least`: bodies
@@ -52,12 +53,12 @@ impl ContactProblem {
     /// If there is no such motion.
     pub fn assembly_motion(
         &self,
-        motions: &[BodyMotion],
+        motions: &[BodyMotion<S>],
         amounts: &[(usize, f64)],
         work: f64,
         least: f64,
-    ) -> AssemblyMotion {
-        let mut bodies: Vec<BodyMotion> = Vec::new();
+    ) -> AssemblyMotion<S> {
+        let mut bodies: Vec<BodyMotion<S>> = Vec::new();
         for (number, amount) in amounts {
             let of = &motions[*number];
             let scaled = BodyMotion { motion: of.motion.scaled(*amount), ..*of };
@@ -80,17 +81,17 @@ impl ContactProblem {
 
     /// Lists the rigid motions of all floating bodies and of the obstacles that are free to move, in their order: for each
     /// of them a basis.
-    pub fn rigid_motions(&self) -> Vec<BodyMotion> {
+    pub fn rigid_motions(&self) -> Vec<BodyMotion<S>> {
         self.rigid_motions_under(&self.bodies.iter().map(external_forces).collect::<Vec<_>>())
     }
 
     /// * `external_forces`: of each body, N/m.
-    pub(crate) fn rigid_motions_under(&self, external_forces: &[Vec<Vector>]) -> Vec<BodyMotion> {
+    pub(crate) fn rigid_motions_under(&self, external_forces: &[Vec<S::Vector>]) -> Vec<BodyMotion<S>> {
         let mut found = Vec::new();
         for (b, body) in self.bodies.iter().enumerate() {
             for motion in body.rigid_motions() {
                 let moved = motion.displacements(body);
-                let terms = || external_forces[b].iter().zip(&moved).map(|(f, u)| f.dot(u));
+                let terms = || external_forces[b].iter().zip(&moved).map(|(f, u)| f.times(u));
                 let (load, size) = (terms().sum::<f64>(), terms().map(f64::abs).sum::<f64>());
                 let load = if load.abs() > ROUNDING * size { load } else { 0.0 };
                 found.push(BodyMotion { partner: Partner::Body(b), motion, load });
@@ -103,6 +104,16 @@ impl ContactProblem {
         found
     }
 
+    /// Computes the displacement of each node in a rigid motion of its body, or of each point of its obstacle, m.
+    pub fn moved_by(&self, of: &BodyMotion<S>) -> Vec<S::Vector> {
+        match of.partner {
+            Partner::Body(body) => of.motion.displacements(&self.bodies[body]),
+            Partner::Obstacle(obstacle) => self.obstacles[obstacle].moved_by(&of.motion),
+        }
+    }
+}
+
+impl ContactProblem {
     /// Leaves the loads along some motions out, if each of them is a rotation about the centre of all contact lines of a body that only they hold,
     /// with a load that the error of the polygon explains:
     /// ```math
@@ -159,17 +170,9 @@ impl ContactProblem {
         self.bodies[body].turn(-load / (2.0 * area * motion.spin));
         self.left_out.push(LeftOut { body, motion, load, share: load.abs() / size });
     }
-
-    /// Computes the displacement of each node in a rigid motion of its body, or of each point of its obstacle, m.
-    pub fn moved_by(&self, of: &BodyMotion) -> Vec<Vector> {
-        match of.partner {
-            Partner::Body(body) => of.motion.displacements(&self.bodies[body]),
-            Partner::Obstacle(obstacle) => self.obstacles[obstacle].moved_by(&of.motion),
-        }
-    }
 }
 
 /// Returns the largest displacement, m.
-pub(crate) fn largest(moved: &[Vector]) -> f64 {
-    moved.iter().map(|u| u.norm()).fold(0.0, f64::max)
+pub(crate) fn largest<V: Coordinates>(moved: &[V]) -> f64 {
+    moved.iter().map(|u| u.times(u).sqrt()).fold(0.0, f64::max)
 }

@@ -3,9 +3,9 @@
 use crate::assembly::{AssemblyError, System, external_forces};
 use crate::condensation::{CondensationError, CondensedBody};
 use crate::dof::DofMap;
-use crate::geometry::Vector;
 use crate::interface::{ContactProblem, Roles};
 use crate::parallel::each_body;
+use crate::space::{Plane, Space};
 
 pub use crate::motions::{AssemblyMotion, BodyMotion};
 use rayon::prelude::*;
@@ -14,11 +14,11 @@ use thiserror::Error;
 /// A contact problem with its factorised bodies and their loads: all that an iteration and an estimator need. Bodies that
 /// their supports do not hold are factorised with springs, see [`System::with_springs`].
 #[derive(Clone, Debug)]
-pub struct PreparedProblem {
-    problem: ContactProblem,
-    bodies: Vec<CondensedBody>,
-    external_forces: Vec<Vec<Vector>>,
-    rigid_motions: Vec<BodyMotion>,
+pub struct PreparedProblem<S: Space = Plane> {
+    problem: ContactProblem<S>,
+    bodies: Vec<CondensedBody<S>>,
+    external_forces: Vec<Vec<S::Vector>>,
+    rigid_motions: Vec<BodyMotion<S>>,
 }
 
 /// The next step of the preparation, for all bodies.
@@ -59,12 +59,12 @@ pub enum PrepareError {
     Stopped,
 }
 
-impl PreparedProblem {
+impl<S: Space> PreparedProblem<S> {
     /// Assembles and factorises all bodies, in parallel.
     ///
     /// # Errors
     /// A body without unique solution.
-    pub fn new(problem: ContactProblem) -> Result<Self, PrepareError> {
+    pub fn new(problem: ContactProblem<S>) -> Result<Self, PrepareError> {
         Self::prepare(problem, |_| true)
     }
 
@@ -73,7 +73,7 @@ impl PreparedProblem {
     /// # Errors
     /// A body without unique solution; [`PrepareError::Stopped`] if the answer is `false`.
     pub fn prepare(
-        problem: ContactProblem,
+        problem: ContactProblem<S>,
         mut proceed: impl FnMut(Stage) -> bool,
     ) -> Result<Self, PrepareError> {
         let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
@@ -81,13 +81,13 @@ impl PreparedProblem {
         before(Stage::Ordering)?;
         let dofs = each_body(count, |b| DofMap::new(&problem.bodies[b], &problem.side(b)));
         before(Stage::Assembly)?;
-        let assemble = |(b, dofs): (usize, DofMap)| {
+        let assemble = |(b, dofs): (usize, DofMap<S>)| {
             System::with_springs(&problem.bodies[b], dofs)
                 .map_err(|source| PrepareError::Assembly { body: b, source })
         };
         let systems = each_of(dofs, assemble)?;
         before(Stage::Factorisation)?;
-        let factorise = |(b, system): (usize, System)| {
+        let factorise = |(b, system): (usize, System<S>)| {
             CondensedBody::factorise(system, problem.bodies[b].mesh().points())
                 .map_err(|source| PrepareError::Factor { body: b, source })
         };
@@ -104,20 +104,20 @@ impl PreparedProblem {
     /// # Errors
     /// See [`Self::prepare`].
     pub fn prepare_again(
-        problem: ContactProblem,
-        factorised: Vec<CondensedBody>,
+        problem: ContactProblem<S>,
+        factorised: Vec<CondensedBody<S>>,
         mut proceed: impl FnMut(Stage) -> bool,
     ) -> Result<Self, PrepareError> {
-        let known = |(b, body): (usize, &CondensedBody)| {
+        let known = |(b, body): (usize, &CondensedBody<S>)| {
             body.dofs().with_imposed(problem.bodies.get(b)?, &problem.side(b))
         };
-        let dofs: Option<Vec<DofMap>> = factorised.iter().enumerate().map(known).collect();
+        let dofs: Option<Vec<DofMap<S>>> = factorised.iter().enumerate().map(known).collect();
         let Some(dofs) = dofs.filter(|dofs| dofs.len() == problem.bodies.len()) else {
             return Self::prepare(problem, proceed);
         };
         let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
         before(Stage::Assembly)?;
-        let load = |(b, (body, dofs)): (usize, (CondensedBody, DofMap))| {
+        let load = |(b, (body, dofs)): (usize, (CondensedBody<S>, DofMap<S>))| {
             let system = System::with_springs(&problem.bodies[b], dofs)
                 .map_err(|source| PrepareError::Assembly { body: b, source })?;
             Ok(body.with_loads(system))
@@ -127,44 +127,44 @@ impl PreparedProblem {
         Ok(Self::of(problem, bodies))
     }
 
-    fn of(problem: ContactProblem, bodies: Vec<CondensedBody>) -> Self {
+    fn of(problem: ContactProblem<S>, bodies: Vec<CondensedBody<S>>) -> Self {
         let external_forces = each_body(bodies.len(), |b| external_forces(&problem.bodies[b]));
         let rigid_motions = problem.rigid_motions_under(&external_forces);
         Self { problem, bodies, external_forces, rigid_motions }
     }
 
     /// Returns the problem.
-    pub fn problem(&self) -> &ContactProblem {
+    pub fn problem(&self) -> &ContactProblem<S> {
         &self.problem
     }
 
     /// Returns the problem and its factorised bodies.
-    pub fn into_parts(self) -> (ContactProblem, Vec<CondensedBody>) {
+    pub fn into_parts(self) -> (ContactProblem<S>, Vec<CondensedBody<S>>) {
         (self.problem, self.bodies)
     }
 
     /// Returns the factorised bodies.
-    pub fn bodies(&self) -> &[CondensedBody] {
+    pub fn bodies(&self) -> &[CondensedBody<S>] {
         &self.bodies
     }
 
     /// Returns the factorised bodies, to replace their condensed loads.
-    pub fn bodies_mut(&mut self) -> &mut [CondensedBody] {
+    pub fn bodies_mut(&mut self) -> &mut [CondensedBody<S>] {
         &mut self.bodies
     }
 
     /// Returns the nodal forces of tractions and body force of each body, Cartesian, N/m.
-    pub fn external_forces(&self) -> &[Vec<Vector>] {
+    pub fn external_forces(&self) -> &[Vec<S::Vector>] {
         &self.external_forces
     }
 
     /// Returns the rigid motions of all floating bodies, in the order of the bodies: for each body a basis.
-    pub fn rigid_motions(&self) -> &[BodyMotion] {
+    pub fn rigid_motions(&self) -> &[BodyMotion<S>] {
         &self.rigid_motions
     }
 
     /// Computes the displacement of each node in a rigid motion, see [`ContactProblem::moved_by`].
-    pub fn moved_by(&self, of: &BodyMotion) -> Vec<Vector> {
+    pub fn moved_by(&self, of: &BodyMotion<S>) -> Vec<S::Vector> {
         self.problem.moved_by(of)
     }
 

@@ -288,9 +288,9 @@ fn a_node_may_retain_one_to_three_directions() {
     assert!(difference < 1e-15, "{difference:e}");
     // S v = r + g̃, and v gives the traces of all directions.
     let mut loads = condensed.dofs().interface_forces(&forces);
-    loads.iter_mut().zip(condensed.condensed_load()).for_each(|(r, g)| *r += g);
+    loads.iter_mut().zip(condensed.interface().condensed_load()).for_each(|(r, g)| *r += g);
     let mut v = vec![0.0; loads.len()];
-    condensed.trace_from_force(&loads, &mut v);
+    condensed.interface().trace_from_force(&loads, &mut v);
     let traces = condensed.dofs().traces(&v);
     for (retained, trace) in side.retained().iter().zip(traces.iter().flatten()) {
         assert!((u[retained.node].dot(&retained.direction) - trace).abs() < 1e-14);

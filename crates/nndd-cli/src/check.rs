@@ -70,7 +70,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
         let obstacle = given.obstacle.as_ref().map(|_| "a rigid obstacle".to_owned());
         let sides: Vec<String> = sides.chain(obstacle).collect();
         let _ = writeln!(text, "    between         {}", sides.join(" and "));
-        let length = seven(pair.interface.length());
+        let length = seven(pair.interface.measure());
         let _ =
             writeln!(text, "    pairs           {} on a length of {length}", pair.interface.pairs().len());
     }

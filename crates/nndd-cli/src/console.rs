@@ -150,7 +150,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
             "  {:<10} {:>8} pairs, length {}",
             one_line(name),
             interface.pairs().len(),
-            seven(interface.length())
+            seven(interface.measure())
         );
     }
     if let Some(units) = &case.units {

@@ -166,7 +166,7 @@ pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], no
             "obstacle": given.obstacle.is_some(),
             "free_motions": problem.obstacle_of(pair).map_or(0, |obstacle| obstacle.free_motions().len()),
             "pairs": pair.interface.pairs().len(),
-            "length": pair.interface.length(),
+            "length": pair.interface.measure(),
         })
     });
     json!({

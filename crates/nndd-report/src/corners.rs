@@ -193,7 +193,7 @@ fn held(problem: &ContactProblem, b: usize, edge: FacetId) -> Held {
 pub(crate) fn touches(problem: &ContactProblem, b: usize, edge: FacetId) -> bool {
     let mut sides = problem.sides_of(Partner::Body(b));
     sides.any(|(k, side)| {
-        problem.contacts[k].interface.facets().iter().any(|contact| contact.edges[side] == edge)
+        problem.contacts[k].interface.facets().iter().any(|contact| contact.facets[side] == edge)
     })
 }
 

@@ -258,7 +258,7 @@ fn opened(rows: &[ContactRow], pair: &ContactPair) -> (Vec<ContactRow>, Option<f
     // The node that has the most nodes without pressure around it on both sides.
     let around = |k: usize| (0..n).take_while(|d| apart(k + d) && apart(k + n - d)).count();
     let start = (0..n).max_by_key(|k| (around(*k), n - k)).filter(|k| around(*k) > 0).unwrap_or(0);
-    let length = pair.interface.length();
+    let length = pair.interface.measure();
     let turn = |k: usize| {
         let row = &rows[(start + k) % n];
         let turned = row.s - rows[start].s + if start + k >= n { length } else { 0.0 };
@@ -305,7 +305,7 @@ fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Pictur
         let points = solution.problem.bodies[pair.body].mesh().points();
         let nodes = solution.problem.bodies[pair.body].mesh().topology().facets();
         let edges = pair.interface.facets().iter();
-        edges.map(|edge| nodes[edge.edges[0]].map(|n| points[n])).collect()
+        edges.map(|edge| nodes[edge.facets[0]].map(|n| points[n])).collect()
     };
     let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
     Picture {
@@ -324,7 +324,7 @@ fn obstacles<'a>(solution: &Fields<'a>) -> Vec<ObstaclePicture<'a>> {
         line: obstacle.line,
         points: obstacle.points(),
         motion: motion(obstacle.points(), found.get(k).map_or(&[][..], Vec::as_slice)),
-        imposed: obstacle.translation.map(|t| t.unwrap_or(0.0)).into(),
+        imposed: [0, 1].map(|c: usize| obstacle.motion[c].unwrap_or(0.0)).into(),
         load: (obstacle.force, obstacle.moment),
     });
     pictures.collect()

@@ -149,15 +149,15 @@ fn short_sides(case: &Case, fields: &Fields<'_>) -> Vec<String> {
         let nodes = pair.interface.pairs();
         let (forces, others) = rest.split_at(nodes.len().min(rest.len()));
         rest = others;
-        let pressure = nodes.iter().zip(forces).map(|(node, force)| force / node.tributary_length);
+        let pressure = nodes.iter().zip(forces).map(|(node, force)| force / node.weight);
         let Some((k, largest)) = pressure.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
         let mut edges = pair.interface.facets().iter().filter(|edge| edge.pairs.contains(&(k as u32)));
         let (Some(edge), None) = (edges.next(), edges.next()) else { continue };
         let smooth = |(side, b): (usize, usize)| {
             let mesh = problem.bodies[b].mesh();
-            let beyond = mesh.topology().boundary_beyond(edge.edges[side], nodes[k].nodes[side]);
+            let beyond = mesh.topology().boundary_beyond(edge.facets[side], nodes[k].nodes[side]);
             let beyond = beyond.filter(|e| !corners::touches(problem, b, *e));
-            beyond.is_some_and(|e| mesh.facet_normal(e).dot(&mesh.facet_normal(edge.edges[side])) >= SMOOTH)
+            beyond.is_some_and(|e| mesh.facet_normal(e).dot(&mesh.facet_normal(edge.facets[side])) >= SMOOTH)
         };
         if largest > 0.0 && edge.clamped.is_none() && pair.elastic_sides().all(smooth) {
             let at = problem.bodies[pair.body].mesh().points()[nodes[k].nodes[0]];
@@ -250,7 +250,7 @@ fn nearly_incompressible(case: &Case) -> bool {
 /// Says what the bound, or the residual, of a bent contact line is one of, and by how much its nodes were moved.
 fn bent_contact(solution: &Fields<'_>) -> Vec<String> {
     let Some(estimate) = solution.estimate else { return Vec::new() };
-    if !solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_edges()) {
+    if !solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_facets()) {
         return Vec::new();
     }
     let mut notes = vec![format!(

@@ -10,7 +10,7 @@ use case_io::output::OutputDirectory;
 use case_io::table::FrictionRow;
 use cre_estimator::Estimate;
 use fem_core::geometry::{Vector, norm, perpendicular};
-use fem_core::interface::ContactEdge;
+use fem_core::interface::ContactFacet;
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use std::io;
 
@@ -132,9 +132,8 @@ fn contact_data(solution: &Fields<'_>, estimate: &Estimate, pair: usize) -> (Vtu
     let interface = &solution.problem.contacts[pair].interface;
     let last = solution.last;
     let first = solution.problem.blocks().nth(pair).map_or(0, |block| block.start);
-    let of_first = |k: usize| last.reaction[first + k] / interface.pairs()[k].tributary_length;
-    let of_second =
-        |k: usize| last.contact.normal_reaction[first + k] / interface.pairs()[k].tributary_length;
+    let of_first = |k: usize| last.reaction[first + k] / interface.pairs()[k].weight;
+    let of_second = |k: usize| last.contact.normal_reaction[first + k] / interface.pairs()[k].weight;
     let mut points: Vec<Vector> = rows.iter().map(|r| Vector::new(r.x, r.y)).collect();
     let (ends, clamped) = drawn_ends(solution, pair, &mut points);
     // A clamped end has the values of the pair at the other end of its edge, but for the opening.
@@ -211,11 +210,11 @@ fn drawn_ends(solution: &Fields<'_>, pair: usize, points: &mut Vec<Vector>) -> D
     let mut clamped_ends = Vec::new();
     let of = &solution.problem.contacts[pair];
     let mesh = solution.problem.bodies[of.body].mesh();
-    let ends = |edge: &ContactEdge| {
+    let ends = |edge: &ContactFacet| {
         let mut ends = edge.pairs;
         if let Some(clamped) = edge.clamped {
             let paired = of.interface.pairs()[ends[1 - clamped.end] as usize].nodes[0];
-            let [a, b] = mesh.topology().facets()[edge.edges[0]];
+            let [a, b] = mesh.topology().facets()[edge.facets[0]];
             clamped_ends.push((ends[1 - clamped.end] as usize, clamped.opening));
             ends[clamped.end] = points.len() as u32;
             points.push(mesh.points()[if a == paired { b } else { a }]);

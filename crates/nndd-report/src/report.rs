@@ -123,7 +123,7 @@ fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSumma
         bodies: pair.partners().into_iter().filter_map(name).collect(),
         imposed: name(pair.imposed()).unwrap_or_default(),
         pairs: pair.interface.pairs().len(),
-        length: pair.interface.length(),
+        length: pair.interface.measure(),
         resultant: found.map(|found| found.resultant.into()),
         moment: found.map(|found| found.moment),
         centre: found.and_then(|found| found.centre).map(Into::into),
@@ -319,17 +319,17 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
     let recovered = recovered_pressure(solution.problem, pair, &forces);
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.body].mesh().points();
-    let last = solution.last;
+    let (last, arc_lengths) = (solution.last, pair.interface.arc_lengths());
     pair.interface
         .pairs()
         .iter()
         .enumerate()
         .map(|(k, pair)| {
             let [x, y] = (points[pair.nodes[0]]).into();
-            let (length, normal) = (pair.tributary_length, pair.normal_length());
+            let (length, normal) = (pair.weight, pair.normal_length());
             let force = last.contact.normal_reaction[first + k];
             ContactRow {
-                s: pair.arc_length,
+                s: arc_lengths[k],
                 x,
                 y,
                 gap: pair.gap / normal,

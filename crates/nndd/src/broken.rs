@@ -5,7 +5,7 @@
 use crate::error::NnddError;
 use crate::vector::dot;
 use contact_qp::IndependentRows;
-use fem_core::condensation::CondensedBody;
+use fem_core::condensation::InterfaceOperator;
 use fem_core::contact_system::{ContactRow, ContactSystem, Partner};
 use fem_core::each_body;
 use nalgebra::{DMatrix, DVector};
@@ -35,7 +35,7 @@ pub(crate) struct Broken<'a> {
 /// A body. With `S_s` of the body on its springs, which it has if it floats, and `Q` an orthonormal basis of its free motions, the body
 /// alone has `S = S_s − S_s Q (Qᵀ S_s Q)⁻¹ Qᵀ S_s`.
 struct Part<'a> {
-    condensed: &'a CondensedBody,
+    condensed: &'a InterfaceOperator,
     /// Its unknowns.
     unknowns: Range<usize>,
     /// The numbers of its motions, and `Q`.

@@ -24,7 +24,7 @@ use contact_qp::{
 use fem_core::contact_system::{
     BodyField, BodyFields, ContactRow, ContactRows, ContactSystem, PairRows, RowLaw,
 };
-use fem_core::{condensation::CondensedBody, each_body};
+use fem_core::{condensation::InterfaceOperator, each_body};
 
 /// Smaller programmes have a full matrix.
 const LARGE: usize = 512;
@@ -356,7 +356,7 @@ fn traces(system: &ContactSystem<'_>, forces: &[Vec<f64>], amounts: &[f64]) -> [
 }
 
 /// Computes the interface unknowns of a body under its load and further forces, m.
-fn unknowns(body: &CondensedBody, forces: Option<&[f64]>) -> Vec<f64> {
+fn unknowns(body: &InterfaceOperator, forces: Option<&[f64]>) -> Vec<f64> {
     let mut sum = body.condensed_load().to_vec();
     sum.iter_mut().zip(forces.unwrap_or_default()).for_each(|(sum, force)| *sum += force);
     let mut unknowns = vec![0.0; body.len()];

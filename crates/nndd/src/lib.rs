@@ -17,7 +17,7 @@
 //! |---|---|---|
 //! | λ, v^α, w^α | normal displacements on the interface, one number per pair, m | `n_c` |
 //! | r^α, t^α | normal nodal forces, N/m; over the tributary length, Pa | `n_c` |
-//! | S_α | Steklov-Poincaré operators, [`fem_core::condensation::CondensedBody`] | `n_c × n_c` |
+//! | S_α | Steklov-Poincaré operators, [`fem_core::condensation::InterfaceOperator`] | `n_c × n_c` |
 //!
 //! Formulas have the numbers (1) to (12) of Choi, Gallimard and Sassi, and further ones in the order of a run.
 //! The algorithm is one function, `iterate` in `src/iteration.rs`, a line per step. For the admissible θ see [`Spectrum`]. If it does not

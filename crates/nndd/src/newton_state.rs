@@ -146,7 +146,7 @@ impl Contact {
         if forces.iter().chain(&openings).all(|value| *value >= 0.0) {
             return Ok(Bounded { forces, openings, x, amounts, held, squared: inner.squared });
         }
-        let (lifted, openings) = lift(broken, &x, openings);
+        let (lifted, openings, is_open) = lift(broken, &x, openings);
         let balanced = nearest.to(&forces, |i| openings[i] == 0.0)?;
         let is_balanced = balanced.is_some();
         let forces = balanced.unwrap_or_else(|| forces.iter().map(|p| p.max(0.0)).collect());
@@ -159,7 +159,7 @@ impl Contact {
         let mut rest: Vec<f64> = held.iter().zip(&pressed).map(|(f, pressed)| f - pressed).collect();
         (0..rest.len()).filter(|k| broken.is_obstacle(*k)).for_each(|k| rest[k] = 0.0);
         let squared = energy(broken, &rest) + 2.0 * dot(&forces, &openings);
-        let squared = if is_balanced { squared } else { f64::INFINITY };
+        let squared = if is_balanced && is_open { squared } else { f64::INFINITY };
         Ok(Bounded { forces, openings, x: lifted, amounts, held, squared })
     }
 }
@@ -177,11 +177,12 @@ struct Bounded {
     squared: f64,
 }
 
-/// Moves penetrating traces apart: each row shares its penetration among its unknowns by flexibility, until no row penetrates.
-fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
+/// Moves penetrating traces apart: each row shares its penetration among its unknowns by flexibility, until no row penetrates. Returns the traces,
+/// the openings, and whether it came to an end.
+fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Vec<f64>, bool) {
     let mut lifted = x.to_vec();
     if openings.iter().all(|o| *o >= 0.0) {
-        return (lifted, openings);
+        return (lifted, openings, true);
     }
     let mut rows_of = vec![Vec::new(); broken.len()];
     for (row, terms) in broken.rows.iter().enumerate() {
@@ -215,9 +216,11 @@ fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Ve
             break;
         }
     }
-    // What is left is rounding.
+    // Rounding may be left; more than that if nothing in a row can move.
+    let size = x.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    let is_open = openings.iter().all(|o| *o >= -ROUNDING * size);
     openings.iter_mut().for_each(|o| *o = o.max(0.0));
-    (lifted, openings)
+    (lifted, openings, is_open)
 }
 
 /// Shares the forces that hold the bodies among their rows: `P̃`, and the rest of an unknown in the first row that has it alone. Of Ω₁ and Ω₂,

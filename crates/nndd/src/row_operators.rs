@@ -1,20 +1,20 @@
 //! The operators of a body in its rows; those of a floating body are the ones of the body on its springs.
 
-use fem_core::condensation::CondensedBody;
+use fem_core::condensation::InterfaceOperator;
 use fem_core::contact_system::BodyRow;
 use nalgebra::DVector;
 use std::borrow::Cow;
 
 /// A condensed body whose rows are its interface unknowns, but for factors.
 pub(crate) struct RowOperators<'a> {
-    condensed: &'a CondensedBody,
+    condensed: &'a InterfaceOperator,
     /// The interface unknown of each row, and the trace per unit of it.
     unknowns: Vec<(usize, f64)>,
 }
 
 impl<'a> RowOperators<'a> {
     /// Finds the unknown of each row; `None` if rows depend on each other or on supports.
-    pub(crate) fn new(condensed: &'a CondensedBody, rows: &[BodyRow]) -> Option<Self> {
+    pub(crate) fn new(condensed: &'a InterfaceOperator, rows: &[BodyRow]) -> Option<Self> {
         let mut seen = vec![false; condensed.len()];
         let unknown = |row: &BodyRow| match row.terms[..] {
             [term] if !std::mem::replace(&mut seen[term.0], true) => Some(term),

@@ -281,7 +281,7 @@ impl Case {
         let given = &self.contacts[contact];
         let mut help = None;
         let (key, side) = match error {
-            InterfaceError::UnknownSurface { body: side, group, known } => {
+            InterfaceError::UnknownSurface { body: side, group, known, .. } => {
                 let body = given.bodies.get(*side).copied().unwrap_or_default();
                 help = self
                     .region_not_side(body, group)
@@ -294,7 +294,7 @@ impl Case {
             | InterfaceError::Occupied { body: side, .. }
             | InterfaceError::SupportedNode { body: side, .. } => (format!("surfaces.{side}"), Some(*side)),
             InterfaceError::NotMatching { body: side, .. }
-            | InterfaceError::EdgeWithoutPartner { body: side, .. } => ("surfaces".to_owned(), Some(*side)),
+            | InterfaceError::FacetWithoutPartner { body: side, .. } => ("surfaces".to_owned(), Some(*side)),
             InterfaceError::BadGap { .. }
             | InterfaceError::Distance { .. }
             | InterfaceError::NotTouching { .. }

@@ -160,6 +160,6 @@ impl Obstacle {
         let Rigid { ux, uy, rotation, force, moment, about } = self.rigid;
         let fixed = interface::Obstacle::fixed(self.shape.of_core());
         let about = about.unwrap_or(fixed.about.into());
-        fixed.stamp(([ux, uy], rotation), (force.unwrap_or_default(), moment.unwrap_or_default()), about)
+        fixed.stamp([ux, uy, rotation], (force.unwrap_or_default(), moment.unwrap_or_default()), about)
     }
 }

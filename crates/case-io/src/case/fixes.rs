@@ -1,7 +1,6 @@
 //! Expected input and one fix for each error of fem-core that a case file can cause.
 
 use fem_core::body::BodyError;
-use fem_core::geometry::{Vector, shown};
 use fem_core::interface::InterfaceError;
 use fem_core::interface::common_refinement::CommonRefinementError;
 
@@ -100,6 +99,13 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
         InterfaceError::Curved { .. } => {
             ("a surface without sharp corners", "end the contact surface at the corner, or refine it there")
         }
+        InterfaceError::NotFlat { .. } => {
+            ("two flat surfaces", "choose a flat part of the side, or make the surface flat")
+        }
+        InterfaceError::HeldNode { .. } => (
+            "contact nodes that can move along the normal",
+            "end the contact surface or the support one face earlier",
+        ),
         InterfaceError::SupportedNode { .. } => (
             "contact nodes that can move along the contact normal, or ends of a straight line where both bodies are clamped",
             "end the contact surface or the support one edge earlier",
@@ -118,7 +124,7 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
             ("a finite number >= 0", "change the number or the expression of `friction`")
         }
         InterfaceError::NotMatching { .. }
-        | InterfaceError::EdgeWithoutPartner { .. }
+        | InterfaceError::FacetWithoutPartner { .. }
         | InterfaceError::Counts { .. }
         | InterfaceError::Offset { .. } => {
             ("surfaces whose nodes face each other", "mesh the two sides with the same divisions")
@@ -128,10 +134,9 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
 
 /// Returns message and fix for an error between a body and an obstacle, if the error's own words are about two bodies.
 pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Fix)> {
-    let at = |point: &Vector| format!("({}, {})", shown(point[0]), shown(point[1]));
     Some(match error {
         InterfaceError::NotFacing { point } => (
-            format!("has no edge on this side that faces the obstacle; one of them is at {}", at(point)),
+            format!("has no edge on this side that faces the obstacle; one of them is at {point}"),
             (
                 "a side that faces the obstacle, to 60 degrees",
                 "name the side that faces it, or turn the obstacle round: its `normal` points out of it, and `side` says where the \
@@ -139,7 +144,7 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Fix)> 
             ),
         ),
         InterfaceError::Overlap { point, depth, .. } => (
-            format!("overlaps the obstacle: deepest by {depth:.3e} at {}", at(point)),
+            format!("overlaps the obstacle: deepest by {depth:.3e} at {point}"),
             (
                 "a body that touches the obstacle or is apart from it",
                 "move the obstacle by this depth, or write `gap = 0.0` if it is the rounding of a bent side",
@@ -147,10 +152,9 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Fix)> 
         ),
         InterfaceError::Distance { point, gap, spacing } => (
             format!(
-                "{} {:.3e} at {} (the edges there are {spacing:.3e} long), but the gap is given",
+                "{} {:.3e} at {point} (the edges there are {spacing:.3e} long), but the gap is given",
                 if *gap > 0.0 { "is apart from the obstacle by" } else { "overlaps the obstacle by" },
-                gap.abs(),
-                at(point)
+                gap.abs()
             ),
             (
                 "a side that touches the obstacle, within 5 % of an edge, if the gap is a number",
@@ -159,9 +163,8 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Fix)> 
         ),
         InterfaceError::SupportedNode { point, .. } => (
             format!(
-                "has a contact node at {} that a support holds along the normal of the obstacle, within 30 degrees, or in two \
-                 directions",
-                at(point)
+                "has a contact node at {point} that a support holds along the normal of the obstacle, within 30 degrees, or in two \
+                 directions"
             ),
             (
                 "contact nodes that can move along the obstacle's normal, or ends of a straight side that are clamped, if the obstacle \
@@ -171,8 +174,7 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Fix)> 
         ),
         InterfaceError::ClampedOverlap { point, depth } => (
             format!(
-                "is clamped at {}, an end of its contact side, and its support presses it {depth:.3e} into the obstacle there",
-                at(point)
+                "is clamped at {point}, an end of its contact side, and its support presses it {depth:.3e} into the obstacle there"
             ),
             (
                 "imposed displacements that leave the clamped end outside the obstacle",

@@ -324,7 +324,7 @@ fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
     let (problem, trace) = two_blocks(0.01);
     let displacement = [0, 1].map(|b| problem.bodies()[b].displacement_from_trace(&trace));
     let mut force = vec![0.0; trace.len()];
-    problem.bodies()[1].reaction(&trace, &mut force);
+    problem.bodies()[1].interface().reaction(&trace, &mut force);
     assert!(force.iter().all(|f| *f > 0.0));
     let opening = vec![0.0; trace.len()];
     let state = ContactState::between([&displacement[0], &displacement[1]], &force, &opening);

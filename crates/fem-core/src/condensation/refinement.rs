@@ -38,7 +38,7 @@ impl<S: Space> CondensedBody<S> {
         let mut columns: Vec<&mut [f64]> = residuals.iter_mut().map(Vec::as_mut_slice).collect();
         self.factor.forward_all(&mut columns);
         let energies = |y: Vec<f64>| {
-            let (interior, interface) = y.split_at(y.len() - self.len());
+            let (interior, interface) = y.split_at(y.len() - self.interface.len());
             [interior, interface].map(|y| y.iter().map(|y| y * y).sum())
         };
         residuals.into_iter().map(energies).collect()
@@ -82,7 +82,7 @@ impl<S: Space> CondensedBody<S> {
             }
             let mut x = self.along_unknowns(&residual);
             self.factor.forward(&mut x);
-            let given = if held { self.len() } else { 0 };
+            let given = if held { self.interface.len() } else { 0 };
             let end = x.len() - given;
             let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
             if !(norm < least) {
@@ -111,19 +111,19 @@ impl<S: Space> CondensedBody<S> {
     /// # Panics
     /// If `increment` has not `n_c` entries.
     pub fn correction_from_trace(&self, increment: &[f64]) -> Vec<S::Vector> {
-        self.check("the increment", increment);
+        self.interface.check("the increment", increment);
         let mut x = vec![0.0; self.dofs.len()];
-        let start = x.len() - self.len();
+        let start = x.len() - self.interface.len();
         for (x, v) in x[start..].iter_mut().zip(increment) {
             *x = *v;
         }
-        self.factor.backward(&mut x, self.len());
+        self.factor.backward(&mut x, self.interface.len());
         self.dofs.correction(&x)
     }
 
     /// Extracts the normal forces from a residual `K u − f`, in the order of the pairs, N/m.
     pub fn interface_forces(&self, residual: &[PreciseVector<S>]) -> Vec<f64> {
-        let start = self.dofs.len() - self.len();
+        let start = self.dofs.len() - self.interface.len();
         (start..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
     }
 
@@ -133,9 +133,9 @@ impl<S: Space> CondensedBody<S> {
     /// # Panics
     /// If `load` has not `n_c` entries.
     pub fn replace_condensed_load(&mut self, load: Vec<f64>) -> InterfaceLoad {
-        self.check("the load", &load);
+        self.interface.check("the load", &load);
         let mut forward = load.clone();
-        triangular::forward(&self.interface_factor, &mut forward);
+        triangular::forward(self.interface.factor(), &mut forward);
         self.swap_load(InterfaceLoad { condensed: load, forward })
     }
 
@@ -144,14 +144,14 @@ impl<S: Space> CondensedBody<S> {
     /// # Panics
     /// If it is the load of a body with another interface.
     pub fn restore_load(&mut self, load: InterfaceLoad) {
-        self.check("the load", &load.condensed);
+        self.interface.check("the load", &load.condensed);
         self.swap_load(load);
     }
 
     fn swap_load(&mut self, InterfaceLoad { condensed, mut forward }: InterfaceLoad) -> InterfaceLoad {
         let start = self.forward_load.len() - forward.len();
         self.forward_load[start..].swap_with_slice(&mut forward);
-        InterfaceLoad { condensed: std::mem::replace(&mut self.condensed_load, condensed), forward }
+        InterfaceLoad { condensed: self.interface.replace_load(condensed), forward }
     }
 
     /// Computes the parts of nodal forces along the unknowns, N/m.

@@ -5,7 +5,7 @@
 //! the next pair is used. Finer meshes have free nodes on the edge, whose pairs belong to the contact problem.
 
 use super::profile::Profile;
-use super::{ClampedEnd, ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
+use super::{ClampedEnd, ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
 use crate::body::Body;
 use crate::geometry::{Vector, norm};
 use crate::mesh::topology::NONE;
@@ -17,7 +17,9 @@ const ROUND_OFF: f64 = 1e-12;
 #[derive(Clone, Debug)]
 pub(super) struct Line {
     pub(super) pairs: Vec<NodePair>,
-    pub(super) edges: Vec<ContactEdge>,
+    pub(super) edges: Vec<ContactFacet>,
+    /// At each pair, m.
+    pub(super) arc_lengths: Vec<f64>,
     /// Of a measured gap, along each edge, if it is not linear there.
     pub(super) profiles: Vec<Option<Profile>>,
 }
@@ -74,13 +76,15 @@ impl Line {
         }
         let mut number = vec![NONE; self.pairs.len()];
         let mut pairs = Vec::with_capacity(self.pairs.len());
+        let mut arc_lengths = Vec::with_capacity(self.pairs.len());
         let mut known = vec![(0.0, Vector::zeros()); self.pairs.len()];
         for (k, pair) in self.pairs.iter().enumerate() {
             match clamped(pair) {
                 Some(imposed) => known[k] = (self.check(body, k, imposed)?, imposed[0] - imposed[1]),
                 None => {
                     number[k] = pairs.len() as u32;
-                    pairs.push(NodePair { tributary_length: 0.0, ..*pair });
+                    pairs.push(NodePair { weight: 0.0, ..*pair });
+                    arc_lengths.push(self.arc_lengths[k]);
                 }
             }
         }
@@ -101,9 +105,9 @@ impl Line {
                 [k, NONE] => ([k; 2], Some(at(1))),
                 _ => (ends, None),
             };
-            let edge = ContactEdge { pairs: ends, clamped, ..*edge };
-            for end in edge.free_ends() {
-                pairs[ends[end] as usize].tributary_length += 0.5 * edge.length;
+            let edge = ContactFacet { pairs: ends, clamped, ..*edge };
+            for end in edge.free_corners() {
+                pairs[ends[end] as usize].weight += 0.5 * edge.measure;
             }
             edges.push(edge);
             profiles.push(*profile);
@@ -111,14 +115,15 @@ impl Line {
         let whole = if all {
             None
         } else {
-            self.pairs.iter_mut().for_each(|p| p.tributary_length = 0.0);
+            self.pairs.iter_mut().for_each(|p| p.weight = 0.0);
             Some(Box::new(UntrimmedLine { line: self, number: number.clone() }))
         };
         let interface = ContactInterface {
             pairs,
-            edges,
+            facets: edges,
             gap,
             measured_on,
+            arc_lengths,
             profiles,
             whole,
             gap_change: None,
@@ -140,14 +145,14 @@ impl Line {
         let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
         if opening < -ROUND_OFF * size {
             let point = body.mesh().points()[pair.nodes[0]];
-            return Err(InterfaceError::ClampedOverlap { point, depth: -opening });
+            return Err(InterfaceError::ClampedOverlap { point: point.into(), depth: -opening });
         }
         Ok(opening.max(0.0))
     }
 
     fn refused(&self, body: &Body, k: usize) -> InterfaceError {
         let point = body.mesh().points()[self.pairs[k].nodes[0]];
-        InterfaceError::SupportedNode { body: 0, point }
+        InterfaceError::SupportedNode { body: 0, point: point.into() }
     }
 }
 
@@ -167,11 +172,16 @@ impl ContactInterface {
         Ok(Self { pairs: pairs.collect(), gap_change: self.gap_change, radial: self.radial, ..found })
     }
 
+    /// Returns the arc lengths at all pairs of the whole line, m.
+    pub(super) fn line_arc_lengths(&self) -> &[f64] {
+        self.whole.as_ref().map_or(&self.arc_lengths, |whole| &whole.line.arc_lengths)
+    }
+
     /// Returns the whole line, with the removed pairs and edges.
-    pub(super) fn line(&self) -> (&[NodePair], &[ContactEdge], &[Option<Profile>]) {
+    pub(super) fn line(&self) -> (&[NodePair], &[ContactFacet], &[Option<Profile>]) {
         match &self.whole {
             Some(whole) => (&whole.line.pairs, &whole.line.edges, &whole.line.profiles),
-            None => (&self.pairs, &self.edges, &self.profiles),
+            None => (&self.pairs, &self.facets, &self.profiles),
         }
     }
 }
@@ -199,8 +209,8 @@ mod tests {
         let clamped = || BoundaryConditions::new().fix("left").fix("right");
         let bodies = [body(1.0, clamped()), body(0.0, clamped())];
         let interface = pair(&bodies[0], &bodies[1]).unwrap();
-        assert_eq!((interface.pairs().len(), interface.facets().len(), interface.length()), (3, 4, 2.0));
-        let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
+        assert_eq!((interface.pairs().len(), interface.facets().len(), interface.measure()), (3, 4, 2.0));
+        let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.weight).collect();
         assert_eq!(lengths, [0.5; 3]);
         // A constant pressure reaches the clamped ends, whose forces the supports take.
         assert_eq!(interface.mass(&[3.0; 3]), [1.5; 3]);

@@ -1,16 +1,16 @@
 //! Errors of the pairing of two contact surfaces.
 
-use crate::geometry::{Vector, shown};
+use crate::geometry::{Point, shown};
+use crate::space::Words;
 use thiserror::Error;
 
 /// Says what is wrong with a given normal.
-fn away(degrees: f64, point: Vector) -> String {
+fn away(degrees: f64, point: Point) -> String {
     if degrees.is_nan() {
         "has no direction: its length is zero or out of range".into()
     } else {
-        let [x, y] = point.map(shown).into();
         format!(
-            "is {degrees:.1} degrees from the first body's outward normal at ({x}, {y}); at most 60 degrees are allowed"
+            "is {degrees:.1} degrees from the first body's outward normal at {point}; at most 60 degrees are allowed"
         )
     }
 }
@@ -19,7 +19,7 @@ fn away(degrees: f64, point: Vector) -> String {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InterfaceError {
     /// There is no group of that name.
-    #[error("body {body} has no edge group \"{group}\" for its contact surface; the groups are: {known}")]
+    #[error("body {body} has no {} group \"{group}\" for its contact surface; the groups are: {known}", words.facet)]
     UnknownSurface {
         /// 0 or 1.
         body: usize,
@@ -27,8 +27,10 @@ pub enum InterfaceError {
         group: String,
         /// The existing names.
         known: String,
+        /// The words for its cells.
+        words: &'static Words,
     },
-    /// The group has no edge, or one inside the body.
+    /// The group has no facet, or one inside the body.
     #[error("the contact surface \"{group}\" of body {body} {reason}")]
     NoSurface {
         /// 0 or 1.
@@ -36,30 +38,33 @@ pub enum InterfaceError {
         /// The name given.
         group: String,
         /// The reason why it is no contact surface.
-        reason: &'static str,
+        reason: String,
     },
-    /// A contact edge also has a support or a load.
-    #[error("the contact edge of body {body} at ({}, {}) also has {what}; a contact edge can have neither load nor imposed displacement", shown(point[0]), shown(point[1]))]
+    /// A contact facet also has a support or a load.
+    #[error(
+        "the contact {0} of body {body} at {point} also has {what}; a contact {0} can have neither load nor imposed displacement", words.facet
+    )]
     Occupied {
         /// 0 or 1.
         body: usize,
-        /// Middle of the edge.
-        point: Vector,
+        /// Middle of the facet.
+        point: Point,
         /// "a load" or "an imposed displacement".
         what: &'static str,
+        /// The words for its cells.
+        words: &'static Words,
     },
     /// A contact node has no partner.
     #[error(
-        "the surfaces do not match: the contact node of body {body} at ({}, {}) is {distance:.3e} from the nearest \
+        "the surfaces do not match: the contact node of body {body} at {point} is {distance:.3e} from the nearest \
          contact node of the other body, with edges of length {spacing:.3e} around it; use matching meshes \
-         (at most 5 % of the edge apart)",
-        shown(point[0]), shown(point[1])
+         (at most 5 % of the edge apart)"
     )]
     NotMatching {
         /// 0 or 1.
         body: usize,
         /// The node.
-        point: Vector,
+        point: Point,
         /// Distance to the nearest node of the other surface.
         distance: f64,
         /// Local edge length.
@@ -67,66 +72,67 @@ pub enum InterfaceError {
     },
     /// The gap is given, but the surfaces do not coincide.
     #[error(
-        "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}; the edges there are \
+        "the surfaces do not match: the gap is given, but at {point} the bodies {} {:.3e}; the edges there are \
          {spacing:.3e} long",
-        shown(point[0]), shown(point[1]), if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
+        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
     )]
     Distance {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Distance along the normal, m, negative if the bodies overlap.
         gap: f64,
         /// The shorter edge there.
         spacing: f64,
     },
-    /// Paired nodes are joined by an edge in only one body.
-    #[error("the surfaces do not match: the contact edge of body {body} at ({}, {}) has no partner", shown(point[0]), shown(point[1]))]
-    EdgeWithoutPartner {
+    /// Paired nodes are joined by a facet in only one body.
+    #[error("the surfaces do not match: the contact {} of body {body} at {point} has no partner", words.facet)]
+    FacetWithoutPartner {
         /// 0 or 1.
         body: usize,
-        /// Middle of the edge.
-        point: Vector,
+        /// Middle of the facet.
+        point: Point,
+        /// The words for its cells.
+        words: &'static Words,
     },
     /// The two surfaces face the same direction.
-    #[error("the two surfaces do not face each other at ({}, {})", shown(point[0]), shown(point[1]))]
+    #[error("the two surfaces do not face each other at {point}")]
     NotFacing {
         /// Middle of the edge.
-        point: Vector,
+        point: Point,
     },
     /// The contact line turns too sharply to have a normal.
     #[error(
-        "the contact line turns by {degrees:.1} degrees near ({}, {}); at most 60 degrees between neighbouring edges give a \
-         normal: refine the surface there, end it at the corner, or give the normal (`contact.normal`)",
-        shown(point[0]), shown(point[1])
+        "the contact line turns by {degrees:.1} degrees near {point}; at most 60 degrees between neighbouring edges give a \
+         normal: refine the surface there, end it at the corner, or give the normal (`contact.normal`)"
     )]
     Curved {
         /// The node at which it turns.
-        point: Vector,
+        point: Point,
         /// Angle between neighbouring normals.
         degrees: f64,
     },
     /// The given normal has no direction, or does not point out of the first body.
     #[error(
-        "the given contact normal ({}, {}) {}",
-        shown(normal[0]), shown(normal[1]), away(*degrees, *point)
+        "the given contact normal {normal} {}",
+        away(*degrees, *point)
     )]
     NormalAway {
         /// As given.
-        normal: Vector,
+        normal: Point,
         /// Middle of the edge.
-        point: Vector,
+        point: Point,
         /// Angle between the two; NaN if the given one has no direction.
         degrees: f64,
     },
     /// The surfaces are cut into different numbers of edges or stretches.
     #[error(
-        "the surfaces do not match: near ({}, {}) the first body's has {} {what}, the second's {}; to measure a gap along \
+        "the surfaces do not match: near {point} the first body's has {} {what}, the second's {}; to measure a gap along \
          the normal they need the same number, node facing node",
-        shown(point[0]), shown(point[1]), counts[0], counts[1]
+        counts[0], counts[1]
     )]
     Counts {
         /// First point of the stretch of the first body.
-        point: Vector,
+        point: Point,
         /// "stretches", "edges" and so on.
         what: &'static str,
         /// The number on each body.
@@ -134,13 +140,12 @@ pub enum InterfaceError {
     },
     /// Paired nodes do not face each other along the normal.
     #[error(
-        "the surfaces do not match: the node at ({}, {}) and its partner do not face each other along the contact normal: \
-         they are {offset:.3e} apart across it, with edges of length {spacing:.3e}",
-        shown(point[0]), shown(point[1])
+        "the surfaces do not match: the node at {point} and its partner do not face each other along the contact normal: \
+         they are {offset:.3e} apart across it, with edges of length {spacing:.3e}"
     )]
     Offset {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Distance across the normal.
         offset: f64,
         /// Local edge length.
@@ -148,24 +153,23 @@ pub enum InterfaceError {
     },
     /// No gap is given, and the surfaces do not touch.
     #[error(
-        "no gap is given, and the surfaces {} {:.3e} at ({}, {}), where this is largest",
-        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs(), shown(point[0]), shown(point[1])
+        "no gap is given, and the surfaces {} {:.3e} at {point}, where this is largest",
+        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
     )]
     NotTouching {
         /// Place on the first body.
-        point: Vector,
+        point: Point,
         /// Distance along the normal, m, negative where the bodies overlap.
         gap: f64,
     },
     /// The bodies overlap before anything is loaded.
     #[error(
-        "the bodies overlap: deepest by {depth:.3e} at ({}, {}) (the edges there are {spacing:.3e} long); the gap along the \
-         contact normal must be >= 0",
-        shown(point[0]), shown(point[1])
+        "the bodies overlap: deepest by {depth:.3e} at {point} (the edges there are {spacing:.3e} long); the gap along the \
+         contact normal must be >= 0"
     )]
     Overlap {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Depth, m.
         depth: f64,
         /// Local edge length.
@@ -173,12 +177,11 @@ pub enum InterfaceError {
     },
     /// The surfaces are farther apart than the size of the smaller body.
     #[error(
-        "the surfaces are {distance:.3e} apart at ({}, {}), more than the size {size:.3e} of the smaller body",
-        shown(point[0]), shown(point[1])
+        "the surfaces are {distance:.3e} apart at {point}, more than the size {size:.3e} of the smaller body"
     )]
     TooFar {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Gap, m.
         distance: f64,
         /// Diagonal of the smaller body.
@@ -186,42 +189,64 @@ pub enum InterfaceError {
     },
     /// Supports press clamped contact nodes into each other, or a clamped node into an obstacle.
     #[error(
-        "both sides are clamped at the end ({}, {}) of the contact line, and their supports press them {depth:.3e} into each \
-         other there",
-        shown(point[0]), shown(point[1])
+        "both sides are clamped at the end {point} of the contact line, and their supports press them {depth:.3e} into each \
+         other there"
     )]
     ClampedOverlap {
         /// Node of the first body.
-        point: Vector,
+        point: Point,
         /// Depth, m.
         depth: f64,
     },
+    /// A contact surface of a solid is not flat.
+    #[error(
+        "the contact surface of body {body} is not flat: its node at {point} is {distance:.3e} from the plane of the surface; \
+         contact of solids takes flat surfaces that lie on each other"
+    )]
+    NotFlat {
+        /// 0 or 1.
+        body: usize,
+        /// The node that is farthest off.
+        point: Point,
+        /// Its distance, m.
+        distance: f64,
+    },
+    /// A support holds a contact node of a solid along the normal, or supports hold both nodes of a pair.
+    #[error(
+        "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or in all \
+         directions in both bodies; end the contact surface or the support one face earlier"
+    )]
+    HeldNode {
+        /// 0 or 1.
+        body: usize,
+        /// The node.
+        point: Point,
+    },
     /// The normal displacement of a contact node is imposed by a support.
     #[error(
-        "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 30 degrees, or \
+        "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or \
          in two directions; only nodes at the ends of a straight line may be, if both bodies are clamped there: end the \
-         contact surface or the support one edge earlier",
-        shown(point[0]), shown(point[1])
+         contact surface or the support one edge earlier"
     )]
     SupportedNode {
         /// 0 or 1.
         body: usize,
         /// The node.
-        point: Vector,
+        point: Point,
     },
     /// The initial gap is negative or not finite.
-    #[error("the initial gap at ({}, {}) is {}; it must be a finite number >= 0", shown(point[0]), shown(point[1]), shown(*value))]
+    #[error("the initial gap at {point} is {}; it must be a finite number >= 0", shown(*value))]
     BadGap {
         /// The node.
-        point: Vector,
+        point: Point,
         /// The gap there, m.
         value: f64,
     },
     /// The limit of Tresca's friction is negative or not finite.
-    #[error("the friction limit at ({}, {}) is {}; it must be a finite number >= 0", shown(point[0]), shown(point[1]), shown(*value))]
+    #[error("the friction limit at {point} is {}; it must be a finite number >= 0", shown(*value))]
     BadFrictionLimit {
         /// The node of the first body.
-        point: Vector,
+        point: Point,
         /// The limit there, Pa.
         value: f64,
     },
@@ -256,7 +281,7 @@ impl InterfaceError {
         matches!(
             self,
             Self::NotMatching { .. }
-                | Self::EdgeWithoutPartner { .. }
+                | Self::FacetWithoutPartner { .. }
                 | Self::Counts { .. }
                 | Self::Offset { .. }
         )
@@ -266,16 +291,19 @@ impl InterfaceError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Vector;
+    use crate::space::{Plane, Space};
 
     #[test]
     fn a_normal_without_direction_is_said_shortly() {
-        let normal = Vector::new(0.0, -1e-320);
-        let said = InterfaceError::NormalAway { normal, point: Vector::new(1.0, 2.0), degrees: f64::NAN }
-            .to_string();
+        let normal = Vector::new(0.0, -1e-320).into();
+        let said =
+            InterfaceError::NormalAway { normal, point: Vector::new(1.0, 2.0).into(), degrees: f64::NAN }
+                .to_string();
         assert!(said.contains("(0, -1e-320) has no direction") && !said.contains("NaN"), "{said}");
         let away = InterfaceError::NormalAway {
-            normal: Vector::new(0.0, -1.0),
-            point: Vector::new(1.0, 2.0),
+            normal: Vector::new(0.0, -1.0).into(),
+            point: Vector::new(1.0, 2.0).into(),
             degrees: 90.0,
         };
         assert!(away.to_string().contains("(0, -1) is 90.0 degrees from the first body's"), "{away}");
@@ -283,12 +311,12 @@ mod tests {
 
     #[test]
     fn places_of_300_digits_are_shown_with_an_exponent() {
-        let point = Vector::new(1e300, -1e-300);
+        let point = Point::from(Vector::new(1e300, -1e-300));
         for error in [
-            InterfaceError::Occupied { body: 0, point, what: "a load" },
+            InterfaceError::Occupied { body: 0, point, what: "a load", words: Plane::WORDS },
             InterfaceError::NotMatching { body: 0, point, distance: 1e300, spacing: 1e-300 },
             InterfaceError::Distance { point, gap: 1e300, spacing: 1e-300 },
-            InterfaceError::EdgeWithoutPartner { body: 0, point },
+            InterfaceError::FacetWithoutPartner { body: 0, point, words: Plane::WORDS },
             InterfaceError::NotFacing { point },
             InterfaceError::Curved { point, degrees: 90.0 },
             InterfaceError::NormalAway { normal: point, point, degrees: 90.0 },

@@ -3,21 +3,21 @@
 use super::{ContactInterface, ContactPair, InterfaceError, NodePair};
 use crate::body::{Body, Difference, DifferenceSum};
 use crate::boundary::ScalarData;
-use crate::geometry::{Vector, perpendicular};
 use crate::mesh::id::NodeId;
+use crate::space::{Plane, Space};
 
 /// The law of friction of a pair: what the friction `q` (Pa) can resist. Friction acts along the tangent `t = (−n_y, n_x)` against the slip
 /// `w = (u^a − u^b)·t`, with traction `−q t` on the first body and `+q t` on the second.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
-pub enum Friction {
+pub enum Friction<S: Space = Plane> {
     /// None: the surfaces slide freely.
     #[default]
     None,
     /// Tresca: `|q| ≤ s` and `q w = s|w|`, with a given limit. It acts on open contact as well.
     Tresca {
         /// `s ≥ 0`, Pa, evaluated at the nodes of the first body.
-        limit: ScalarData,
+        limit: ScalarData<S>,
     },
     /// Coulomb: `|q| ≤ μ p` and `q w = μ p|w|`, with the contact pressure `p`.
     Coulomb {
@@ -26,9 +26,9 @@ pub enum Friction {
     },
 }
 
-impl Friction {
+impl<S: Space> Friction<S> {
     /// Creates the law of Tresca with a limit in Pa, a number or a function of the position.
-    pub fn tresca(limit: impl Into<ScalarData>) -> Self {
+    pub fn tresca(limit: impl Into<ScalarData<S>>) -> Self {
         Self::Tresca { limit: limit.into() }
     }
 
@@ -79,43 +79,45 @@ impl SlipBefore {
 /// A row of a pair: one direction at one pair of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct PairRow {
+pub struct PairRow<S: Space = Plane> {
     /// Number of the pair of nodes.
     pub pair: usize,
     /// Its nodes, see [`super::NodePair::nodes`].
     pub nodes: [NodeId; 2],
     /// Normal or tangent, of the length of the pair's normal.
-    pub direction: Vector,
+    pub direction: S::Vector,
 }
 
-impl ContactPair {
+impl<S: Space> ContactPair<S> {
     /// Counts the rows, see [`Self::rows`].
     pub fn row_count(&self) -> usize {
         let nodes = self.interface.pairs().len();
-        if self.friction.acts() { 2 * nodes } else { nodes }
+        if self.friction.acts() { S::DIM * nodes } else { nodes }
     }
 
-    /// Lists the rows: the normals of all pairs of nodes and then, with friction, their tangents `t = (−n_y, n_x)`.
-    pub fn rows(&self) -> impl Iterator<Item = PairRow> + '_ {
-        let along = move |direction: fn(Vector) -> Vector| {
+    /// Lists the rows: the normals of all pairs of nodes and then, with friction, their tangents, in the plane `t = (−n_y, n_x)`.
+    pub fn rows(&self) -> impl Iterator<Item = PairRow<S>> + '_ {
+        let directions = if self.friction.acts() { S::DIM } else { 1 };
+        (0..directions).flat_map(move |k| {
+            let along = move |normal| if k == 0 { normal } else { S::complement(&[normal])[k - 1] };
             let pairs = self.interface.pairs().iter().enumerate();
-            pairs.map(move |(pair, of)| PairRow { pair, nodes: of.nodes, direction: direction(of.normal) })
-        };
-        let tangents = self.friction.acts().then(|| along(perpendicular));
-        along(|normal| normal).chain(tangents.into_iter().flatten())
+            pairs.map(move |(pair, of)| PairRow { pair, nodes: of.nodes, direction: along(of.normal) })
+        })
     }
 
     /// Evaluates the limit of Tresca's law at each pair of nodes, Pa, for friction along `t`: over the length of the normal. `None` for
     /// other laws.
     ///
     /// * `first`: the first body of the pair.
-    pub fn friction_limit(&self, first: &Body) -> Option<Vec<f64>> {
+    pub fn friction_limit(&self, first: &Body<S>) -> Option<Vec<f64>> {
         let Friction::Tresca { limit } = &self.friction else { return None };
         let points = first.mesh().points();
-        let at = |pair: &NodePair| limit.at(points[pair.nodes[0]]) / pair.normal_length();
+        let at = |pair: &NodePair<S>| limit.at(points[pair.nodes[0]]) / pair.normal_length();
         Some(self.interface.pairs().iter().map(at).collect())
     }
+}
 
+impl ContactPair {
     /// Measures the difference between the limit of Tresca's law and its interpolant between the nodes, relative to its
     /// largest value; `None` for other laws, or if the two are equal to round-off.
     ///
@@ -139,7 +141,10 @@ impl ContactPair {
         match self.interface.pairs().iter().zip(limits).find(|(_, s)| !(*s >= 0.0 && s.is_finite())) {
             Some((pair, value)) => {
                 let point = first.mesh().points()[pair.nodes[0]];
-                Err(InterfaceError::BadFrictionLimit { point, value: value * pair.normal_length() })
+                Err(InterfaceError::BadFrictionLimit {
+                    point: point.into(),
+                    value: value * pair.normal_length(),
+                })
             }
             None => Ok(()),
         }
@@ -150,6 +155,7 @@ impl ContactPair {
 mod tests {
     use super::*;
     use crate::boundary::BoundaryConditions;
+    use crate::geometry::Vector;
     use crate::interface::{ContactInterface, ContactProblem, Gap};
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;

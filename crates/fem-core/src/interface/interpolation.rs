@@ -32,7 +32,7 @@ impl ContactInterface {
             };
             // Between the pairs the normal is shorter than one, so the same number is a wider gap.
             let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
-            sum.compare(edge.length, meant, |s| linear(s) / if edge.bent { normal(s) } else { 1.0 });
+            sum.compare(edge.measure, meant, |s| linear(s) / if edge.bent { normal(s) } else { 1.0 });
         });
         sum.difference()
     }

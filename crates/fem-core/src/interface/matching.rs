@@ -1,10 +1,11 @@
 //! Finds, for each node of the first body's contact surface, the second body's node that faces it.
 
 use super::common_refinement::{Facing, Measured};
-use super::{InterfaceError, outline};
+use super::{InterfaceError, facet_size, outline};
 use crate::body::Body;
 use crate::geometry::{self, Vector, angle_between, norm};
 use crate::mesh::id::{FacetId, NodeId};
+use crate::space::{Plane, Space};
 use std::collections::HashMap;
 
 /// Paired nodes may be this fraction of the local edge length apart if the gap is given.
@@ -143,32 +144,44 @@ pub(super) fn walk(body: &Body, surface: &[FacetId]) -> Vec<Stretch> {
 }
 
 /// Finds the second body's node for each node of the first body's surface.
-pub(super) fn nearest(
-    bodies: [&Body; 2],
-    edges: [&[FacetId]; 2],
-    chain: &[Stretch],
+///
+/// * `first`: these nodes; `seen`: the place of a point as it is compared, such as its projection.
+pub(super) fn nearest<S: Space>(
+    bodies: [&Body<S>; 2],
+    facets: [&[FacetId]; 2],
+    first: impl Iterator<Item = NodeId>,
+    seen: impl Fn(S::Vector) -> S::Vector,
 ) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
-    let spacing = [spacings(bodies[0], edges[0]), spacings(bodies[1], edges[1])];
-    let first: Vec<NodeId> = chain.iter().flat_map(|s| s.nodes.iter().copied()).collect();
+    let spacing = [spacings(bodies[0], facets[0]), spacings(bodies[1], facets[1])];
+    let place = |b: usize, node: NodeId| seen(bodies[b].mesh().points()[node]);
     let mut second: Vec<NodeId> = spacing[1].keys().copied().collect();
     second.sort_unstable();
     let mut partner = HashMap::new();
     let mut taken = HashMap::new();
-    let grid = Grid::new(bodies[1], &second);
+    let grid = Grid::<S>::new(second.iter().map(|n| (place(1, *n), *n)));
     for node in first {
         let point = bodies[0].mesh().points()[node];
         let local = spacing[0][&node];
-        let (other, distance) = grid.nearest(point);
+        let (other, distance) = grid.nearest(seen(point));
         if distance > TOLERANCE * local.min(spacing[1][&other]) || taken.insert(other, node).is_some() {
-            return Err(InterfaceError::NotMatching { body: 0, point, distance, spacing: local });
+            return Err(InterfaceError::NotMatching {
+                body: 0,
+                point: point.into(),
+                distance,
+                spacing: local,
+            });
         }
         partner.insert(node, other);
     }
     if let Some(&node) = second.iter().find(|n| !taken.contains_key(n)) {
         let point = bodies[1].mesh().points()[node];
-        let nodes: Vec<NodeId> = partner.keys().copied().collect();
-        let distance = Grid::new(bodies[0], &nodes).nearest(point).1;
-        return Err(InterfaceError::NotMatching { body: 1, point, distance, spacing: spacing[1][&node] });
+        let distance = Grid::<S>::new(partner.keys().map(|n| (place(0, *n), *n))).nearest(seen(point)).1;
+        return Err(InterfaceError::NotMatching {
+            body: 1,
+            point: point.into(),
+            distance,
+            spacing: spacing[1][&node],
+        });
     }
     Ok(partner)
 }
@@ -192,7 +205,7 @@ pub(super) fn refined<'a>(
         let of_edge = |k: usize| {
             let fault = || {
                 let point = body.mesh().facet_middle(stretch.edges[k]);
-                InterfaceError::EdgeWithoutPartner { body: 0, point }
+                InterfaceError::FacetWithoutPartner { body: 0, point: point.into(), words: Plane::WORDS }
             };
             along.get(&stretch.ends(k)).copied().ok_or_else(fault)
         };
@@ -215,12 +228,12 @@ pub(super) fn refined<'a>(
     Ok((stretches, facing))
 }
 
-/// Computes the shortest contact edge at each contact node.
-fn spacings(body: &Body, surface: &[FacetId]) -> HashMap<NodeId, f64> {
+/// Computes the size of the smallest contact facet at each contact node.
+fn spacings<S: Space>(body: &Body<S>, surface: &[FacetId]) -> HashMap<NodeId, f64> {
     let mut spacing: HashMap<NodeId, f64> = HashMap::new();
-    for &edge in surface {
-        let length = body.mesh().facet_measure(edge);
-        for node in body.mesh().topology().facets()[edge] {
+    for &facet in surface {
+        let length = facet_size::<S>(body.mesh().facet_measure(facet));
+        for node in body.mesh().topology().facets()[facet] {
             let s = spacing.entry(node).or_insert(length);
             *s = s.min(length);
         }
@@ -228,27 +241,28 @@ fn spacings(body: &Body, surface: &[FacetId]) -> HashMap<NodeId, f64> {
     spacing
 }
 
-/// Nodes sorted along the longer direction of their bounding box, for nearest-node queries.
-struct Grid {
+/// Nodes sorted along the longest direction of their bounding box, for nearest-node queries.
+struct Grid<S: Space> {
     axis: usize,
-    sorted: Vec<(f64, Vector, NodeId)>,
+    sorted: Vec<(f64, S::Vector, NodeId)>,
 }
 
-impl Grid {
-    fn new(body: &Body, nodes: &[NodeId]) -> Self {
-        let points: Vec<Vector> = nodes.iter().map(|&n| body.mesh().points()[n]).collect();
+impl<S: Space> Grid<S> {
+    fn new(nodes: impl Iterator<Item = (S::Vector, NodeId)>) -> Self {
+        let (points, nodes): (Vec<S::Vector>, Vec<NodeId>) = nodes.unzip();
         let [low, high] = geometry::bounding_box(&points);
-        let axis = usize::from(high[1] - low[1] > high[0] - low[0]);
-        let mut sorted: Vec<_> = points.iter().zip(nodes).map(|(p, &n)| (p[axis], *p, n)).collect();
+        let extent = high - low;
+        let axis = (1..S::DIM).fold(0, |axis, c| if extent[c] > extent[axis] { c } else { axis });
+        let mut sorted: Vec<_> = points.iter().zip(nodes).map(|(p, n)| (p[axis], *p, n)).collect();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
         Self { axis, sorted }
     }
 
     /// Finds the nearest node and its distance; the search widens from the point's own coordinate.
-    fn nearest(&self, point: Vector) -> (NodeId, f64) {
+    fn nearest(&self, point: S::Vector) -> (NodeId, f64) {
         let start = self.sorted.partition_point(|s| s.0 < point[self.axis]);
         let mut best = (NodeId::NONE, f64::INFINITY);
-        let mut look = |entry: &(f64, Vector, NodeId)| {
+        let mut look = |entry: &(f64, S::Vector, NodeId)| {
             if (entry.0 - point[self.axis]).abs() > best.1 {
                 return false;
             }
@@ -280,7 +294,8 @@ pub(super) fn along(
 ) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
     let others = walk(bodies[1], edges[1]);
     let place = |b: usize, node: NodeId| bodies[b].mesh().points()[node];
-    let counts = |point, what, counts| Err(InterfaceError::Counts { point, what, counts });
+    let counts =
+        |point: Vector, what, counts| Err(InterfaceError::Counts { point: point.into(), what, counts });
     if chain.len() != others.len() {
         return counts(place(0, chain[0].nodes[0]), "stretches", [chain.len(), others.len()]);
     }

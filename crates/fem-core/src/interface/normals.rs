@@ -7,7 +7,7 @@
 use super::common_refinement::Facing;
 use super::common_refinement::curve::{smooth_beyond, turns_into};
 use super::matching::Stretch;
-use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, clamped_ends, outline};
+use super::{ContactFacet, ContactNormal, InterfaceError, NodePair, STRAIGHT, clamped_ends, outline};
 use crate::body::Body;
 use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm};
 use crate::mesh::id::FacetId;
@@ -26,13 +26,13 @@ pub(super) fn choose(
     bodies: [&Body; 2],
     chain: &[Stretch],
     pairs: &mut [NodePair],
-    edges: &[ContactEdge],
+    edges: &[ContactFacet],
     normal: ContactNormal,
     facing: Option<&[&Facing]>,
 ) -> Result<(), InterfaceError> {
     for edge in edges {
         for pair in edge.pairs {
-            pairs[pair as usize].tributary_length += 0.5 * edge.length;
+            pairs[pair as usize].weight += 0.5 * edge.measure;
         }
     }
     match normal {
@@ -70,16 +70,16 @@ pub(super) fn choose(
 }
 
 /// Checks a given direction against every edge and normalises it.
-fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector, InterfaceError> {
+fn given(body: &Body, edges: &[ContactFacet], direction: Vector) -> Result<Vector, InterfaceError> {
     let length = norm(direction);
     let unit = 1.0 / length * direction;
     for edge in edges {
-        let cosine = unit.dot(&body.mesh().facet_normal(edge.edges[0]));
+        let cosine = unit.dot(&body.mesh().facet_normal(edge.facets[0]));
         if !(cosine >= TURN && length.is_finite()) {
-            let point = body.mesh().facet_middle(edge.edges[0]);
+            let point = body.mesh().facet_middle(edge.facets[0]);
             return Err(InterfaceError::NormalAway {
-                normal: direction,
-                point,
+                normal: direction.into(),
+                point: point.into(),
                 degrees: cosine.acos().to_degrees(),
             });
         }
@@ -88,11 +88,15 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
 }
 
 /// Finds the sharpest turn between neighbouring edges of the first body's side of the line: its place and the cosine of its angle.
-pub(super) fn sharpest_turn(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> Option<(Vector, f64)> {
+pub(super) fn sharpest_turn(
+    body: &Body,
+    pairs: &[NodePair],
+    edges: &[ContactFacet],
+) -> Option<(Vector, f64)> {
     let mut before: HashMap<u32, Vector> = HashMap::new();
     let mut sharpest: Option<(Vector, f64)> = None;
     for edge in edges {
-        let normal = body.mesh().facet_normal(edge.edges[0]);
+        let normal = body.mesh().facet_normal(edge.facets[0]);
         for k in edge.pairs {
             let Some(other) = before.insert(k, normal) else { continue };
             let cosine = other.dot(&normal).clamp(-1.0, 1.0);
@@ -105,18 +109,18 @@ pub(super) fn sharpest_turn(body: &Body, pairs: &[NodePair], edges: &[ContactEdg
 }
 
 /// Rejects corners of more than 60 degrees.
-fn check_corners(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
+fn check_corners(body: &Body, pairs: &[NodePair], edges: &[ContactFacet]) -> Result<(), InterfaceError> {
     match sharpest_turn(body, pairs, edges) {
         Some((point, cosine)) if cosine < TURN => {
-            Err(InterfaceError::Curved { point, degrees: cosine.acos().to_degrees() })
+            Err(InterfaceError::Curved { point: point.into(), degrees: cosine.acos().to_degrees() })
         }
         _ => Ok(()),
     }
 }
 
 /// Uses the normals of a common refinement; on a straight stretch all nodes have the normal of the first edge.
-fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &[&Facing]) {
-    let common = body.mesh().facet_normal(edges[0].edges[0]);
+fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactFacet], facing: &[&Facing]) {
+    let common = body.mesh().facet_normal(edges[0].facets[0]);
     for (pair, facing) in pairs.iter_mut().zip(facing) {
         pair.normal = facing.normal;
     }
@@ -133,10 +137,10 @@ fn averaged(
     body: &Body,
     pairs: &mut [NodePair],
     range: std::ops::Range<usize>,
-    edges: &[ContactEdge],
+    edges: &[ContactFacet],
     stretch: &Stretch,
 ) -> Result<(), InterfaceError> {
-    let of = |edge: &ContactEdge| body.mesh().facet_normal(edge.edges[0]);
+    let of = |edge: &ContactFacet| body.mesh().facet_normal(edge.facets[0]);
     let common = of(&edges[0]);
     let (first, last) = (range.start, range.end - 1);
     let mut beyond =
@@ -144,7 +148,7 @@ fn averaged(
     for (beyond, _) in beyond.iter_mut().zip(stretch.corners).filter(|(_, corner)| *corner) {
         *beyond = None;
     }
-    let is_common = |e: &ContactEdge| cross(common, of(e)).abs() <= STRAIGHT && common.dot(&of(e)) > 0.0;
+    let is_common = |e: &ContactFacet| cross(common, of(e)).abs() <= STRAIGHT && common.dot(&of(e)) > 0.0;
     // A single edge may be part of a curve.
     if edges.iter().all(is_common) && (edges.len() > 1 || beyond == [None; 2]) {
         pairs[range].iter_mut().for_each(|p| p.normal = common);
@@ -154,7 +158,7 @@ fn averaged(
     for edge in edges {
         for k in edge.pairs {
             let pair = &mut pairs[k as usize];
-            pair.normal += edge.length * of(edge);
+            pair.normal += edge.measure * of(edge);
         }
     }
     for (end, beyond) in [first, last].into_iter().zip(beyond) {
@@ -187,12 +191,12 @@ fn averaged(
 }
 
 /// Finds the edges beyond the two ends of an open stretch at which the outline continues smoothly.
-fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> [Option<FacetId>; 2] {
+fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactFacet]) -> [Option<FacetId>; 2] {
     let (mesh, last) = (body.mesh(), pairs.len() - 1);
     let node = |k: usize| pairs[k].nodes[0];
     let ends = |k: usize| [node(k), node(last - k)].map(|n| mesh.points()[n]);
     let found = [(node(0), &edges[0]), (node(last), &edges[edges.len() - 1])]
-        .map(|(end, edge)| Some((end, mesh.topology().boundary_beyond(edge.edges[0], end)?)));
+        .map(|(end, edge)| Some((end, mesh.topology().boundary_beyond(edge.facets[0], end)?)));
     let points = found.map(|found| {
         let (end, edge) = found?;
         mesh.topology().facets()[edge].into_iter().find(|n| *n != end).map(|n| mesh.points()[n])
@@ -202,7 +206,7 @@ fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> [Opti
 }
 
 /// Computes by how much the line turns at each pair: the largest angle to a neighbour's normal, in radians.
-fn turns(pairs: &[NodePair], edges: &[ContactEdge]) -> Vec<f64> {
+fn turns(pairs: &[NodePair], edges: &[ContactFacet]) -> Vec<f64> {
     let mut turns = vec![0.0f64; pairs.len()];
     for edge in edges {
         let [i, j] = edge.pairs.map(|k| k as usize);
@@ -219,7 +223,7 @@ fn turns(pairs: &[NodePair], edges: &[ContactEdge]) -> Vec<f64> {
 fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<(), InterfaceError> {
     let constraint = |b: usize| &bodies[b].node_constraints()[pair.nodes[b]];
     let refused = |b: usize| {
-        Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[pair.nodes[b]] })
+        Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[pair.nodes[b]].into() })
     };
     if clamped_ends::is_clamped(bodies, pair) {
         return Ok(());
@@ -251,21 +255,23 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
 }
 
 /// Rejects lines whose normals turn too much along an edge, or are too far from the edge's own.
-fn check_turns(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
+fn check_turns(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactFacet]) -> Result<(), InterfaceError> {
     for edge in edges {
         let [a, b] = edge.pairs.map(|k| pairs[k as usize].normal).map(|n| 1.0 / norm(n) * n);
-        let own = bodies[0].mesh().facet_normal(edge.edges[0]);
-        let other = -bodies[1].mesh().facet_normal(edge.edges[1]);
+        let own = bodies[0].mesh().facet_normal(edge.facets[0]);
+        let other = -bodies[1].mesh().facet_normal(edge.facets[1]);
         let worst = [a.dot(&b), a.dot(&own), b.dot(&own)].into_iter().fold(1.0, f64::min);
         if !(worst >= TURN - PARALLEL) {
             let degrees = worst.clamp(-1.0, 1.0).acos().to_degrees();
             return Err(InterfaceError::Curved {
-                point: bodies[0].mesh().facet_middle(edge.edges[0]),
+                point: bodies[0].mesh().facet_middle(edge.facets[0]).into(),
                 degrees,
             });
         }
         if (a + b).dot(&other) <= 0.0 {
-            return Err(InterfaceError::NotFacing { point: bodies[0].mesh().facet_middle(edge.edges[0]) });
+            return Err(InterfaceError::NotFacing {
+                point: bodies[0].mesh().facet_middle(edge.facets[0]).into(),
+            });
         }
     }
     Ok(())

@@ -4,11 +4,12 @@ use super::clamped_ends::Line;
 use super::matching::{TOLERANCE, walk};
 use super::normals::SUPPORT;
 use super::refinement::measure_arc;
-use super::{ContactEdge, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
+use super::{ContactFacet, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
 use crate::body::{Body, RigidMotion};
-use crate::geometry::{self, Vector, cross, norm, perpendicular};
+use crate::geometry::{self, Coordinates, cross, norm};
 use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::topology::NONE;
+use crate::space::{Plane, Space};
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between a contact edge and the obstacle: 60 degrees.
@@ -18,20 +19,20 @@ const TOUCHING: f64 = 1e-6;
 /// A change of the gap up to this fraction of the body's diagonal is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// The line of a rigid obstacle.
+/// The line of a rigid obstacle, in space its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RigidLine {
-    /// A straight line.
+pub enum RigidLine<S: Space = Plane> {
+    /// A straight line, or a plane.
     Plane {
         /// A point of it, m.
-        point: Vector,
+        point: S::Vector,
         /// Out of the obstacle, to the body; of any length except zero.
-        normal: Vector,
+        normal: S::Vector,
     },
-    /// A circle.
+    /// A circle, or a sphere.
     Circle {
         /// Its centre, m.
-        centre: Vector,
+        centre: S::Vector,
         /// Its radius, m.
         radius: f64,
         /// True if the body is inside, so that the obstacle is a hole.
@@ -39,19 +40,19 @@ pub enum RigidLine {
     },
 }
 
-impl RigidLine {
+impl<S: Space> RigidLine<S> {
     /// Computes the distance of a point from the line, m, negative inside the obstacle, and the unit normal out of the
     /// body, into the obstacle.
-    pub fn distance(&self, point: Vector) -> (f64, Vector) {
+    pub fn distance(&self, point: S::Vector) -> (f64, S::Vector) {
         match *self {
             Self::Plane { point: origin, normal } => {
                 let out = normal / norm(normal);
-                ((point - origin).dot(&out), -out)
+                ((point - origin).times(&out), -out)
             }
             Self::Circle { centre, radius, inside } => {
                 let arm = point - centre;
                 let length = norm(arm);
-                let out = if length > 0.0 { 1.0 / length * arm } else { Vector::x() };
+                let out = if length > 0.0 { arm * (1.0 / length) } else { S::AXES[0] };
                 if inside { (radius - length, out) } else { (length - radius, -out) }
             }
         }
@@ -61,36 +62,33 @@ impl RigidLine {
 /// A rigid obstacle in a pair with one body: each component of its motion is imposed, or free under its load.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Obstacle {
+pub struct Obstacle<S: Space = Plane> {
     /// Its line.
-    pub line: RigidLine,
-    /// Imposed displacements in x and y, m; `None`: free.
-    pub translation: [Option<f64>; 2],
-    /// Imposed rotation about [`Self::about`], radians, counter-clockwise; `None`: free.
-    pub rotation: Option<f64>,
+    pub line: RigidLine<S>,
+    /// Imposed displacements along the axes, m, and rotations about [`Self::about`], radians, in the order of [`Space::MOTIONS`]; `None`: free.
+    pub motion: S::Components<Option<f64>>,
     /// Resultant of its load, N/m; it acts along free components only.
-    pub force: Vector,
+    pub force: S::Vector,
     /// Moment of its load about [`Self::about`], N.
-    pub moment: f64,
+    pub moment: S::Spin,
     /// The point about which it rotates, m.
-    pub about: Vector,
+    pub about: S::Vector,
     /// The point that faces each contact node of the body, m; set by [`super::ContactProblem::obstacle`].
-    pub(super) points: Vec<Vector>,
+    pub(super) points: Vec<S::Vector>,
 }
 
-impl Obstacle {
+impl<S: Space> Obstacle<S> {
     /// Creates a fixed obstacle.
-    pub fn fixed(line: RigidLine) -> Self {
+    pub fn fixed(line: RigidLine<S>) -> Self {
         let about = match line {
             RigidLine::Plane { point, .. } => point,
             RigidLine::Circle { centre, .. } => centre,
         };
         Self {
             line,
-            translation: [Some(0.0); 2],
-            rotation: Some(0.0),
-            force: Vector::zeros(),
-            moment: 0.0,
+            motion: S::components(|_| Some(0.0)),
+            force: S::Vector::ZERO,
+            moment: S::Spin::default(),
             about,
             points: Vec::new(),
         }
@@ -100,87 +98,93 @@ impl Obstacle {
     ///
     /// * `by`: the displacement, m.
     #[must_use]
-    pub fn moved(mut self, by: [f64; 2]) -> Self {
-        self.translation = by.map(Some);
+    pub fn moved(mut self, by: impl Into<S::Vector>) -> Self {
+        let by = by.into();
+        self.motion = S::components(|k| if k < S::DIM { Some(by[k]) } else { self.motion[k] });
         self
     }
 
     /// Lets the components without an imposed value move under a load.
     ///
-    /// * `translation`, `rotation`: imposed values; `None`: free. `force`, N/m, and `moment` about `about`, N.
+    /// * `motion`: imposed values, see [`Self::motion`]; `None`: free. `force`, N/m, and `moment` about `about`, N.
     #[must_use]
     pub fn stamp(
         mut self,
-        (translation, rotation): ([Option<f64>; 2], Option<f64>),
-        (force, moment): ([f64; 2], f64),
-        about: [f64; 2],
+        motion: S::Components<Option<f64>>,
+        (force, moment): (impl Into<S::Vector>, S::Spin),
+        about: impl Into<S::Vector>,
     ) -> Self {
-        (self.translation, self.rotation) = (translation, rotation);
+        self.motion = motion;
         (self.force, self.moment, self.about) = (force.into(), moment, about.into());
         self
     }
 
     /// Returns the points that face the contact nodes, m.
-    pub fn points(&self) -> &[Vector] {
+    pub fn points(&self) -> &[S::Vector] {
         &self.points
     }
 
     /// Computes the imposed displacement of each of its points, m: zero along free components.
-    pub fn imposed(&self) -> Vec<Vector> {
+    pub fn imposed(&self) -> Vec<S::Vector> {
         self.points.iter().map(|p| self.imposed_at(*p)).collect()
     }
 
-    fn imposed_at(&self, point: Vector) -> Vector {
-        let [x, y] = self.translation.map(|t| t.unwrap_or(0.0));
-        Vector::new(x, y) + self.rotation.unwrap_or(0.0) * perpendicular(point - self.about)
+    fn imposed_at(&self, point: S::Vector) -> S::Vector {
+        let (translation, spin) = S::parts(&S::components(|k| self.motion[k].unwrap_or(0.0)));
+        translation + S::turned(spin, point - self.about)
     }
 
     /// Tells whether its motion is imposed.
     fn is_held(&self) -> bool {
-        self.rotation.is_some() && self.translation.iter().all(Option::is_some)
+        self.motion.as_ref().iter().all(Option::is_some)
     }
 
     /// Returns what is imposed on a node of a body and on the obstacle's point that faces it, if a support clamps the node, m.
-    pub(super) fn clamped(&self, body: &Body, pair: &NodePair) -> Option<[Vector; 2]> {
+    pub(super) fn clamped(&self, body: &Body<S>, pair: &NodePair<S>) -> Option<[S::Vector; 2]> {
         let constraint = &body.node_constraints()[pair.nodes[0]];
         let facing = || self.imposed_at(self.point_facing(body, pair));
         constraint.is_clamped().then(|| [constraint.displacement(), facing()])
     }
 
-    fn point_facing(&self, body: &Body, pair: &NodePair) -> Vector {
+    fn point_facing(&self, body: &Body<S>, pair: &NodePair<S>) -> S::Vector {
         let point = body.mesh().points()[pair.nodes[0]];
-        point + self.line.distance(point).0 * pair.normal
+        point + pair.normal * self.line.distance(point).0
     }
 
     /// Lists its free motions, each with the work of the load along a unit of the motion.
-    pub fn free_motions(&self) -> Vec<(RigidMotion, f64)> {
-        let size = geometry::diagonal(&self.points).max(f64::MIN_POSITIVE);
-        let motion = |translation, spin| RigidMotion { piece: 0, translation, spin, centre: self.about };
-        let mut found = Vec::new();
-        for (c, axis) in [Vector::x(), Vector::y()].into_iter().enumerate() {
-            if self.translation[c].is_none() {
-                found.push((motion(axis, 0.0), self.force[c]));
-            }
-        }
-        if self.rotation.is_none() {
-            // Scaled so that it is comparable with a translation.
-            found.push((motion(Vector::zeros(), 1.0 / size), self.moment / size));
-        }
-        found
+    pub fn free_motions(&self) -> Vec<(RigidMotion<S>, f64)> {
+        let size = self.size();
+        let load = S::motion(self.force, self.moment);
+        let free = (0..S::COMPONENTS).filter(|k| self.motion[*k].is_none());
+        free.map(|k| {
+            // A rotation is scaled so that it is comparable with a translation.
+            let unit = if k < S::DIM { 1.0 } else { 1.0 / size };
+            let (translation, spin) = S::parts(&S::components(|j| if j == k { unit } else { 0.0 }));
+            let motion = RigidMotion { piece: 0, translation, spin, centre: self.about };
+            (motion, if k < S::DIM { load[k] } else { load[k] / size })
+        })
+        .collect()
     }
 
     /// Computes the size of its load, N/m: the moment counts by the size of the contact.
     pub fn load_size(&self) -> f64 {
-        norm(self.force) + self.moment.abs() / geometry::diagonal(&self.points).max(f64::MIN_POSITIVE)
+        let load = S::motion(self.force, self.moment);
+        let moments = (S::DIM..S::COMPONENTS).map(|k| load[k].abs());
+        norm(self.force) + moments.fold(0.0, f64::hypot) / self.size()
+    }
+
+    /// Returns the size of the contact, m.
+    fn size(&self) -> f64 {
+        geometry::diagonal(&self.points).max(f64::MIN_POSITIVE)
     }
 
     /// Computes the displacement of each of its points in a rigid motion, m.
-    pub fn moved_by(&self, motion: &RigidMotion) -> Vec<Vector> {
+    pub fn moved_by(&self, motion: &RigidMotion<S>) -> Vec<S::Vector> {
         self.points.iter().map(|p| motion.at(*p)).collect()
     }
 
     /// Takes the points that face the contact nodes of its body.
-    pub(super) fn facing(mut self, body: &Body, interface: &ContactInterface) -> Self {
+    pub(super) fn facing(mut self, body: &Body<S>, interface: &ContactInterface<S>) -> Self {
         self.points = interface.pairs().iter().map(|pair| self.point_facing(body, pair)).collect();
         self
     }
@@ -209,18 +213,18 @@ impl ContactInterface {
         let mesh = body.mesh();
         let all = mesh.group(surface).ok_or_else(|| {
             let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            InterfaceError::UnknownSurface { body: 0, group: surface.to_string(), known }
+            let group = surface.to_string();
+            InterfaceError::UnknownSurface { body: 0, group, known, words: Plane::WORDS }
         })?;
         let faces = |edge: &FacetId| {
             line.distance(mesh.facet_middle(*edge)).1.dot(&mesh.facet_normal(*edge)) >= FACING
         };
         let edges: Vec<FacetId> = all.iter().copied().filter(faces).collect();
         let Some(first) = all.first() else {
-            let reason = "has no edge";
-            return Err(InterfaceError::NoSurface { body: 0, group: surface.to_string(), reason });
+            return Err(pairing::empty::<Plane>(0, surface));
         };
         if edges.is_empty() {
-            return Err(InterfaceError::NotFacing { point: mesh.facet_middle(*first) });
+            return Err(InterfaceError::NotFacing { point: mesh.facet_middle(*first).into() });
         }
         pairing::check_free(body, 0, surface, &edges)?;
         let chain = walk(body, &edges);
@@ -246,6 +250,7 @@ impl ContactInterface {
     ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
         let line = &obstacle.line;
         let (old_pairs, old_edges, _) = self.line();
+        let old_arcs = self.line_arc_lengths();
         let gap = if matches!(self.gap, Gap::Geometric) { None } else { Some(&self.gap) };
         let mut starting = vec![None; old_pairs.len()];
         old_edges.iter().for_each(|edge| starting[edge.pairs[0] as usize] = Some(edge));
@@ -254,18 +259,19 @@ impl ContactInterface {
         let mut number = vec![0; old_pairs.len()];
         for (k, pair) in old_pairs.iter().enumerate() {
             number[k] = found.pairs.len() as u32;
-            found.pairs.push(NodePair { tributary_length: 0.0, ..*pair });
+            found.pairs.push(NodePair { weight: 0.0, ..*pair });
+            found.arc_lengths.push(old_arcs[k]);
             parents.push([k as u32; 2]);
-            let halved = starting[k].map(|edge| (edge, middle[edge.edges[0].index()]));
+            let halved = starting[k].map(|edge| (edge, middle[edge.facets[0].index()]));
             if let Some((edge, node)) = halved.filter(|(_, node)| *node != NodeId::NONE) {
-                let at = pair.arc_length + 0.5 * edge.length;
-                found.pairs.push(found.pair(body, line, node, at, gap)?);
+                found.pairs.push(found.pair(body, line, node, gap)?);
+                found.arc_lengths.push(old_arcs[k] + 0.5 * edge.measure);
                 parents.push(edge.pairs);
             }
         }
         for edge in old_edges {
             let [i, j] = edge.pairs.map(|k| number[k as usize]);
-            let ends = match middle[edge.edges[0].index()] {
+            let ends = match middle[edge.facets[0].index()] {
                 NodeId::NONE => vec![[i, j]],
                 _ => vec![[i, i + 1], [i + 1, j]],
             };
@@ -277,7 +283,7 @@ impl ContactInterface {
             }
         }
         if body.has_curves() {
-            measure_arc(&mut found.pairs, &found.edges);
+            found.arc_lengths = measure_arc(found.pairs.len(), &found.edges);
         }
         let (interface, numbers) = found.into_interface(body, obstacle, self.gap.clone())?;
         let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE);
@@ -305,10 +311,10 @@ fn check_apart(
     let Some((off, distance, node, spacing)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(()) };
     let point = mesh.points()[node];
     if given && off > 0.0 {
-        return Err(InterfaceError::Distance { point, gap: distance, spacing });
+        return Err(InterfaceError::Distance { point: point.into(), gap: distance, spacing });
     }
     if !given && off > TOUCHING * mesh.diagonal() {
-        return Err(InterfaceError::Overlap { point, depth: off, spacing });
+        return Err(InterfaceError::Overlap { point: point.into(), depth: off, spacing });
     }
     Ok(())
 }
@@ -329,7 +335,10 @@ fn change(body: &Body, line: &RigidLine, pairs: &[NodePair]) -> Option<GapChange
 #[derive(Default)]
 struct Chained {
     pairs: Vec<NodePair>,
-    edges: Vec<ContactEdge>,
+    edges: Vec<ContactFacet>,
+    /// At each pair, m.
+    arc_lengths: Vec<f64>,
+    /// The arc length so far, m.
     arc_length: f64,
     /// Set if a support may clamp a node: the obstacle's motion is imposed.
     may_be_clamped: bool,
@@ -344,7 +353,7 @@ impl Chained {
         gap: Gap,
     ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
         let profiles = vec![None; self.edges.len()];
-        let line = Line { pairs: self.pairs, edges: self.edges, profiles };
+        let line = Line { pairs: self.pairs, edges: self.edges, arc_lengths: self.arc_lengths, profiles };
         let (mut interface, numbers) =
             line.without_clamped(body, &|pair| obstacle.clamped(body, pair), gap, 0)?;
         interface.pairs.iter_mut().enumerate().for_each(|(k, pair)| pair.nodes[1] = NodeId::new(k));
@@ -366,8 +375,9 @@ impl Chained {
                 self.arc_length += body.mesh().facet_measure(edges[k - 1]);
             }
             number.insert(node, self.pairs.len() as u32);
-            let pair = self.pair(body, line, node, self.arc_length, gap)?;
+            let pair = self.pair(body, line, node, gap)?;
             self.pairs.push(pair);
+            self.arc_lengths.push(self.arc_length);
         }
         for (k, &edge) in edges.iter().enumerate() {
             let ends = [nodes[k], nodes[(k + 1) % nodes.len()]].map(|n| number[&n]);
@@ -382,7 +392,6 @@ impl Chained {
         body: &Body,
         line: &RigidLine,
         node: NodeId,
-        arc_length: f64,
         gap: Option<&Gap>,
     ) -> Result<NodePair, InterfaceError> {
         let point = body.mesh().points()[node];
@@ -390,7 +399,7 @@ impl Chained {
         let constraint = &body.node_constraints()[node];
         let allowed = self.may_be_clamped && constraint.is_clamped();
         if !allowed && norm(constraint.held.components(normal)) > SUPPORT {
-            return Err(InterfaceError::SupportedNode { body: 0, point });
+            return Err(InterfaceError::SupportedNode { body: 0, point: point.into() });
         }
         let gap = match gap {
             Some(Gap::Given(data)) => data.at(point),
@@ -400,26 +409,32 @@ impl Chained {
                 if distance < -TOUCHING * size {
                     let around = body.mesh().topology().cells_around(node).first();
                     let spacing = around.map_or(size, |t| body.mesh().measure(*t as usize).sqrt());
-                    return Err(InterfaceError::Overlap { point, depth: -distance, spacing });
+                    return Err(InterfaceError::Overlap { point: point.into(), depth: -distance, spacing });
                 }
                 distance.max(0.0)
             }
         };
         if !(gap >= 0.0 && gap.is_finite()) {
-            return Err(InterfaceError::BadGap { point, value: gap });
+            return Err(InterfaceError::BadGap { point: point.into(), value: gap });
         }
         let nodes = [node, NodeId::new(self.pairs.len())];
-        Ok(NodePair { nodes, normal, gap, tributary_length: 0.0, arc_length })
+        Ok(NodePair { nodes, normal, gap, weight: 0.0 })
     }
 
     /// Adds the edge between two pairs and its length to their tributary lengths.
     fn join(&mut self, body: &Body, ends: [u32; 2], edge: FacetId) {
         let length = body.mesh().facet_measure(edge);
         for k in ends {
-            self.pairs[k as usize].tributary_length += 0.5 * length;
+            self.pairs[k as usize].weight += 0.5 * length;
         }
         let [a, b] = ends.map(|k| self.pairs[k as usize].normal);
         let bent = norm(a - b) > super::SAME_NORMAL || cross(a, b).abs() > super::SAME_NORMAL;
-        self.edges.push(ContactEdge { pairs: ends, edges: [edge; 2], length, bent, clamped: None });
+        self.edges.push(ContactFacet {
+            pairs: ends,
+            facets: [edge; 2],
+            measure: length,
+            bent,
+            clamped: None,
+        });
     }
 }

@@ -3,7 +3,7 @@
 //! At a node between two pieces that meet within 1 degree the normal is the mean of theirs, weighted by the lengths of the edges. Beyond that it is a
 //! corner, at which the contact line ends.
 
-use super::{ContactEdge, NodePair};
+use super::{ContactFacet, NodePair};
 use crate::body::{Body, Piece};
 use crate::geometry::{Vector, angle_between, cross, norm};
 use crate::mesh::id::{FacetId, NodeId};
@@ -176,11 +176,11 @@ const SAME_DIRECTION: f64 = 1e-9;
 impl Radial {
     /// Finds the arc from whose centre all normals point, or to which they point; `None` if there is no such arc. Of two the one of a body that
     /// its supports do not hold.
-    pub(super) fn find(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) -> Option<Self> {
+    pub(super) fn find(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactFacet]) -> Option<Self> {
         let floats = bodies.map(|body| body.has_curves() && body.free_motion().is_some());
         let order = if floats[1] && !floats[0] { [1, 0] } else { [0, 1] };
         order.into_iter().find_map(|side| {
-            let (centre, radius) = one_arc(bodies[side], edges.iter().map(|edge| edge.edges[side]))?;
+            let (centre, radius) = one_arc(bodies[side], edges.iter().map(|edge| edge.facets[side]))?;
             let points = bodies[side].mesh().points();
             let out = (points[pairs.first()?.nodes[side]] - centre).dot(&pairs[0].normal).signum();
             let found = Self { side, centre, radius: out * radius };

@@ -5,11 +5,12 @@ use super::common_refinement::Measured;
 use super::geometric_gap::{self, GeometricGap, Surfaces};
 use super::matching::{self, Stretch};
 use super::outline::Radial;
-use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
+use super::{ContactFacet, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
 use crate::mesh::id::{FacetId, NodeId};
+use crate::space::{Plane, Space};
 
 /// Pairs the surfaces.
 ///
@@ -30,7 +31,10 @@ pub(super) fn pair(
         }
         (None, gap) => {
             let partner = match gap {
-                Gap::Given(_) | Gap::Touching => matching::nearest(bodies, edges, &chain)?,
+                Gap::Given(_) | Gap::Touching => {
+                    let nodes = chain.iter().flat_map(|s| s.nodes.iter().copied());
+                    matching::nearest(bodies, edges, nodes, |point| point)?
+                }
                 Gap::Geometric => matching::along(bodies, edges, &chain)?,
             };
             let chain = match normal {
@@ -41,7 +45,7 @@ pub(super) fn pair(
             (chain, partners, None)
         }
     };
-    let mut pairs = make_pairs(bodies, &chain, &partners);
+    let (mut pairs, arc_lengths) = make_pairs(bodies, &chain, &partners);
     let edges = make_edges(bodies, edges, &chain, &pairs)?;
     normals::choose(bodies, &chain, &mut pairs, &edges, normal, facing.as_deref())?;
     let radial = match normal {
@@ -57,7 +61,7 @@ pub(super) fn pair(
         (_, Some(common)) => profile::of_refined(&pairs, &edges, &common.between),
         (_, None) => profile::of_matching(bodies, &chain, (&pairs, drawn.gaps()), &edges),
     };
-    let surfaces = Surfaces { drawn: &drawn, edges: &edges, between: &between };
+    let surfaces = Surfaces { drawn: &drawn, facets: &edges, between: &between };
     let points = bodies[0].mesh().points();
     match gap {
         Gap::Given(data) => {
@@ -74,50 +78,77 @@ pub(super) fn pair(
         Gap::Given(_) | Gap::Touching => vec![None; edges.len()],
     };
     let gap_change = drawn.change(points, &pairs);
-    let (interface, _) = Line { pairs, edges, profiles }.into_interface(bodies, gap.clone(), 0)?;
+    let (interface, _) =
+        Line { pairs, edges, arc_lengths, profiles }.into_interface(bodies, gap.clone(), 0)?;
     Ok(ContactInterface { gap_change, radial, ..interface })
 }
 
-fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [FacetId], InterfaceError> {
+/// Returns the facets of a group that may touch.
+pub(super) fn surface<'a, S: Space>(
+    body: &'a Body<S>,
+    number: usize,
+    group: &str,
+) -> Result<&'a [FacetId], InterfaceError> {
     let mesh = body.mesh();
     let Some(edges) = mesh.group(group) else {
         let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-        return Err(InterfaceError::UnknownSurface { body: number, group: group.to_string(), known });
+        let (group, words) = (group.to_string(), S::WORDS);
+        return Err(InterfaceError::UnknownSurface { body: number, group, known, words });
     };
     if edges.is_empty() {
-        let reason = "has no edge";
-        return Err(InterfaceError::NoSurface { body: number, group: group.to_string(), reason });
+        return Err(empty::<S>(number, group));
     }
     check_free(body, number, group, edges)?;
     Ok(edges)
 }
 
-/// Refuses contact edges inside the body, and edges that are held or loaded.
-pub(super) fn check_free(
-    body: &Body,
+/// Refuses a group without a facet.
+pub(super) fn empty<S: Space>(number: usize, group: &str) -> InterfaceError {
+    let reason = format!("has no {}", S::WORDS.facet);
+    InterfaceError::NoSurface { body: number, group: group.to_string(), reason }
+}
+
+/// Refuses contact facets inside the body, and facets that are held or loaded.
+pub(super) fn check_free<S: Space>(
+    body: &Body<S>,
     number: usize,
     group: &str,
     edges: &[FacetId],
 ) -> Result<(), InterfaceError> {
-    let fault = |reason| InterfaceError::NoSurface { body: number, group: group.to_string(), reason };
+    let fault = || InterfaceError::NoSurface {
+        body: number,
+        group: group.to_string(),
+        reason: format!("has {} {} inside the body", S::WORDS.article, S::WORDS.facet),
+    };
     for &edge in edges {
-        let condition = body.facet_condition(edge).ok_or_else(|| fault("has an edge inside the body"))?;
+        let condition = body.facet_condition(edge).ok_or_else(fault)?;
         let point = body.mesh().facet_middle(edge);
         if !condition.reaction.is_none() {
-            return Err(InterfaceError::Occupied { body: number, point, what: "an imposed displacement" });
+            return Err(InterfaceError::Occupied {
+                body: number,
+                point: point.into(),
+                what: "an imposed displacement",
+                words: S::WORDS,
+            });
         }
-        if condition.traction != [Vector::zeros(); 2] {
-            return Err(InterfaceError::Occupied { body: number, point, what: "a load" });
+        if condition.traction != S::ZEROS {
+            return Err(InterfaceError::Occupied {
+                body: number,
+                point: point.into(),
+                what: "a load",
+                words: S::WORDS,
+            });
         }
     }
     Ok(())
 }
 
-/// Creates the pairs of all stretches.
+/// Creates the pairs of all stretches, and the arc length at each.
 ///
 /// * `partners`: the second body's nodes, stretch by stretch.
-fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec<NodePair> {
+fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> (Vec<NodePair>, Vec<f64>) {
     let mut pairs = Vec::with_capacity(partners.len());
+    let mut arc_lengths = Vec::with_capacity(partners.len());
     let mut arc_length = 0.0;
     for stretch in chain {
         for (k, &node) in stretch.nodes.iter().enumerate() {
@@ -128,24 +159,29 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partners: &[NodeId]) -> Vec
                 nodes: [node, partners[pairs.len()]],
                 normal: Vector::zeros(),
                 gap: 0.0,
-                tributary_length: 0.0,
-                arc_length,
+                weight: 0.0,
             });
+            arc_lengths.push(arc_length);
         }
         // The edge that closes the stretch has no further pair.
         if let Some(&edge) = stretch.edges.get(stretch.nodes.len() - 1) {
             arc_length += bodies[0].mesh().facet_measure(edge);
         }
     }
-    pairs
+    (pairs, arc_lengths)
 }
 
-fn given_gap(points: &[Vector], pairs: &mut [NodePair], data: &ScalarData) -> Result<(), InterfaceError> {
+/// Evaluates a given gap at the first body's nodes.
+pub(super) fn given_gap<S: Space>(
+    points: &[S::Vector],
+    pairs: &mut [NodePair<S>],
+    data: &ScalarData<S>,
+) -> Result<(), InterfaceError> {
     for pair in pairs {
         let point = points[pair.nodes[0]];
         let value = data.at(point);
         if !(value >= 0.0 && value.is_finite()) {
-            return Err(InterfaceError::BadGap { point, value });
+            return Err(InterfaceError::BadGap { point: point.into(), value });
         }
         pair.gap = value * norm(pair.normal);
     }
@@ -157,7 +193,7 @@ fn make_edges(
     surfaces: [&[FacetId]; 2],
     chain: &[Stretch],
     pairs: &[NodePair],
-) -> Result<Vec<ContactEdge>, InterfaceError> {
+) -> Result<Vec<ContactFacet>, InterfaceError> {
     let mut edges = Vec::new();
     let mut first = 0;
     let mut seen = std::collections::HashSet::new();
@@ -167,26 +203,35 @@ fn make_edges(
             let [from, to] = ends.map(|k| pairs[k].nodes[1]);
             let found = bodies[1].mesh().topology().find_edge(from, to);
             let Some(other) = found.filter(|e| surfaces[1].binary_search(e).is_ok()) else {
-                return Err(InterfaceError::EdgeWithoutPartner {
+                return Err(InterfaceError::FacetWithoutPartner {
+                    words: Plane::WORDS,
                     body: 0,
-                    point: bodies[0].mesh().facet_middle(edge),
+                    point: bodies[0].mesh().facet_middle(edge).into(),
                 });
             };
             if bodies[0].mesh().facet_normal(edge).dot(&bodies[1].mesh().facet_normal(other)) >= -0.5 {
-                return Err(InterfaceError::NotFacing { point: bodies[0].mesh().facet_middle(edge) });
+                return Err(InterfaceError::NotFacing { point: bodies[0].mesh().facet_middle(edge).into() });
             }
             seen.insert(other);
             let length = bodies[0].mesh().facet_measure(edge);
             let pairs = ends.map(|k| k as u32);
             // The line decides which edges are bent once it is complete.
-            edges.push(ContactEdge { pairs, edges: [edge, other], length, bent: false, clamped: None });
+            edges.push(ContactFacet {
+                pairs,
+                facets: [edge, other],
+                measure: length,
+                bent: false,
+                clamped: None,
+            });
         }
         first += stretch.nodes.len();
     }
     match surfaces[1].iter().find(|e| !seen.contains(*e)) {
-        Some(&edge) => {
-            Err(InterfaceError::EdgeWithoutPartner { body: 1, point: bodies[1].mesh().facet_middle(edge) })
-        }
+        Some(&edge) => Err(InterfaceError::FacetWithoutPartner {
+            words: Plane::WORDS,
+            body: 1,
+            point: bodies[1].mesh().facet_middle(edge).into(),
+        }),
         None => Ok(edges),
     }
 }
@@ -213,11 +258,11 @@ mod tests {
         let lower = body(0.0, [4, 3], BoundaryConditions::new().fix("bottom"));
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &no_gap()).unwrap();
         assert_eq!(interface.pairs().len(), 5);
-        assert_eq!(interface.length(), 2.0);
+        assert_eq!(interface.measure(), 2.0);
         assert!(interface.pairs().iter().all(|p| p.normal == Vector::new(0.0, -1.0)));
-        assert_eq!(interface.pairs()[4].arc_length, 2.0);
+        assert_eq!(interface.arc_lengths()[4], 2.0);
         // Lumped and consistent mass agree on constants.
-        let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
+        let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.weight).collect();
         assert_eq!(interface.mass(&[1.0; 5]), lengths);
     }
 
@@ -244,7 +289,7 @@ mod tests {
         let bodies = [two_rings([1.0, 1.5], "inner"), two_rings([0.5, 1.0], "outer")];
         let interface =
             ContactInterface::pair(&bodies[0], &bodies[1], ["inner", "outer"], &no_gap()).unwrap();
-        let places: Vec<f64> = interface.pairs().iter().map(|p| p.arc_length).collect();
+        let places = interface.arc_lengths();
         let edge = 2.0 * 15.0f64.to_radians().sin();
         for (k, s) in places.iter().enumerate() {
             assert!((s - k as f64 * edge).abs() < 1e-13, "{k} {s}");

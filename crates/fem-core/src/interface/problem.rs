@@ -5,31 +5,31 @@ use super::{
     RigidLine, Roles, SlipBefore,
 };
 use crate::body::{Body, BodyError, ConditionPlace, Difference, RigidMotion};
-use crate::geometry::Vector;
+use crate::space::{Plane, Space};
 use std::ops::Range;
 use thiserror::Error;
 
 /// Two bodies in contact, or a body and an obstacle, and where.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct ContactPair {
+pub struct ContactPair<S: Space = Plane> {
     /// The first body, by its number in [`ContactProblem::bodies`].
     pub body: usize,
     /// The second body, or an obstacle.
     pub partner: Partner,
     /// Their contact line.
-    pub interface: ContactInterface,
+    pub interface: ContactInterface<S>,
     /// Who carries λ in an iteration.
     pub roles: Roles,
     /// The law of friction.
-    pub friction: Friction,
+    pub friction: Friction<S>,
     /// The slip of earlier load steps; `None` in the first step, from rest.
     pub slip_before: Option<SlipBefore>,
 }
 
-impl ContactPair {
+impl<S: Space> ContactPair<S> {
     /// Joins a body and a partner without friction; the first body carries λ, or the obstacle.
-    fn new(body: usize, partner: Partner, interface: ContactInterface) -> Self {
+    fn new(body: usize, partner: Partner, interface: ContactInterface<S>) -> Self {
         let roles = if partner.is_obstacle() { Roles::SECOND } else { Roles::FIRST };
         Self { body, partner, interface, roles, friction: Friction::None, slip_before: None }
     }
@@ -45,7 +45,7 @@ impl ContactPair {
     }
 
     /// Lists the sides that are bodies, both or the first: side and body.
-    pub fn elastic_sides(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+    pub fn elastic_sides(&self) -> impl Iterator<Item = (usize, usize)> + use<S> {
         [Some(self.body), self.partner.body()].into_iter().flatten().enumerate()
     }
 
@@ -80,11 +80,11 @@ pub enum LoadFactorError {
 /// A part of a body's load that was left out: it turns the body along its contact, which resists only by the error of the polygon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct LeftOut {
+pub struct LeftOut<S: Space = Plane> {
     /// The body.
     pub body: usize,
     /// The motion, the largest displacement of the body is 1 m.
-    pub motion: RigidMotion,
+    pub motion: RigidMotion<S>,
     /// The load along the motion, N/m.
     pub load: f64,
     /// Over the sum of the sizes of its terms.
@@ -94,23 +94,23 @@ pub struct LeftOut {
 /// Bodies, and the pairs in which they touch.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct ContactProblem {
+pub struct ContactProblem<S: Space = Plane> {
     /// The bodies.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<Body<S>>,
     /// The rigid obstacles.
-    pub obstacles: Vec<Obstacle>,
+    pub obstacles: Vec<Obstacle<S>>,
     /// The pairs.
-    pub contacts: Vec<ContactPair>,
+    pub contacts: Vec<ContactPair<S>>,
     /// Loads that were left out; finer meshes and other amounts of the loads begin without.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<LeftOut<S>>,
     /// Forces of the rows that balance the loads, N/m, if it is known how the assembly is held: the question need not be asked again as long as
     /// they do. Empty if not.
     pub balancing: Vec<f64>,
 }
 
-impl ContactProblem {
+impl<S: Space> ContactProblem<S> {
     /// Takes bodies that do not touch yet.
-    pub fn new(bodies: Vec<Body>) -> Self {
+    pub fn new(bodies: Vec<Body<S>>) -> Self {
         Self {
             bodies,
             obstacles: Vec::new(),
@@ -121,7 +121,7 @@ impl ContactProblem {
     }
 
     /// Takes two bodies and the interface between them.
-    pub fn between(bodies: [Body; 2], interface: ContactInterface) -> Self {
+    pub fn between(bodies: [Body<S>; 2], interface: ContactInterface<S>) -> Self {
         Self::new(bodies.into()).contact([0, 1], interface)
     }
 
@@ -130,7 +130,7 @@ impl ContactProblem {
     /// # Panics
     /// If there is no such body.
     #[must_use]
-    pub fn contact(mut self, bodies: [usize; 2], interface: ContactInterface) -> Self {
+    pub fn contact(mut self, bodies: [usize; 2], interface: ContactInterface<S>) -> Self {
         let count = self.bodies.len();
         assert!(bodies.iter().all(|b| *b < count), "a pair of the bodies {bodies:?}, and {count} bodies");
         self.contacts.push(ContactPair::new(bodies[0], Partner::Body(bodies[1]), interface));
@@ -144,7 +144,7 @@ impl ContactProblem {
     /// # Panics
     /// If there is no such body.
     #[must_use]
-    pub fn obstacle(mut self, body: usize, interface: ContactInterface, obstacle: Obstacle) -> Self {
+    pub fn obstacle(mut self, body: usize, interface: ContactInterface<S>, obstacle: Obstacle<S>) -> Self {
         let count = self.bodies.len();
         assert!(body < count, "an obstacle for body {body}, and {count} bodies");
         let obstacle = obstacle.facing(&self.bodies[body], &interface);
@@ -153,6 +153,143 @@ impl ContactProblem {
         self
     }
 
+    /// Tells whether a pair has a law of friction.
+    pub fn has_friction(&self) -> bool {
+        self.contacts.iter().any(|pair| pair.friction.acts())
+    }
+
+    /// Returns the obstacle of a pair, if it has one.
+    pub fn obstacle_of(&self, pair: &ContactPair<S>) -> Option<&Obstacle<S>> {
+        match pair.partner {
+            Partner::Body(_) => None,
+            Partner::Obstacle(k) => self.obstacles.get(k),
+        }
+    }
+
+    /// Lists all bodies, and then all obstacles.
+    pub fn partners(&self) -> impl Iterator<Item = Partner> + use<S> {
+        (0..self.bodies.len()).map(Partner::Body).chain((0..self.obstacles.len()).map(Partner::Obstacle))
+    }
+
+    /// Returns the places of a pair in lists of all bodies and then all obstacles, such as [`ContactState::displacement`].
+    pub fn places_of(&self, pair: &ContactPair<S>) -> [usize; 2] {
+        pair.partners().map(|partner| partner.place(self.bodies.len()))
+    }
+
+    /// Sets who carries λ in every pair of bodies.
+    #[must_use]
+    pub fn with_roles(mut self, roles: Roles) -> Self {
+        let pairs = self.contacts.iter_mut().filter(|pair| !pair.partner.is_obstacle());
+        pairs.for_each(|pair| pair.roles = roles);
+        self
+    }
+
+    /// Returns who carries λ in each pair.
+    pub fn roles(&self) -> Vec<Roles> {
+        self.contacts.iter().map(|pair| pair.roles).collect()
+    }
+
+    /// Returns the only pair, if it joins two bodies. Bodies that touch nothing do not count.
+    pub fn only_pair(&self) -> Option<&ContactPair<S>> {
+        match self.contacts.as_slice() {
+            [pair] if !pair.partner.is_obstacle() => Some(pair),
+            _ => None,
+        }
+    }
+
+    /// Returns the only pair of two bodies, if it has no friction and no support holds a contact node of it along the normal.
+    pub fn plain_pair(&self) -> Option<&ContactPair<S>> {
+        self.only_pair().filter(|pair| !pair.friction.acts() && !self.has_held_nodes(pair))
+    }
+
+    /// Tells whether a support holds a contact node of one of the bodies along the normal.
+    pub fn has_held_nodes(&self, pair: &ContactPair<S>) -> bool {
+        let held = |(side, b): (usize, usize)| {
+            let constraints = self.bodies[b].node_constraints();
+            pair.interface.pairs().iter().any(|p| constraints[p.nodes[side]].is_clamped())
+        };
+        pair.elastic_sides().any(held)
+    }
+
+    /// Lists the sides of a body or an obstacle: number of the pair, and 0 if it is the first of it, 1 if it is the second.
+    pub fn sides_of(&self, partner: Partner) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.contacts.iter().enumerate().filter_map(move |(k, pair)| Some((k, pair.side_of(partner)?)))
+    }
+
+    /// Lists the sides of all bodies and then all obstacles, see [`Self::sides_of`], in one pass over the pairs.
+    pub fn sides(&self) -> Vec<Vec<(usize, usize)>> {
+        let mut sides = vec![Vec::new(); self.bodies.len() + self.obstacles.len()];
+        for (k, pair) in self.contacts.iter().enumerate() {
+            self.places_of(pair)
+                .into_iter()
+                .enumerate()
+                .for_each(|(side, place)| sides[place].push((k, side)));
+        }
+        sides
+    }
+
+    /// Lists the directions that a body retains as interface unknowns: one block per side, in the order of
+    /// [`Self::sides_of`], each with the rows of its pair.
+    pub fn side(&self, body: usize) -> InterfaceSide<S> {
+        self.sides_of(Partner::Body(body)).fold(InterfaceSide::default(), |all, (k, side)| {
+            let rows = self.contacts[k].rows();
+            all.with_block(rows.map(|row| Retained { node: row.nodes[side], direction: row.direction }))
+        })
+    }
+
+    /// Tells whether a body carries λ in some pair.
+    pub fn carries_lambda(&self, body: usize) -> bool {
+        self.contacts.iter().any(|pair| pair.imposed() == Partner::Body(body))
+    }
+
+    /// Lists the bodies, bodies that carry λ in some pair first: an order that does not depend on the numbers of two
+    /// bodies.
+    pub fn by_role(&self) -> Vec<usize> {
+        let (mut first, second): (Vec<_>, Vec<_>) =
+            (0..self.bodies.len()).partition(|b| self.carries_lambda(*b));
+        first.extend(second);
+        first
+    }
+
+    /// Counts the nodes of all bodies.
+    pub fn nodes(&self) -> usize {
+        self.bodies.iter().map(|body| body.mesh().points().len()).sum()
+    }
+
+    /// Counts the node pairs of all pairs.
+    pub fn node_pairs(&self) -> usize {
+        self.contacts.iter().map(|pair| pair.interface.pairs().len()).sum()
+    }
+
+    /// Lists the places of each pair in arrays of one entry per pair of nodes, pair after pair.
+    pub fn blocks(&self) -> impl Iterator<Item = Range<usize>> {
+        consecutive(self.contacts.iter().map(|pair| pair.interface.pairs().len()))
+    }
+
+    /// Lists the places of each pair in arrays of one entry per row along a tangent; nothing for pairs without friction.
+    pub fn tangential_blocks(&self) -> impl Iterator<Item = Range<usize>> {
+        consecutive(self.contacts.iter().map(|pair| pair.row_count() - pair.interface.pairs().len()))
+    }
+
+    /// Lists the rows along the normals of each pair.
+    pub fn normal_rows(&self) -> impl Iterator<Item = Range<usize>> {
+        let rows = consecutive(self.contacts.iter().map(ContactPair::<S>::row_count));
+        rows.zip(&self.contacts).map(|(rows, pair)| rows.start..rows.start + pair.interface.pairs().len())
+    }
+
+    /// Joins values along normals and along tangents to one value per row, pair after pair.
+    pub fn by_row(&self, normals: &[f64], tangentials: &[f64]) -> Vec<f64> {
+        let blocks = self.blocks().zip(self.tangential_blocks());
+        blocks.flat_map(|(pairs, tangents)| [&normals[pairs], &tangentials[tangents]].concat()).collect()
+    }
+
+    /// Counts the rows of all pairs: without friction one per node pair, with friction two.
+    pub fn rows(&self) -> usize {
+        self.contacts.iter().map(ContactPair::<S>::row_count).sum()
+    }
+}
+
+impl ContactProblem {
     /// Gives a pair a law of friction.
     ///
     /// # Errors
@@ -217,90 +354,6 @@ impl ContactProblem {
         })
     }
 
-    /// Tells whether a pair has a law of friction.
-    pub fn has_friction(&self) -> bool {
-        self.contacts.iter().any(|pair| pair.friction.acts())
-    }
-
-    /// Returns the obstacle of a pair, if it has one.
-    pub fn obstacle_of(&self, pair: &ContactPair) -> Option<&Obstacle> {
-        match pair.partner {
-            Partner::Body(_) => None,
-            Partner::Obstacle(k) => self.obstacles.get(k),
-        }
-    }
-
-    /// Lists all bodies, and then all obstacles.
-    pub fn partners(&self) -> impl Iterator<Item = Partner> + use<> {
-        (0..self.bodies.len()).map(Partner::Body).chain((0..self.obstacles.len()).map(Partner::Obstacle))
-    }
-
-    /// Returns the places of a pair in lists of all bodies and then all obstacles, such as [`ContactState::displacement`].
-    pub fn places_of(&self, pair: &ContactPair) -> [usize; 2] {
-        pair.partners().map(|partner| partner.place(self.bodies.len()))
-    }
-
-    /// Sets who carries λ in every pair of bodies.
-    #[must_use]
-    pub fn with_roles(mut self, roles: Roles) -> Self {
-        let pairs = self.contacts.iter_mut().filter(|pair| !pair.partner.is_obstacle());
-        pairs.for_each(|pair| pair.roles = roles);
-        self
-    }
-
-    /// Returns who carries λ in each pair.
-    pub fn roles(&self) -> Vec<Roles> {
-        self.contacts.iter().map(|pair| pair.roles).collect()
-    }
-
-    /// Returns the only pair, if it joins two bodies. Bodies that touch nothing do not count.
-    pub fn only_pair(&self) -> Option<&ContactPair> {
-        match self.contacts.as_slice() {
-            [pair] if !pair.partner.is_obstacle() => Some(pair),
-            _ => None,
-        }
-    }
-
-    /// Returns the only pair of two bodies, if it has no friction and no support holds a contact node of it along the normal.
-    pub fn plain_pair(&self) -> Option<&ContactPair> {
-        self.only_pair().filter(|pair| !pair.friction.acts() && !self.has_held_nodes(pair))
-    }
-
-    /// Tells whether a support holds a contact node of one of the bodies along the normal.
-    pub fn has_held_nodes(&self, pair: &ContactPair) -> bool {
-        let held = |(side, b): (usize, usize)| {
-            let constraints = self.bodies[b].node_constraints();
-            pair.interface.pairs().iter().any(|p| constraints[p.nodes[side]].is_clamped())
-        };
-        pair.elastic_sides().any(held)
-    }
-
-    /// Lists the sides of a body or an obstacle: number of the pair, and 0 if it is the first of it, 1 if it is the second.
-    pub fn sides_of(&self, partner: Partner) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.contacts.iter().enumerate().filter_map(move |(k, pair)| Some((k, pair.side_of(partner)?)))
-    }
-
-    /// Lists the sides of all bodies and then all obstacles, see [`Self::sides_of`], in one pass over the pairs.
-    pub fn sides(&self) -> Vec<Vec<(usize, usize)>> {
-        let mut sides = vec![Vec::new(); self.bodies.len() + self.obstacles.len()];
-        for (k, pair) in self.contacts.iter().enumerate() {
-            self.places_of(pair)
-                .into_iter()
-                .enumerate()
-                .for_each(|(side, place)| sides[place].push((k, side)));
-        }
-        sides
-    }
-
-    /// Lists the directions that a body retains as interface unknowns: one block per side, in the order of
-    /// [`Self::sides_of`], each with the rows of its pair.
-    pub fn side(&self, body: usize) -> InterfaceSide {
-        self.sides_of(Partner::Body(body)).fold(InterfaceSide::default(), |all, (k, side)| {
-            let rows = self.contacts[k].rows();
-            all.with_block(rows.map(|row| Retained { node: row.nodes[side], direction: row.direction }))
-        })
-    }
-
     /// Measures for each pair the difference between the initial gap and the one on the contact edges, relative to
     /// its largest value: `g/|n|`, with gap `g` and normal `n` linear between the node pairs. `None` if the two are
     /// equal to round-off.
@@ -315,57 +368,6 @@ impl ContactProblem {
         };
         self.contacts.iter().map(of_pair).collect()
     }
-
-    /// Tells whether a body carries λ in some pair.
-    pub fn carries_lambda(&self, body: usize) -> bool {
-        self.contacts.iter().any(|pair| pair.imposed() == Partner::Body(body))
-    }
-
-    /// Lists the bodies, bodies that carry λ in some pair first: an order that does not depend on the numbers of two
-    /// bodies.
-    pub fn by_role(&self) -> Vec<usize> {
-        let (mut first, second): (Vec<_>, Vec<_>) =
-            (0..self.bodies.len()).partition(|b| self.carries_lambda(*b));
-        first.extend(second);
-        first
-    }
-
-    /// Counts the nodes of all bodies.
-    pub fn nodes(&self) -> usize {
-        self.bodies.iter().map(|body| body.mesh().points().len()).sum()
-    }
-
-    /// Counts the node pairs of all pairs.
-    pub fn node_pairs(&self) -> usize {
-        self.contacts.iter().map(|pair| pair.interface.pairs().len()).sum()
-    }
-
-    /// Lists the places of each pair in arrays of one entry per pair of nodes, pair after pair.
-    pub fn blocks(&self) -> impl Iterator<Item = Range<usize>> {
-        consecutive(self.contacts.iter().map(|pair| pair.interface.pairs().len()))
-    }
-
-    /// Lists the places of each pair in arrays of one entry per row along a tangent; nothing for pairs without friction.
-    pub fn tangential_blocks(&self) -> impl Iterator<Item = Range<usize>> {
-        consecutive(self.contacts.iter().map(|pair| pair.row_count() - pair.interface.pairs().len()))
-    }
-
-    /// Lists the rows along the normals of each pair.
-    pub fn normal_rows(&self) -> impl Iterator<Item = Range<usize>> {
-        let rows = consecutive(self.contacts.iter().map(ContactPair::row_count));
-        rows.zip(&self.contacts).map(|(rows, pair)| rows.start..rows.start + pair.interface.pairs().len())
-    }
-
-    /// Joins values along normals and along tangents to one value per row, pair after pair.
-    pub fn by_row(&self, normals: &[f64], tangentials: &[f64]) -> Vec<f64> {
-        let blocks = self.blocks().zip(self.tangential_blocks());
-        blocks.flat_map(|(pairs, tangents)| [&normals[pairs], &tangentials[tangents]].concat()).collect()
-    }
-
-    /// Counts the rows of all pairs: without friction one per node pair, with friction two.
-    pub fn rows(&self) -> usize {
-        self.contacts.iter().map(ContactPair::row_count).sum()
-    }
 }
 
 /// Lists consecutive ranges of given lengths.
@@ -379,9 +381,9 @@ fn consecutive(lengths: impl Iterator<Item = usize>) -> impl Iterator<Item = Ran
 
 /// Displacement fields with their nodal contact forces, whatever their source.
 #[derive(Clone, Debug)]
-pub struct ContactState<'a> {
+pub struct ContactState<'a, S: Space = Plane> {
     /// Nodal displacements of each body, Cartesian, m; after them the displacements of the points of each obstacle.
-    pub displacement: Vec<&'a [Vector]>,
+    pub displacement: Vec<&'a [S::Vector]>,
     /// Forces and openings of each pair.
     pub contacts: Vec<PairState<'a>>,
 }
@@ -406,9 +408,9 @@ impl<'a> PairState<'a> {
     }
 }
 
-impl<'a> ContactState<'a> {
+impl<'a, S: Space> ContactState<'a, S> {
     /// Takes the fields of two bodies with one pair without friction.
-    pub fn between(displacement: [&'a [Vector]; 2], contact_force: &'a [f64], opening: &'a [f64]) -> Self {
+    pub fn between(displacement: [&'a [S::Vector]; 2], contact_force: &'a [f64], opening: &'a [f64]) -> Self {
         let contacts = vec![PairState::frictionless(contact_force, opening)];
         Self { displacement: displacement.into(), contacts }
     }

@@ -6,7 +6,7 @@
 
 use super::common_refinement::curve::{Between, Curve};
 use super::matching::Stretch;
-use super::{ContactEdge, NodePair, outline};
+use super::{ContactFacet, NodePair, outline};
 use crate::body::{Body, Piece};
 use crate::geometry::{Vector, norm};
 use crate::mesh::id::{FacetId, NodeId};
@@ -74,15 +74,15 @@ impl Profile {
 /// Creates the cubics from the gaps at the pairs and between them; `None` if the gap is linear.
 pub(super) fn profiles(
     pairs: &[NodePair],
-    edges: &[ContactEdge],
+    edges: &[ContactFacet],
     between: &[Option<Between>],
 ) -> Vec<Option<Profile>> {
-    let profile = |(edge, between): (&ContactEdge, &Option<Between>)| {
+    let profile = |(edge, between): (&ContactFacet, &Option<Between>)| {
         let [i, j] = edge.pairs.map(|k| pairs[k as usize]).map(|pair| pair.gap / norm(pair.normal));
         let Between { gaps, pieces, .. } = (*between)?;
         match pieces {
-            Some(pieces) => Profile::of_pieces(pieces, [i, j], gaps, edge.length),
-            None => Profile::through([i, gaps[0], gaps[1], j], edge.length),
+            Some(pieces) => Profile::of_pieces(pieces, [i, j], gaps, edge.measure),
+            None => Profile::through([i, gaps[0], gaps[1], j], edge.measure),
         }
     };
     edges.iter().zip(between).map(profile).collect()
@@ -93,10 +93,10 @@ pub(super) fn profiles(
 /// * `between`: from one of the first body's nodes to the next.
 pub(super) fn of_refined(
     pairs: &[NodePair],
-    edges: &[ContactEdge],
+    edges: &[ContactFacet],
     between: &HashMap<[NodeId; 2], Between>,
 ) -> Vec<Option<Between>> {
-    let find = |edge: &ContactEdge| {
+    let find = |edge: &ContactFacet| {
         let [a, b] = edge.pairs.map(|k| pairs[k as usize].nodes[0]);
         let turned = |b: &Between| Between { gaps: [b.gaps[1], b.gaps[0]], ..*b };
         between.get(&[a, b]).copied().or_else(|| between.get(&[b, a]).map(turned))
@@ -111,7 +111,7 @@ pub(super) fn of_matching(
     bodies: [&Body; 2],
     chain: &[Stretch],
     (pairs, drawn): (&[NodePair], &[f64]),
-    edges: &[ContactEdge],
+    edges: &[ContactFacet],
 ) -> Vec<Option<Between>> {
     let mut found = Vec::with_capacity(edges.len());
     let (mut first_pair, mut first_edge) = (0, 0);
@@ -121,7 +121,7 @@ pub(super) fn of_matching(
         let curves = [0, 1].map(|b| {
             let nodes: Vec<NodeId> = own.iter().map(|p| p.nodes[b]).collect();
             let points = stretch.points(bodies[b], &nodes);
-            let numbers: Vec<FacetId> = along.iter().map(|edge| edge.edges[b]).collect();
+            let numbers: Vec<FacetId> = along.iter().map(|edge| edge.facets[b]).collect();
             let pieces = outline::pieces(bodies[b], &numbers, &points, stretch.is_cut());
             Curve::new(points).kept_open(!stretch.is_closed()).with_pieces(pieces)
         });

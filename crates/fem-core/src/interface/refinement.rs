@@ -3,7 +3,7 @@
 use super::clamped_ends::Line;
 use super::profile::Profile;
 use super::{
-    ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair, Partner,
+    ContactFacet, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair, Partner,
     outline,
 };
 use crate::body::{Body, BodyError, Piece};
@@ -99,7 +99,7 @@ impl ContactProblem {
             for pair in &self.contacts {
                 let Some([first, second]) = pair.bodies() else { continue };
                 for contact in pair.interface.line().1 {
-                    let [a, b] = contact.edges;
+                    let [a, b] = contact.facets;
                     if marked[first][a] != marked[second][b] {
                         (marked[first][a], marked[second][b], added) = (true, true, true);
                     }
@@ -203,7 +203,7 @@ impl ContactProblem {
                 let radial = pair.interface.radial;
                 let m = radial.map_or(pair.interface.measured_on, |radial| radial.side());
                 let o = 1 - m;
-                let [own, other] = [m, o].map(|b| (&self.bodies[both[b]], edge.edges[b]));
+                let [own, other] = [m, o].map(|b| (&self.bodies[both[b]], edge.facets[b]));
                 let Some(curve) = other.0.curve(other.1).filter(|_| marked[both[o]][other.1]) else {
                     continue;
                 };
@@ -233,19 +233,22 @@ impl ContactInterface {
         for (edge, profile) in old_edges.iter().zip(old_profiles) {
             starting[edge.pairs[0] as usize] = Some((edge, profile.as_ref()));
         }
-        let mut pairs = Vec::new();
+        let old_arcs = self.line_arc_lengths();
+        let (mut pairs, mut arc_lengths) = (Vec::new(), Vec::new());
         let mut parents = Vec::new();
         let mut number = vec![NONE; old_pairs.len()];
         let mut middle = vec![NONE; old_pairs.len()];
         for (k, pair) in old_pairs.iter().enumerate() {
             number[k] = pairs.len() as u32;
-            pairs.push(NodePair { tributary_length: 0.0, ..*pair });
+            pairs.push(NodePair { weight: 0.0, ..*pair });
+            arc_lengths.push(old_arcs[k]);
             parents.push([k as u32; 2]);
-            let nodes = |edge: &ContactEdge| [0, 1].map(|b| refinements[b].middle[edge.edges[b]]);
+            let nodes = |edge: &ContactFacet| [0, 1].map(|b| refinements[b].middle[edge.facets[b]]);
             let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
             if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NodeId::NONE; 2]) {
                 middle[k] = pairs.len() as u32;
                 pairs.push(self.middle_pair(old_pairs, (edge, profile), nodes, bodies)?);
+                arc_lengths.push(old_arcs[k] + 0.5 * edge.measure);
                 parents.push(edge.pairs);
             }
         }
@@ -267,9 +270,9 @@ impl ContactInterface {
             }
         }
         if bodies[self.measured_on].has_curves() {
-            measure_arc(&mut pairs, &edges);
+            arc_lengths = measure_arc(pairs.len(), &edges);
         }
-        let line = Line { pairs, edges, profiles };
+        let line = Line { pairs, edges, arc_lengths, profiles };
         let (interface, numbers) = line.into_interface(bodies, self.gap.clone(), self.measured_on)?;
         let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE).map(|(p, _)| p);
         let parents = kept.map(|parents| self.numbers(parents)).collect();
@@ -292,7 +295,7 @@ impl ContactInterface {
     fn middle_pair(
         &self,
         pairs: &[NodePair],
-        (edge, profile): (&ContactEdge, Option<&Profile>),
+        (edge, profile): (&ContactFacet, Option<&Profile>),
         nodes: [NodeId; 2],
         bodies: [&Body; 2],
     ) -> Result<NodePair, InterfaceError> {
@@ -322,15 +325,9 @@ impl ContactInterface {
             (Gap::Geometric, None) => 0.5 * (i.gap + j.gap) / length,
         };
         if !(distance >= 0.0 && distance.is_finite()) {
-            return Err(InterfaceError::BadGap { point, value: distance });
+            return Err(InterfaceError::BadGap { point: point.into(), value: distance });
         }
-        Ok(NodePair {
-            nodes,
-            normal,
-            gap: scale * distance,
-            tributary_length: 0.0,
-            arc_length: i.arc_length + 0.5 * edge.length,
-        })
+        Ok(NodePair { nodes, normal, gap: scale * distance, weight: 0.0 })
     }
 
     /// Measures the profile of an edge again if the pieces over it are known; otherwise it is a part of the old one.
@@ -338,7 +335,7 @@ impl ContactInterface {
         &self,
         bodies: [&Body; 2],
         pairs: &[NodePair],
-        edge: &ContactEdge,
+        edge: &ContactFacet,
         part: Profile,
     ) -> Option<Profile> {
         let Some(pieces) = part.pieces else { return Some(part) };
@@ -353,31 +350,31 @@ impl ContactInterface {
         };
         let gaps = ends.map(|pair| pair.gap / norm(pair.normal));
         let between = at(1.0 / 3.0).zip(at(2.0 / 3.0)).map(<[f64; 2]>::from);
-        between.map_or(Some(part), |between| Profile::of_pieces(pieces, gaps, between, edge.length))
+        between.map_or(Some(part), |between| Profile::of_pieces(pieces, gaps, between, edge.measure))
     }
 
     /// Creates the edge between two pairs and adds its length to their tributary lengths.
-    fn part(&self, bodies: [&Body; 2], pairs: &mut [NodePair], ends: [u32; 2]) -> Option<ContactEdge> {
+    fn part(&self, bodies: [&Body; 2], pairs: &mut [NodePair], ends: [u32; 2]) -> Option<ContactFacet> {
         let [i, j] = ends.map(|k| pairs[k as usize].nodes);
         let find = |b: usize| bodies[b].mesh().topology().find_edge(i[b], j[b]);
         let edges = [find(0)?, find(1)?];
         let length = bodies[self.measured_on].mesh().facet_measure(edges[self.measured_on]);
         for k in ends {
-            pairs[k as usize].tributary_length += 0.5 * length;
+            pairs[k as usize].weight += 0.5 * length;
         }
-        Some(ContactEdge { pairs: ends, edges, length, bent: false, clamped: None })
+        Some(ContactFacet { pairs: ends, facets: edges, measure: length, bent: false, clamped: None })
     }
 }
 
-/// Sets the arc lengths of pairs from the lengths of their edges: nodes on curves make edges longer than their parts were.
-pub(super) fn measure_arc(pairs: &mut [NodePair], edges: &[ContactEdge]) {
-    let mut after = vec![0.0; pairs.len()];
-    edges.iter().for_each(|edge| after[edge.pairs[0] as usize] = edge.length);
+/// Computes the arc lengths at pairs from the lengths of their edges, m: nodes on curves make edges longer than their parts were.
+pub(super) fn measure_arc(pairs: usize, edges: &[ContactFacet]) -> Vec<f64> {
+    let mut after = vec![0.0; pairs];
+    edges.iter().for_each(|edge| after[edge.pairs[0] as usize] = edge.measure);
     let mut arc_length = 0.0;
-    for (pair, after) in pairs.iter_mut().zip(after) {
-        pair.arc_length = arc_length;
-        arc_length += after;
+    for after in &mut after {
+        arc_length += std::mem::replace(after, arc_length);
     }
+    after
 }
 
 #[cfg(test)]

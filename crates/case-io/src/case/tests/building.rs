@@ -26,7 +26,7 @@ fn the_paper_has_380_nodes_and_19_pairs() {
     let [upper, lower] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
     assert_eq!((upper.mesh().points().len(), lower.mesh().points().len()), (190, 190));
     let interface = case.build_interface(0, &[upper, lower]).unwrap();
-    assert_eq!((interface.pairs().len(), interface.length()), (19, 2.0));
+    assert_eq!((interface.pairs().len(), interface.measure()), (19, 2.0));
     assert_eq!(interface.pairs()[0].normal, fem_core::geometry::Vector::new(0.0, -1.0));
 }
 

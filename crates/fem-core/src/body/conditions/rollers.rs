@@ -2,7 +2,7 @@
 
 use super::SAME_DIRECTION;
 use crate::directions::Directions;
-use crate::geometry::{Coordinates, norm};
+use crate::geometry::{Coordinates, FLAT_SIDE, norm};
 use crate::mesh::Mesh;
 use crate::mesh::id::{FacetId, NodeId};
 use crate::space::Space;
@@ -11,10 +11,6 @@ use std::collections::{HashMap, HashSet};
 /// If the normals of rollers on neighbouring facets differ by at most this, they fix a node along their mean; if they
 /// differ by more, they clamp it.
 const SMOOTH: f64 = 30.0;
-
-/// A roller has one direction on a part of a side whose nodes are within this fraction of its size of a line or plane: coordinates
-/// in a file have few digits.
-const FLAT: f64 = 1e-5;
 
 /// Cosine of the turn, 1 degree, from which two parts of a roller are told apart.
 const TURN: f64 = 0.99985;
@@ -30,7 +26,7 @@ pub(super) fn flattened<S: Space>(mesh: &Mesh<S>, facets: &[FacetId]) -> HashMap
             S::axes(|k| mesh.points()[nodes[k]])
         };
         let corners: Vec<_> = part.iter().map(corners).collect();
-        if let Some(normal) = S::flat_normal(&corners, FLAT) {
+        if let Some(normal) = S::flat_normal(&corners, FLAT_SIDE) {
             found.extend(part.into_iter().map(|facet| (facet, normal)));
         }
     }

@@ -34,7 +34,7 @@ fn blocks_of_any_ratio_match() {
         let lower = body([0.0, 0.0], [2.0, 1.0], [n, (n / 2).min(20)]);
         let common = common_refinement([upper, lower], ["bottom", "top"]).unwrap();
         let interface = pair(&common.bodies);
-        assert!((interface.length() - 2.0).abs() < 1e-14);
+        assert!((interface.measure() - 2.0).abs() < 1e-14);
         let changes = common.changes.unwrap();
         for body in &common.bodies {
             assert!((area(body) - 2.0).abs() < 1e-12);
@@ -84,7 +84,7 @@ fn only_the_common_stretch_is_in_contact() {
     let changes = common.changes.unwrap();
     assert!((changes.free[0] - 0.55).abs() < 1e-14 && (changes.free[1] - 1.55).abs() < 1e-14, "{changes:?}");
     let interface = pair(&common.bodies);
-    assert!((interface.length() - 1.45).abs() < 1e-14);
+    assert!((interface.measure() - 1.45).abs() < 1e-14);
     for (b, area_before) in [(0, 2.0), (1, 3.0)] {
         assert!((area(&common.bodies[b]) - area_before).abs() < 1e-13);
         let end = |k: usize| common.bodies[b].mesh().points()[interface.pairs()[k].nodes[b]];
@@ -255,7 +255,7 @@ fn ends_that_nearly_coincide_are_moved_and_said() {
     assert!((changes.largest_move[1] - 1e-3).abs() < 1e-15, "{changes:?}");
     let interface = pair(&common.bodies);
     assert_eq!(interface.pairs().len(), 11);
-    assert!((interface.length() - 2.0).abs() < 1e-14);
+    assert!((interface.measure() - 2.0).abs() < 1e-14);
 }
 
 #[test]

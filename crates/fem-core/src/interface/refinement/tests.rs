@@ -46,18 +46,18 @@ fn an_edge_marked_in_one_body_is_halved_in_both() {
     let labels = labels(&coarse);
     for (body, edge) in [(0, 1), (1, 2)] {
         let mut marked = unmarked(&coarse);
-        marked[body][coarse.contacts[0].interface.facets()[edge].edges[body]] = true;
+        marked[body][coarse.contacts[0].interface.facets()[edge].facets[body]] = true;
         let predicted = coarse.close(&labels, &mut marked.clone());
         let finer = refine(&coarse, &labels, &marked);
         assert_eq!(predicted, [0, 1].map(|b| finer.problem.bodies[b].mesh().points().len()));
         let interface = &finer.problem.contacts[0].interface;
         assert_eq!((interface.pairs().len(), interface.facets().len()), (6, 5));
-        assert!((interface.length() - 2.0).abs() < 1e-15);
-        let new = &interface.pairs()[edge + 1];
+        assert!((interface.measure() - 2.0).abs() < 1e-15);
+        let (new, at) = (&interface.pairs()[edge + 1], interface.arc_lengths()[edge + 1]);
         assert_eq!(finer.pairs[0].parents[edge + 1], [edge as u32, edge as u32 + 1]);
-        assert_eq!(new.arc_length, 0.5 * edge as f64 + 0.25);
+        assert_eq!(at, 0.5 * edge as f64 + 0.25);
         // The gap is measured at the new node; it is not the mean of its neighbours.
-        assert_eq!(new.gap, new.arc_length * new.arc_length);
+        assert_eq!(new.gap, at * at);
         assert_eq!(new.normal, Vector::new(0.0, -1.0));
     }
 }
@@ -84,13 +84,15 @@ fn a_refined_interface_is_the_one_that_pairing_finds() {
         assert_eq!([0, 1].map(|s| interface.side(s)), [0, 1].map(|s| found.side(s)));
         for (a, b) in interface.pairs().iter().zip(found.pairs()) {
             assert_eq!((a.nodes, a.normal, a.gap), (b.nodes, b.normal, b.gap));
-            assert!((a.arc_length - b.arc_length).abs() < 1e-14);
-            assert!((a.tributary_length - b.tributary_length).abs() < 1e-15);
+            assert!((a.weight - b.weight).abs() < 1e-15);
+        }
+        for (a, b) in interface.arc_lengths().iter().zip(found.arc_lengths()) {
+            assert!((a - b).abs() < 1e-14);
         }
         let line: Vec<f64> =
-            coarse.contacts[0].interface.pairs().iter().map(|p| 3.0 * p.arc_length - 1.0).collect();
-        for (value, pair) in finer.pairs[0].prolong(&line).iter().zip(interface.pairs()) {
-            assert!((value - (3.0 * pair.arc_length - 1.0)).abs() < 1e-14);
+            coarse.contacts[0].interface.arc_lengths().iter().map(|s| 3.0 * s - 1.0).collect();
+        for (value, s) in finer.pairs[0].prolong(&line).iter().zip(interface.arc_lengths()) {
+            assert!((value - (3.0 * s - 1.0)).abs() < 1e-14);
         }
         // The roles stay.
         let turned = coarse.clone().with_roles(Roles::SECOND);

@@ -1,0 +1,270 @@
+//! Contact of solids of tetrahedra on flat matching surfaces.
+//!
+//! The figures are those of an independent code (Python, with another solver), which a second one reproduced.
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use fem_core::assembly::external_forces;
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::LinearElastic;
+use fem_core::mesh::generate::cuboid;
+use fem_core::norm::energy_norm_squared;
+use fem_core::prepared::PreparedProblem;
+use fem_core::space::Solid;
+use nalgebra::{Complex, Vector3};
+use nndd::stopping::EtaNndd;
+use nndd::{NewtonSettings, NnddSettings, NnddSolution, NnddStatus, solve};
+use std::sync::Arc;
+
+type Conditions = BoundaryConditions<Solid>;
+
+const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// Two blocks of which the upper one is pressed down on its left half and pulled up on its right half, with `n` cells per unit of length.
+fn half_open(n: usize) -> ContactProblem<Solid> {
+    let material = LinearElastic::isotropic_solid(1000.0, 0.3).unwrap();
+    let body = |z: f64, conditions: Conditions| {
+        let mesh = cuboid([0.0, 0.0, z], [2.0, 1.0, 1.0], [2 * n, n, n]).unwrap();
+        Body::new(mesh, material.clone(), &conditions.roller("front", 0.0)).unwrap()
+    };
+    let half = |x: [f64; 2]| FacetSelection::from("top").within([x, ALL, ALL]);
+    let pressed = Conditions::default()
+        .roller("left", 0.0)
+        .components(half([0.0, 1.0]), [None, None, Some((-0.02).into())])
+        .traction(half([1.0, 2.0]), [0.0.into(), 0.0.into(), 5.0.into()]);
+    let (upper, lower) = (body(1.0, pressed), body(0.0, Conditions::default().fix("bottom")));
+    let interface = ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching).unwrap();
+    ContactProblem::between([upper, lower], interface)
+}
+
+/// The numbers of a solution.
+struct Found {
+    /// `½ a(u, u) − f·u`, J.
+    energy: f64,
+    /// `a(u, u)` of each body, J.
+    bodies: Vec<f64>,
+    /// The sum of the contact forces, N.
+    force: f64,
+    /// Pairs of nodes with a force.
+    closed: usize,
+}
+
+fn found(prepared: &PreparedProblem<Solid>, solution: &NnddSolution) -> Found {
+    let fields = prepared.displacements(&solution.last.fields(&prepared.system()));
+    let bodies = &prepared.problem().bodies;
+    let energies: Vec<f64> =
+        bodies.iter().zip(&fields).map(|(body, u)| energy_norm_squared(body, u)).collect();
+    let work = |(body, u): (&Body<Solid>, &Vec<Vector3<f64>>)| -> f64 {
+        external_forces(body).iter().zip(u).map(|(f, u)| f.dot(u)).sum()
+    };
+    let work: f64 = bodies.iter().zip(&fields).map(work).sum();
+    let force = &solution.last.contact.normal_reaction;
+    Found {
+        energy: 0.5 * energies.iter().sum::<f64>() - work,
+        bodies: energies,
+        force: force.iter().sum(),
+        closed: force.iter().filter(|force| **force > 0.0).count(),
+    }
+}
+
+fn assert_near(found: f64, expected: f64, tolerance: f64) {
+    assert!((found / expected - 1.0).abs() < tolerance, "{found:.13} is not {expected}");
+}
+
+#[test]
+fn half_open_blocks_have_the_forces_of_another_code() {
+    let known =
+        [(2, 15, 12, 13.311_005_296_1, 0.193_219_090_71), (4, 45, 30, 11.792_162_388_6, 0.162_120_223_154)];
+    for (n, pairs, closed, force, energy) in known {
+        let prepared = PreparedProblem::new(half_open(n)).unwrap();
+        let start = vec![0.0; prepared.rows()];
+        let mut stop = EtaNndd::new(1e-12);
+        let solution = solve(&prepared.system(), start, NewtonSettings::default(), &mut stop).unwrap();
+        let found = found(&prepared, &solution);
+        assert_eq!((prepared.node_pairs(), found.closed), (pairs, closed));
+        assert_near(found.force, force, 1e-11);
+        assert_near(found.energy, energy, 1e-10);
+        if n == 2 {
+            assert_near(found.bodies[0], 0.224_504_065_268, 1e-11);
+            assert_near(found.bodies[1], 0.121_497_965_157, 1e-11);
+        }
+        // The opening is the gap less the difference of the fields.
+        let fields = prepared.displacements(&solution.last.fields(&prepared.system()));
+        let interface = &prepared.problem().contacts[0].interface;
+        for (pair, opening) in interface.pairs().iter().zip(&solution.last.opening) {
+            let [u, v] = [0, 1].map(|b: usize| fields[b][pair.nodes[b].index()]);
+            assert!((pair.gap - (u - v).dot(&pair.normal) - opening).abs() < 1e-15);
+        }
+    }
+}
+
+#[test]
+fn the_iteration_of_half_open_blocks_has_the_history_of_another_code() {
+    let mut settings = NnddSettings::paper(0.4);
+    settings.max_iterations = 100;
+    for (n, iterations) in [(2, 58), (4, 65)] {
+        let prepared = PreparedProblem::new(half_open(n)).unwrap();
+        let start = vec![0.0; prepared.rows()];
+        let mut stop = EtaNndd::new(1e-10);
+        let solution = solve(&prepared.system(), start, settings.clone(), &mut stop).unwrap();
+        assert_eq!(solution.status, NnddStatus::StoppedByCriterion);
+        let history: Vec<f64> = solution.history.iter().map(|row| row.eta_nndd).collect();
+        eprintln!("{n}: {} {:?}", history.len(), &history[..4]);
+        assert_eq!(history.len(), iterations);
+        if n == 4 {
+            for (found, known) in history.iter().zip([0.671308, 0.168909, 0.0828234, 0.0560132]) {
+                assert_near(*found, known, 1e-5);
+            }
+        }
+    }
+}
+
+/// Radius of the contact zone of [`Hertz`], and its largest pressure.
+const RADIUS: f64 = 0.6;
+const PEAK: f64 = 0.1;
+
+/// Hertz' field under a circle in the half-space `z > 0`, with a bending that leaves the circle flat.
+struct Hertz {
+    modulus: f64,
+    nu: f64,
+}
+
+/// The derivatives of the potential `φ` at a point: along the plane they are the coordinate times a factor.
+struct Potential {
+    z: f64,
+    zz: f64,
+    zzz: f64,
+    /// `φ_,α / x_α` and `φ_,zα / x_α`.
+    across: f64,
+    z_across: f64,
+}
+
+impl Hertz {
+    fn potential(x: Vector3<f64>) -> Potential {
+        let (a, z, squared) = (RADIUS, x[2], x[0] * x[0] + x[1] * x[1]);
+        let w = Complex::new(z, a);
+        let root = (w * w + squared).sqrt();
+        let log = (root + w).ln();
+        let kappa = PEAK / (4.0 * a);
+        let front = a * a + z * z - 0.5 * squared;
+        let ia = Complex::new(0.0, a);
+        let zz = -4.0 * kappa * (root - log * z).im;
+        let zzz = -4.0 * kappa * (ia / root - log).im;
+        let inner = w * (a * a) + (w - z).powu(3) / 3.0 - root * (a * a + z * z)
+            + (w * root - log * squared) * z
+            - root.powu(3) / 3.0
+            + root * squared;
+        Potential {
+            z: 2.0 * kappa * (log * front - root * (2.0 * z) + w * root * 0.5).im,
+            zz,
+            zzz,
+            across: if squared > 0.0 { 2.0 * kappa / squared * inner.im } else { -0.5 * zz },
+            z_across: 2.0
+                * kappa
+                * (Complex::from(front) / (root * (root + w)) - log - Complex::from(2.0 * z) / root
+                    + w / (root * 2.0))
+                    .im,
+        }
+    }
+
+    fn bending(&self) -> f64 {
+        -(1.0 + self.nu) * std::f64::consts::PI * PEAK / (2.0 * RADIUS)
+    }
+
+    fn displacement(&self, x: Vector3<f64>) -> Vector3<f64> {
+        let (nu, e, k, p) = (self.nu, self.modulus, self.bending(), Self::potential(x));
+        let twice = e / (1.0 + nu);
+        let across = (-(1.0 - 2.0 * nu) * p.across - x[2] * p.z_across) / twice + (1.0 - nu) * k * x[2] / e;
+        let squared = x[0] * x[0] + x[1] * x[1];
+        let constant = 2.0 * (1.0 - nu) / twice * std::f64::consts::PI * PEAK * RADIUS / 4.0;
+        let up = (2.0 * (1.0 - nu) * p.z - x[2] * p.zz) / twice
+            - (1.0 - nu) * k * squared / (2.0 * e)
+            - nu * k * x[2] * x[2] / e
+            - constant;
+        Vector3::new(x[0] * across, x[1] * across, up)
+    }
+
+    /// The traction on the side `x = 1`, or on `y = 1`.
+    fn traction(&self, side: usize, x: Vector3<f64>) -> Vector3<f64> {
+        let (nu, p) = (self.nu, Self::potential(x));
+        let squared = x[0] * x[0] + x[1] * x[1];
+        // The Laplacians of φ and φ_,z vanish.
+        let second = |i: usize, j: usize, factor: f64, along: f64| {
+            let diagonal = if i == j { factor } else { 0.0 };
+            diagonal + x[i] * x[j] * (-along - 2.0 * factor) / squared
+        };
+        let stress = |i: usize, j: usize| {
+            let common = if i == j { 2.0 * nu * p.zz + self.bending() * x[2] } else { 0.0 };
+            common - (1.0 - 2.0 * nu) * second(i, j, p.across, p.zz) - x[2] * second(i, j, p.z_across, p.zzz)
+        };
+        let shear = -x[2] * x[side] * Self::zz_across(x);
+        Vector3::new(stress(side, 0), stress(side, 1), shear)
+    }
+
+    /// `φ_,zzα / x_α`.
+    fn zz_across(x: Vector3<f64>) -> f64 {
+        let w = Complex::new(x[2], RADIUS);
+        let root = (w * w + x[0] * x[0] + x[1] * x[1]).sqrt();
+        let numerator = root + Complex::new(0.0, RADIUS);
+        -PEAK / RADIUS * (numerator / (root * (root + w))).im
+    }
+}
+
+/// A quarter of two blocks with the field of [`Hertz`] in the upper one and its image in the lower one.
+fn circle(n: usize) -> ContactProblem<Solid> {
+    let field = Arc::new(Hertz { modulus: 1.0, nu: 0.3 });
+    let material = LinearElastic::isotropic_solid(field.modulus, field.nu).unwrap();
+    let body = |sign: f64, far: &str| {
+        let image = move |x: Vector3<f64>| Vector3::new(x[0], x[1], sign * x[2]);
+        let component = |value: fn(&Hertz, usize, Vector3<f64>) -> Vector3<f64>, side: usize| {
+            [0, 1, 2].map(|c: usize| {
+                let field = field.clone();
+                ScalarData::<Solid>::Function(Arc::new(move |x| image(value(&field, side, image(x)))[c]))
+            })
+        };
+        let conditions = Conditions::default()
+            .roller("left", 0.0)
+            .roller("front", 0.0)
+            .components(far, component(|field, _, x| field.displacement(x), 0).map(Some))
+            .traction("right", component(Hertz::traction, 0))
+            .traction("back", component(Hertz::traction, 1));
+        let mesh = cuboid([0.0, 0.0, 0.5 * (sign - 1.0)], [1.0; 3], [n; 3]).unwrap();
+        Body::new(mesh, material.clone(), &conditions).unwrap()
+    };
+    let (upper, lower) = (body(1.0, "top"), body(-1.0, "bottom"));
+    let interface = ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching).unwrap();
+    ContactProblem::between([upper, lower], interface)
+}
+
+#[test]
+fn a_circular_contact_zone_has_the_force_of_another_code() {
+    // Derivatives of the field: the traction on x = 1 is the one of Hooke's law.
+    let field = Hertz { modulus: 1.0, nu: 0.3 };
+    let (x, step) = (Vector3::new(1.0, 0.3, 0.4), 1e-5);
+    let along = |k: usize| {
+        let d = Vector3::ith(k, step);
+        (field.displacement(x + d) - field.displacement(x - d)) / (2.0 * step)
+    };
+    let gradient = [0, 1, 2].map(along);
+    let divergence: f64 = (0..3).map(|k| gradient[k][k]).sum();
+    let shear = field.modulus / (2.0 * (1.0 + field.nu));
+    let lambda = 2.0 * shear * field.nu / (1.0 - 2.0 * field.nu);
+    let hooke = Vector3::from_fn(|k, _| {
+        let volume = if k == 0 { lambda * divergence } else { 0.0 };
+        volume + shear * (gradient[0][k] + gradient[k][0])
+    });
+    assert!((field.traction(0, x) - hooke).norm() < 1e-9, "{hooke} {}", field.traction(0, x));
+    for (n, closed, force) in [(3, 4, 0.021_362_717_833_6), (6, 15, 0.019_576_732_261_9)] {
+        let prepared = PreparedProblem::new(circle(n)).unwrap();
+        let start = vec![0.0; prepared.rows()];
+        let solution =
+            solve(&prepared.system(), start, NewtonSettings::default(), &mut EtaNndd::new(1e-12)).unwrap();
+        let found = found(&prepared, &solution);
+        assert_eq!((prepared.node_pairs(), found.closed), ((n + 1) * (n + 1), closed));
+        eprintln!("{n}: {:.13} {force}", found.force);
+        // The loads are integrated by another rule.
+        assert_near(found.force, force, 1e-6);
+    }
+}
