@@ -33,7 +33,7 @@
 //!   taken ([`QpCounts`]), and its accuracy ([`KktResiduals`]); [`kkt_residuals`] measures any other point;
 //! - [`QpError`] says why a programme is invalid;
 //! - [`RowSelection`] and [`IndependentRows`] choose among rows that depend on each other; [`nearest_balanced`], [`unbalanced_load`],
-//!   both for several questions by [`BalanceRows`], and   [`nonnegative_least_squares`] answer related questions about rows and bounds.
+//!   both for several questions by [`BalanceRows`], and [`nonnegative_least_squares`] answer related questions about rows and bounds.
 //!
 //! `examples/` solves an obstacle problem whose contact zone is known, and a regression with bounds.
 //!

@@ -117,14 +117,10 @@ impl EquilibratedStress<Solid> {
         let known = cell::moments_of(&corners, &particular);
         moments.iter_mut().flatten().zip(known.iter().flatten()).for_each(|(moment, known)| *moment -= known);
         let mut stress = CellMap::new(corners).stress(&moments);
-        let sum = |list: [SymTensor3; 2]| {
-            let [a, b]: [[f64; 6]; 2] = list.map(Into::into);
-            SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| a[k] + b[k]))
-        };
         // It vanishes at the barycentre.
         for (part, corners) in stress.iter_mut().zip((0..4).map(Solid::facet)) {
             for (at, corner) in part.iter_mut().zip(corners) {
-                *at = sum([*at, particular[corner]]);
+                *at = at.plus(particular[corner]);
             }
         }
         stress

@@ -378,7 +378,7 @@ impl<S: Space> PreparedProblem<S> {
         self.rigid_motions().iter().map(in_unknowns).collect()
     }
 
-    /// Returns the rigid motions of the bodies that their supports hold in their interface unknowns: where a component is imposed it is left out.
+    /// Returns the rigid motions of the bodies that their supports hold in their interface unknowns, without the imposed ones.
     fn held_motions(&self) -> Vec<Vec<Vec<f64>>> {
         let of_body = |(b, body): (usize, &CondensedBody<S>)| {
             let free = self.rigid_motions().iter().filter(|of| of.partner == Partner::Body(b)).count();

@@ -41,6 +41,8 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
+    /// Computes forces and openings in all rows, and finds those with a wrong sign.
+    ///
     /// * `free`: see [`Balance::left_by`].
     pub(crate) fn new(
         broken: &Broken<'_>,

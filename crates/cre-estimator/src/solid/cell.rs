@@ -271,13 +271,9 @@ pub(crate) fn distance_squared(
     volume: f64,
     compliance: impl Fn(SymTensor3) -> SymTensor3,
 ) -> f64 {
-    let constant: [f64; 6] = constant.into();
     let mut sum = 0.0;
     for part in stress {
-        let differences = part.map(|at| {
-            let at: [f64; 6] = at.into();
-            SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| at[k] - constant[k]))
-        });
+        let differences = part.map(|at| at.minus(constant));
         let strains = differences.map(&compliance);
         for (v, w) in (0..4).flat_map(|v| (0..4).map(move |w| (v, w))) {
             sum += weight(v, w) * Solid::contracted(differences[v], strains[w]);

@@ -351,15 +351,9 @@ fn residual(body: &Body<Solid>, stress: &EquilibratedStress<Solid>) -> AtomicSlo
 
 /// The derivatives of `½ ‖τ − σ̂‖²` in a cell by its moments.
 fn gradient(body: &Body<Solid>, stress: &EquilibratedStress<Solid>, cell: usize) -> CellMoments {
-    let at = stress.cell(body, cell);
-    let constant: [f64; 6] = stress.finite_element[cell].into();
-    CellMap::new(body.mesh().corners(cell)).work(&at.map(|part| {
-        part.map(|at| {
-            let at: [f64; 6] = at.into();
-            body.material(cell)
-                .strain(SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| at[k] - constant[k])))
-        })
-    }))
+    let (at, constant) = (stress.cell(body, cell), stress.finite_element[cell]);
+    let strains = at.map(|part| part.map(|at| body.material(cell).strain(at.minus(constant))));
+    CellMap::new(body.mesh().corners(cell)).work(&strains)
 }
 
 #[cfg(test)]
