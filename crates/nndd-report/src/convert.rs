@@ -61,10 +61,7 @@ pub fn coulomb(case: &Case) -> CoulombSettings {
 
 /// Tells whether settings of the paper's iteration, or a number of iterations, choose it.
 fn asks_for_iteration(case: &Case) -> bool {
-    let solver = &case.solver;
-    let chosen = |key: &str| ["theta", "weights", "acceleration"].contains(&key);
-    case.given_iteration_settings().into_iter().any(chosen)
-        || solver.stop.criterion == case::Criterion::Iterations
+    !case.given_update_settings().is_empty() || case.solver.stop.criterion == case::Criterion::Iterations
 }
 
 /// Tells whether a case is solved exactly, without an iteration.
