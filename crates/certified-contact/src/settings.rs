@@ -95,12 +95,14 @@ impl Settings {
 /// inside. Measured on stacks and walls of 3 to 288 bodies: at 38 rows it takes a third of the time, at 60 as long or less, at 162 twice as long.
 const FEW_ROWS: usize = 100;
 
-/// Tells whether a problem is left to the exact solution unless a method is named: one with friction, and an assembly whose bodies have few
-/// rows each, unless it is the paper's problem.
+/// Tells whether a problem is left to the exact solution unless a method is named: one with friction, one with obstacles, and an assembly whose
+/// bodies have few rows each, unless it is the paper's problem.
 pub fn prefers_exact(problem: &ContactProblem) -> bool {
     // Most rows are those of two bodies.
     let few = 2 * problem.node_pairs() <= FEW_ROWS * problem.bodies.len();
-    problem.has_friction() || few && !suits_iteration(problem)
+    // Newton's method stalls on a beam above 64 circles.
+    let on_obstacles = !problem.obstacles.is_empty();
+    problem.has_friction() || (few || on_obstacles) && !suits_iteration(problem)
 }
 
 /// Tells whether a problem is the paper's: one pair without friction, of two bodies that their supports hold, apart from its nodes along the
