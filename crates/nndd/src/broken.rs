@@ -6,7 +6,7 @@ use crate::error::NnddError;
 use crate::vector::dot;
 use contact_qp::IndependentRows;
 use fem_core::condensation::InterfaceOperator;
-use fem_core::contact_system::{ContactRow, ContactSystem, Partner};
+use fem_core::contact_system::{ContactRow, ContactSystem, Partner, RowMotion};
 use fem_core::each_body;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -178,6 +178,20 @@ impl<'a> Broken<'a> {
                 let place = self.obstacles.iter().position(|of| *of == number);
                 place.into_iter().for_each(|place| x[first + place] += amount);
             }
+        }
+    }
+
+    /// Takes the part along all free motions of a body out of forces on its unknowns, so that the rest balances it.
+    pub(crate) fn without_motions(&self, body: usize, forces: &mut [f64]) {
+        let own = &mut forces[self.of_body(body)];
+        let of_body = |of: &RowMotion| of.partner == Partner::Body(body);
+        let motions = self.system.rows.motions.iter().zip(&self.system.free).filter(|(of, _)| of_body(of));
+        let columns: Vec<f64> = motions.flat_map(|(_, column)| column.iter().copied()).collect();
+        let count = columns.len() / own.len().max(1);
+        let basis = IndependentRows::new(&columns, &vec![0.0; count]).rows;
+        for motion in basis.chunks_exact(own.len().max(1)) {
+            let part = dot(motion, own);
+            own.iter_mut().zip(motion).for_each(|(force, moved)| *force -= part * moved);
         }
     }
 
