@@ -290,9 +290,9 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
         let roles = if is_stiffer { Roles::SECOND } else { Roles::FIRST };
         return (vec![roles], RoleReason::Stiffer { compliance });
     }
-    // Only the iteration depends on it.
+    // Only the paper's iteration depends on it.
     let stiffer = match settings.method {
-        Method::Nndd(_) | Method::NewtonNn(_) => nndd::stiffer_roles(&problem.system()),
+        Method::Nndd(_) => nndd::stiffer_roles(&problem.system()),
         _ => vec![Roles::FIRST; contacts.len()],
     };
     let chosen = contacts.iter().zip(stiffer).enumerate().map(|(k, (pair, stiffer))| match of_pair(k) {

@@ -100,7 +100,6 @@ fn qp(solver: &case::Solver) -> QpMethod {
 /// The settings of the iteration.
 fn iteration(solver: &case::Solver) -> NnddSettings {
     let mut nndd = NnddSettings::default();
-    nndd.newton = None;
     nndd.theta = match solver.theta {
         case::Theta::Auto => None,
         case::Theta::Value(theta) => Some(theta),
@@ -111,8 +110,8 @@ fn iteration(solver: &case::Solver) -> NnddSettings {
     };
     nndd.acceleration = match solver.acceleration {
         case::Acceleration::None => Acceleration::None,
-        case::Acceleration::Aitken => Acceleration::Aitken,
-        case::Acceleration::Anderson => Acceleration::Anderson,
+        // The word of old cases, with a note.
+        case::Acceleration::Aitken | case::Acceleration::Anderson => Acceleration::Anderson,
     };
     nndd.coarse = solver.coarse;
     nndd.max_iterations = solver.max_iterations;

@@ -139,7 +139,6 @@ impl Run<'_> {
         lambda: &[f64],
     ) -> Result<Option<NnddSolution>, NnddError> {
         let settings = NnddSettings {
-            newton: None,
             theta: Some(FALLBACK),
             acceleration: Acceleration::None,
             max_iterations: self.settings.max_iterations.min(FIRST_STEPS),
@@ -169,7 +168,7 @@ impl Run<'_> {
 
     fn ended(self, status: NnddStatus, last: Iterate) -> NnddSolution {
         let Self { history, clarabel_calls, .. } = self;
-        NnddSolution { status, switch: None, history, last, theta: 0.0, spectrum: None, clarabel_calls }
+        NnddSolution { status, history, last, theta: 0.0, spectrum: None, clarabel_calls }
     }
 
     /// Returns the set of the exact solution: active sets, Clarabel and single pivots find it.
