@@ -57,7 +57,7 @@ pub(crate) fn solve_step(
     observer: &mut dyn Observer,
 ) -> Result<(CertifiedSolution, Vec<CondensedBody>), SolveError> {
     let mut problem = prepare(problem, previous.bodies, observer)?;
-    let settings = &settings.for_problem(&problem);
+    let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
     let (roles, reason) = choose_roles(&problem, settings);
     for (pair, roles) in roles.into_iter().enumerate() {
         problem.set_roles(pair, roles);
@@ -92,7 +92,7 @@ pub(crate) fn solve_again(
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
     let problem = prepare(problem, Vec::new(), observer)?;
-    let settings = &settings.for_problem(&problem);
+    let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
     Ok(iterate(problem, reason, start, settings, observer)?.0)
 }
 

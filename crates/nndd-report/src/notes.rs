@@ -38,8 +38,10 @@ pub fn of_case(case: &Case, built: &[String]) -> Vec<String> {
 pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
     let mut notes = case.data_notes(problem);
     let unused = case.given_iteration_settings();
-    if case.solver.method == Method::Auto && convert::is_exact(case, problem) && !unused.is_empty() {
-        let [what, advice] = match case.coulomb_pair() {
+    let coulomb = case.coulomb_pair();
+    let ignores = coulomb.is_some() || convert::is_exact(case, problem);
+    if case.solver.method == Method::Auto && ignores && !unused.is_empty() {
+        let [what, advice] = match coulomb {
             None => [
                 "the exact solution of an assembly uses only `max_iterations` and `qp`",
                 "; method = \"nndd\" asks for the iteration",
