@@ -106,7 +106,7 @@ pub(crate) fn solve(
             // Step 2 (10), (11), and the update of λ: until η has fallen to a tenth; on the right set one at a time.
             let goal = if inner.count == 0 { INEXACT * INEXACT * inner.squared } else { inner.squared };
             // The first iterate of a run is the one that all others are measured against.
-            while !is_first && gains && inner.squared >= goal {
+            while !is_first && gains && inner.squared >= goal && !run.stop.is_interrupted() {
                 gains = inner.squared > floor && linear.update(&mut inner);
             }
             // Forces, openings, wrong signs; P̃ and η_c in the place of η_NNDD (22).

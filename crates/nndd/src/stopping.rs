@@ -26,6 +26,11 @@ pub trait StoppingCriterion {
     fn can_stop(&self) -> bool {
         true
     }
+
+    /// Tells, after each inner iteration of [`crate::Method::NewtonNn`], whether the caller wants to end it: the iterate then is the last.
+    fn is_interrupted(&mut self) -> bool {
+        false
+    }
 }
 
 /// Stops when the paper's precision `ε_t` is at most the tolerance. It does not bound the error: prefer [`EtaNndd`].
