@@ -169,6 +169,23 @@ fn a_known_set_takes_one_step() {
     assert_eq!(solution.last.step[0], 1);
 }
 
+/// Sets that come back for ever if all wrong rows change sides: Clarabel and active sets find the right one, which Newton's method completes.
+#[test]
+fn sets_that_come_back_are_taken_from_the_exact_solution() {
+    for number in [165, 555, 615] {
+        let (kind, text) = random_assemblies::case(number);
+        let problem = Case::parse(&text, "assembly.toml", &[]).unwrap().build().unwrap().0;
+        let prepared = prepared(&problem);
+        let (solution, all) = solved(&prepared, None);
+        check(&prepared, kind, &solution, &all);
+        assert!(
+            solution.clarabel_calls > 0 && solution.last.step[0] <= 20,
+            "{number}: {:?}",
+            solution.history
+        );
+    }
+}
+
 /// Random assemblies, floating and tipping bodies, cycles and walls among them: no state has a bound below its distance from the discrete
 /// solution, and the end is convergence or round-off.
 #[test]

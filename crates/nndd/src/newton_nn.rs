@@ -14,12 +14,12 @@ use crate::iterate::{Iterate, IterationRow};
 use crate::iteration::{Start, verdict};
 use crate::newton_state::Contact;
 use crate::paper::{FALLBACK, iteration};
+use crate::set_search::{SetSearch, Turn};
 use crate::settings::{Acceleration, NewtonSettings, NnddSettings};
 use crate::skeleton::Skeleton;
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::stopping::StoppingCriterion;
 use fem_core::contact_system::ContactSystem;
-use std::collections::HashSet;
 
 /// Neumann-Neumann steps that begin.
 const FIRST_STEPS: usize = 2;
@@ -27,11 +27,11 @@ const FIRST_STEPS: usize = 2;
 /// The linear problem of a set that may be wrong is solved to this fraction of its first η.
 const INEXACT: f64 = 0.1;
 
+/// So it is near the set of the exact solution, in which no row may look wrong that is right.
+const ACCURATE: f64 = 1e-6;
+
 /// η below this fraction of the energy norm is rounding.
 const FLOOR: f64 = 1e-14;
-
-/// Newton steps after which the set is taken from the exact solution; so it is if a set comes back.
-const MOST_STEPS: usize = 20;
 
 /// A row that closes at less than this fraction of the fastest one does not.
 const NO_RATE: f64 = 1e-9;
@@ -87,13 +87,13 @@ pub(crate) fn solve(
             }
         },
     };
-    let (mut seen, mut step, mut settled) = (HashSet::new(), 0, false);
+    let (mut search, mut step, mut settled) = (SetSearch::default(), 0, false);
     let mut openings = broken.openings(&x);
     loop {
         step += 1;
         // A set that holds no more is repaired: the rows close that are nearest along the free motion.
         hold(&mut nearest, &mut closed, &openings)?;
-        seen.insert(closed.clone());
+        search.see(&closed);
         // Clusters of unknowns, the weights D, and the coarse space of all motions.
         let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings));
         // Step 1: λ imposed on both sides of closed rows (8), all bodies in balance.
@@ -104,7 +104,8 @@ pub(crate) fn solve(
         loop {
             let is_first = run.history.is_empty();
             // Step 2 (10), (11), and the update of λ: until η has fallen to a tenth; on the right set one at a time.
-            let goal = if inner.count == 0 { INEXACT * INEXACT * inner.squared } else { inner.squared };
+            let part = if search.knows { ACCURATE } else { INEXACT };
+            let goal = if inner.count == 0 { part * part * inner.squared } else { inner.squared };
             // The first iterate of a run is the one that all others are measured against.
             while !is_first && gains && inner.squared >= goal {
                 gains = inner.squared > floor && linear.update(&mut inner);
@@ -112,6 +113,7 @@ pub(crate) fn solve(
             // Forces, openings, wrong signs; P̃ and η_c in the place of η_NNDD (22).
             let contact = Contact::new(&broken, &linear, &inner, (&balance, &free));
             let is_right = contact.wrong.is_empty() || settled;
+            let wrong = contact.wrong.clone();
             (closed, openings, x) = (contact.next(), contact.openings.clone(), contact.x.clone());
             let number = (run.history.len() + 1, step);
             let last = contact.iterate(&broken, (&balance, &mut nearest), &inner, number)?;
@@ -120,13 +122,17 @@ pub(crate) fn solve(
                 return Ok(run.ended(status, last));
             }
             if !is_right && !is_first {
+                // All wrong rows change sides, unless that leads nowhere.
+                match search.turn(&wrong, &closed) {
+                    Turn::All => {}
+                    Turn::Exact => closed = run.exact_set(system)?,
+                    Turn::One(row) => {
+                        wrong.iter().filter(|k| **k != row).for_each(|k| closed[*k] = !closed[*k]);
+                    }
+                    Turn::GiveUp => settled = true,
+                }
                 break;
             }
-        }
-        // A set that comes back, or none that is right: the one of the exact solution is.
-        if seen.contains(&closed) || step >= MOST_STEPS {
-            closed = run.exact_set(system)?;
-            settled = true;
         }
     }
 }
@@ -176,8 +182,7 @@ impl Run<'_> {
     fn exact_set(&mut self, system: &ContactSystem<'_>) -> Result<Vec<bool>, NnddError> {
         let exact = solve_exactly(system, &self.settings.qp)?;
         self.clarabel_calls += exact.clarabel_calls;
-        let openings = exact.opening.concat();
-        Ok(exact.contact_force.concat().iter().zip(openings).map(|(p, o)| *p > 0.0 || o == 0.0).collect())
+        Ok(exact.contact_force.concat().iter().map(|p| *p > 0.0).collect())
     }
 }
 
