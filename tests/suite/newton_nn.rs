@@ -169,6 +169,40 @@ fn a_known_set_takes_one_step() {
     assert_eq!(solution.last.step[0], 1);
 }
 
+/// Bodies that touch without a load, or that supports move apart: forces are zero, and not what rounding leaves of a start that presses.
+#[test]
+fn forces_are_zero_if_nothing_presses() {
+    let text = |rise: f64| {
+        let body = |name: &str, y: f64, side: &str, uy: f64| {
+            format!(
+                "[[body]]\nname = \"{name}\"\nmaterial = \"m\"\n\
+                 generator = {{ kind = \"block\", origin = [0.0, {y:?}], size = [2.0, 1.0], cells = [8, 4] }}\n\
+                 [[body.displacement]]\non = \"{side}\"\nux = 0.0\nuy = {uy:?}\n"
+            )
+        };
+        let contact =
+            "[[contact]]\nbodies = [\"upper\", \"lower\"]\nsurfaces = [\"bottom\", \"top\"]\ngap = 0.0\n";
+        let head = "schema = 1\n[materials.m]\nyoung = 1000.0\npoisson = 0.3\n";
+        [head, &body("upper", 1.0, "top", rise), &body("lower", 0.0, "bottom", 0.0), contact].concat()
+    };
+    for rise in [0.0, 1e-3] {
+        let case = Case::parse(&text(rise), "apart.toml", &[]).unwrap();
+        let prepared = prepared(&case.build().unwrap().0);
+        for active in [None, Some(ActiveSet::new(vec![true; prepared.node_pairs()]))] {
+            let start = Start { lambda: vec![3e-4; prepared.node_pairs()], active };
+            let method = Method::NewtonNn(NewtonSettings::default());
+            let found = solve_from(&prepared.system(), start, &method, &mut EtaNndd::new(1e-10)).unwrap();
+            assert_eq!((found.status, found.history.len()), (NnddStatus::StoppedByCriterion, 1), "{rise}");
+            let Iterate { reaction, contact, eta_nndd, .. } = found.last;
+            assert!(
+                reaction.iter().chain(&contact.normal_reaction).all(|p| *p == 0.0),
+                "{rise}: {reaction:?}"
+            );
+            assert_eq!(eta_nndd, 0.0);
+        }
+    }
+}
+
 /// Sets that come back for ever if all wrong rows change sides: Clarabel and active sets find the right one, which Newton's method completes.
 #[test]
 fn sets_that_come_back_are_taken_from_the_exact_solution() {

@@ -63,29 +63,9 @@ pub(crate) fn solve(
     let broken = Broken::new(system, &balance.independent.rows)?;
     let mut nearest = NearestForces::new(&balance);
     let mut run = Run { settings, stop, history: Vec::new(), clarabel_calls: 0 };
-    // The first set: of a coarser mesh, else of two steps of the paper's iteration, else all rows.
-    let (mut closed, mut x) = match start {
-        Start { lambda, active: Some(active) } => (
-            active.as_slice().to_vec(),
-            traces_of(&broken, |row| [lambda[row], system.rows.rows[row].gap - lambda[row]]),
-        ),
-        // Bodies that contact alone holds begin with all rows: their programmes cost more than the Newton steps that they save.
-        Start { active: None, .. } if system.rows.motions.iter().any(|of| !of.traces.is_empty()) => {
-            (vec![true; system.rows.len()], vec![0.0; broken.len()])
-        }
-        Start { lambda, active: None } => match run.first_steps((system, &balance), &lambda)? {
-            None => (vec![true; system.rows.len()], vec![0.0; broken.len()]),
-            Some(ended)
-                if ended.status != NnddStatus::MaxIterations || settings.max_iterations <= FIRST_STEPS =>
-            {
-                return Ok(ended);
-            }
-            Some(NnddSolution { last, .. }) => {
-                let [first, second] = last.traces();
-                let traces = traces_of(&broken, |row| [first[row], 0.0 - second[row]]);
-                (last.contact.active.as_slice().to_vec(), traces)
-            }
-        },
+    let (mut closed, mut x) = match run.first_set((system, &balance, &broken), &mut nearest, start)? {
+        First::Set(closed, x) => (closed, x),
+        First::Ended(ended) => return Ok(*ended),
     };
     let (mut search, mut step, mut settled) = (SetSearch::default(), 0, false);
     let mut openings = broken.openings(&x);
@@ -100,6 +80,9 @@ pub(crate) fn solve(
         let mut inner = linear.step_1(&x);
         let free = balance.left_by(&linear.skeleton.held(closed.len()))?;
         let floor = FLOOR * FLOOR * inner.energy(&linear);
+        if inner.squared <= floor {
+            inner.squared = 0.0;
+        }
         let mut gains = true;
         loop {
             let is_first = run.history.is_empty();
@@ -137,7 +120,54 @@ pub(crate) fn solve(
     }
 }
 
+/// How a run begins.
+enum First {
+    /// With a set of closed rows, and traces.
+    Set(Vec<bool>, Vec<f64>),
+    /// It ends in the first steps.
+    Ended(Box<NnddSolution>),
+}
+
 impl Run<'_> {
+    /// Finds the first set: none if nothing presses, else the one of a coarser mesh, of two steps of the paper's iteration, or all rows.
+    fn first_set(
+        &mut self,
+        (system, balance, broken): (&ContactSystem<'_>, &Balance<'_>, &Broken<'_>),
+        nearest: &mut NearestForces,
+        Start { lambda, active }: Start,
+    ) -> Result<First, NnddError> {
+        let rows = system.rows.len();
+        // No forces are needed, and none appear: they are zero, and not what rounding leaves of those before.
+        let x = broken.flexibility(&broken.load);
+        let apart = vec![false; rows];
+        if nearest.left_by(&apart)?.is_none() && broken.openings(&x).iter().all(|o| *o >= 0.0) {
+            return Ok(First::Set(apart, x));
+        }
+        if let Some(active) = active {
+            let traces = |row: usize| [lambda[row], system.rows.rows[row].gap - lambda[row]];
+            return Ok(First::Set(active.as_slice().to_vec(), traces_of(broken, traces)));
+        }
+        // Bodies that contact alone holds begin with all rows: their programmes cost more than the Newton steps that they save.
+        let full = || First::Set(vec![true; rows], vec![0.0; broken.len()]);
+        if system.rows.motions.iter().any(|of| !of.traces.is_empty()) {
+            return Ok(full());
+        }
+        Ok(match self.first_steps((system, balance), &lambda)? {
+            None => full(),
+            Some(ended)
+                if ended.status != NnddStatus::MaxIterations
+                    || self.settings.max_iterations <= FIRST_STEPS =>
+            {
+                First::Ended(Box::new(ended))
+            }
+            Some(NnddSolution { last, .. }) => {
+                let [first, second] = last.traces();
+                let traces = traces_of(broken, |row| [first[row], 0.0 - second[row]]);
+                First::Set(last.contact.active.as_slice().to_vec(), traces)
+            }
+        })
+    }
+
     /// Takes two steps of the paper's iteration; `None` if rows depend on each other, which it does not allow.
     fn first_steps(
         &mut self,
