@@ -117,9 +117,10 @@ fn the_counts_are_those_of_an_independent_code() {
     }
 }
 
-/// Rollers that contact alone holds, along vertical normals and along their own, have the forces of the exact solution after few steps.
+/// Rollers that contact alone holds, along vertical normals and along their own, have the forces of the exact solution. Sets shrink from half the
+/// rim to a node or two, in 1 to 13 steps of few inner iterations.
 #[test]
-fn rollers_between_plates_take_few_steps() {
+fn rollers_between_plates_have_the_forces_of_the_exact_solution() {
     let mut run = 0;
     for (number, vertical) in (0..8).flat_map(|number| [(number, true), (number, false)]) {
         let problem = Roller::new(number, vertical).unwrap().problem().unwrap();
@@ -132,10 +133,10 @@ fn rollers_between_plates_take_few_steps() {
         check(&prepared, &name, &solution, &all);
         let found = counts(&solution);
         println!("{name}: {found:?} inner iterations and steps");
-        assert!(found[0] <= 16 && found[1] <= 6, "{name}: {found:?}");
+        assert!(found[0] <= 25 && found[1] <= 13 && solution.clarabel_calls == 0, "{name}: {found:?}");
         run += 1;
     }
-    assert!(run >= 8, "{run}");
+    assert_eq!(run, 16);
 }
 
 #[test]
