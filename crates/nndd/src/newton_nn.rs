@@ -75,7 +75,7 @@ pub(crate) fn solve(
         hold(&mut nearest, &mut closed, &openings)?;
         search.see(&closed);
         // Clusters of unknowns, the weights D, and the coarse space of all motions.
-        let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings));
+        let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings))?;
         // Step 1: λ imposed on both sides of closed rows (8), all bodies in balance.
         let mut inner = linear.step_1(&x);
         let free = balance.left_by(&linear.skeleton.held(closed.len()))?;
