@@ -12,7 +12,6 @@ fn count(blocks: &Blocks, imposed: Imposed, swap: bool) -> Result<String, Box<dy
     settings.criterion = Criterion::EtaNndd { tolerance: 1e-10 };
     let mut nndd = NnddSettings::default();
     nndd.max_iterations = 100;
-    nndd.newton = None;
     settings.method = nndd.into();
     let problem = blocks.problem()?;
     let problem = if swap { tests::run::exchanged(problem) } else { problem };

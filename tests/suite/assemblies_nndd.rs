@@ -134,7 +134,7 @@ fn an_odd_cycle_converges_in_every_orientation() {
 }
 
 #[test]
-fn the_exact_solution_takes_over_if_the_softer_body_carries() {
+fn with_the_softer_body_as_carrier_fifty_iterations_are_too_few() {
     let loads = (BoundaryConditions::new(), pressed());
     let problem = stack(&[1000.0, 10.0, 1000.0], [18, 9], &loads.0, &loads.1).unwrap();
     let mut prepared = carried_by_the_stiffer(&problem);
@@ -145,12 +145,7 @@ fn the_exact_solution_takes_over_if_the_softer_body_carries() {
     prepared.set_roles(1, Roles::SECOND);
     let lambda = vec![0.0; prepared.node_pairs()];
     let solution = nndd::solve(&prepared.system(), lambda, &settings, &mut EtaNndd::new(1e-6)).unwrap();
-    assert_eq!(solution.status, NnddStatus::StoppedByCriterion);
-    let switch = solution.switch.unwrap();
-    assert_eq!(switch.after, NnddStatus::MaxIterations);
-    assert_eq!((solution.history.len(), solution.last.iteration), (51, 51));
-    let exact = solve_exactly(&prepared.system(), &QpSettings::default()).unwrap();
-    assert_eq!(solution.last.fields(&prepared.system()), exact.fields);
+    assert_eq!((solution.status, solution.history.len()), (NnddStatus::MaxIterations, 50));
 }
 
 #[test]

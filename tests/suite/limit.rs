@@ -48,17 +48,14 @@ fn with(weights: Weights, acceleration: Acceleration, theta: Option<f64>) -> Nnd
 
 #[test]
 fn half_weights_reach_the_newton_solution() {
-    use Acceleration::{Aitken, Anderson, None};
+    use Acceleration::{Anderson, None};
     for (case, acceleration, theta) in [
         (EQUAL, None, Some(0.5)),
         (EQUAL, None, AUTO),
         (PAPER, None, Some(0.4)),
-        (PAPER, Aitken, AUTO),
         (PAPER, Anderson, AUTO),
         (STIFF, None, AUTO),
-        (STIFF, Aitken, AUTO),
         (STIFF, Anderson, AUTO),
-        (SOFT, Aitken, AUTO),
         (SOFT, Anderson, AUTO),
     ] {
         reaches_newton(&problem(case), &with(Weights::Half, acceleration, theta));
@@ -67,19 +64,15 @@ fn half_weights_reach_the_newton_solution() {
 
 #[test]
 fn stiffness_weights_reach_the_newton_solution() {
-    use Acceleration::{Aitken, Anderson, None};
+    use Acceleration::{Anderson, None};
     for (case, acceleration) in [
         (EQUAL, None),
         (PAPER, None),
-        (PAPER, Aitken),
         (PAPER, Anderson),
         (STIFF, None),
-        (STIFF, Aitken),
         (STIFF, Anderson),
-        (SOFT, Aitken),
         (SOFT, Anderson),
         (VERY_STIFF, None),
-        (VERY_STIFF, Aitken),
         (VERY_STIFF, Anderson),
     ] {
         reaches_newton(&problem(case), &with(Weights::Stiffness, acceleration, AUTO));

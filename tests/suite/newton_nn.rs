@@ -117,6 +117,42 @@ fn the_counts_are_those_of_an_independent_code() {
     }
 }
 
+/// Ends a run after some inner iterations, wherever they are.
+struct Ends {
+    left: usize,
+}
+
+impl StoppingCriterion for Ends {
+    fn check(&mut self, _: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
+        Ok(if self.left == 0 { Decision::Interrupt } else { Decision::Continue })
+    }
+
+    fn is_interrupted(&mut self) -> bool {
+        self.left = self.left.saturating_sub(1);
+        self.left == 0
+    }
+}
+
+#[test]
+fn a_run_that_ends_between_inner_iterations_has_a_bound() {
+    let prepared = prepared(&tower(9, [18, 9]).unwrap());
+    let u = prepared.displacements(&exact(&prepared).fields);
+    let method = Method::NewtonNn(NewtonSettings::default());
+    let mut inner = Vec::new();
+    for left in 1..6 {
+        let start = Start { lambda: vec![0.0; prepared.node_pairs()], active: None };
+        let found = solve_from(&prepared.system(), start, &method, &mut Ends { left }).unwrap();
+        assert_eq!(found.status, NnddStatus::Interrupted);
+        let v = prepared.displacements(&found.last.fields(&prepared.system()));
+        let [_, distance] = norm_and_distance(prepared.problem(), &u, &v);
+        assert!(found.last.eta_nndd >= distance && found.last.eta_nndd.is_finite(), "{left}");
+        inner.push(found.last.step);
+    }
+    // Without it a step ends where its bound has fallen to a tenth.
+    let (whole, _) = solved(&prepared, None);
+    assert!(inner.iter().any(|of| whole.history.iter().all(|row| row.step != *of)), "{inner:?}");
+}
+
 /// Rollers that contact alone holds, along vertical normals and along their own, have the forces of the exact solution. Sets shrink from half the
 /// rim to a node or two, in 1 to 13 steps of few inner iterations.
 #[test]

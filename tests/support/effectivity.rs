@@ -105,7 +105,7 @@ pub fn course(
     let prepared = prepare(&default.problem);
     let (_, mut all) = iterates(&prepared, &nndd::NnddSettings::default(), 1e-6)?;
     if all.iter().all(|i| i.iteration != stop) {
-        // The answer of Newton after a switch.
+        // The answer of the default method.
         all.push(default.last().clone());
     }
     let finer = match truth {

@@ -139,8 +139,7 @@ impl StoppingCriterion for Recorder {
     }
 }
 
-/// Iterates from λ = 0 until `η_NNDD ≤ tolerance · η_NNDD(1)`, and keeps every iteration. There is no switch to Newton:
-/// these are the answers of the iteration.
+/// Iterates from λ = 0 until `η_NNDD ≤ tolerance · η_NNDD(1)`, and keeps every iteration.
 ///
 /// # Errors
 /// Settings that make no sense.
@@ -151,9 +150,7 @@ pub fn iterates(
 ) -> Result<(NnddSolution, Vec<Iterate>), NnddError> {
     let mut recorder = Recorder { inner: EtaNndd::new(tolerance), iterates: Vec::new() };
     let lambda = vec![0.0; prepared.rows()];
-    let mut settings = settings.clone();
-    settings.newton = None;
-    let solution = nndd::solve(&prepared.system(), lambda, &settings, &mut recorder)?;
+    let solution = nndd::solve(&prepared.system(), lambda, settings, &mut recorder)?;
     Ok((solution, recorder.iterates))
 }
 

@@ -3,7 +3,6 @@
 use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;
 use fem_core::interface::ContactProblem;
-use fem_core::prepared::PreparedProblem;
 use nndd::{Method, NewtonSettings};
 
 /// Which body carries λ, the paper's Ω₁.
@@ -82,11 +81,11 @@ impl Settings {
         self
     }
 
-    /// Returns the settings with the algorithm that is used for a problem.
-    pub(crate) fn for_problem(&self, problem: &PreparedProblem) -> Self {
+    /// Returns the algorithm that is used for a problem.
+    pub fn method_for(&self, problem: &ContactProblem) -> Method {
         match &self.exact {
-            Some(exact) if prefers_exact(problem.problem()) => self.clone().with_method(exact.clone()),
-            _ => self.clone(),
+            Some(exact) if prefers_exact(problem) => exact.clone().into(),
+            _ => self.method.clone(),
         }
     }
 }

@@ -57,7 +57,7 @@ pub(crate) fn solve_step(
     observer: &mut dyn Observer,
 ) -> Result<(CertifiedSolution, Vec<CondensedBody>), SolveError> {
     let mut problem = prepare(problem, previous.bodies, observer)?;
-    let settings = &settings.for_problem(&problem);
+    let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
     let (roles, reason) = choose_roles(&problem, settings);
     for (pair, roles) in roles.into_iter().enumerate() {
         problem.set_roles(pair, roles);
@@ -92,7 +92,7 @@ pub(crate) fn solve_again(
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
     let problem = prepare(problem, Vec::new(), observer)?;
-    let settings = &settings.for_problem(&problem);
+    let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
     Ok(iterate(problem, reason, start, settings, observer)?.0)
 }
 
@@ -290,9 +290,9 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
         let roles = if is_stiffer { Roles::SECOND } else { Roles::FIRST };
         return (vec![roles], RoleReason::Stiffer { compliance });
     }
-    // Only the iteration depends on it.
+    // Only the paper's iteration depends on it.
     let stiffer = match settings.method {
-        Method::Nndd(_) | Method::NewtonNn(_) => nndd::stiffer_roles(&problem.system()),
+        Method::Nndd(_) => nndd::stiffer_roles(&problem.system()),
         _ => vec![Roles::FIRST; contacts.len()],
     };
     let chosen = contacts.iter().zip(stiffer).enumerate().map(|(k, (pair, stiffer))| match of_pair(k) {

@@ -183,6 +183,10 @@ impl StoppingCriterion for EstimatorStop<'_> {
     fn can_stop(&self) -> bool {
         self.settings.criterion != Criterion::Iterations
     }
+
+    fn is_interrupted(&mut self) -> bool {
+        self.observer.should_stop()
+    }
 }
 
 /// Returns an η_NNDD that is rounding of where the iteration started. Without loads η_NNDD, η_dis and the forces fall to zero

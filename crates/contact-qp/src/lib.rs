@@ -95,7 +95,7 @@ pub use residuals::{KktResiduals, kkt_residuals};
 pub use selection::{Combination, RowSelection};
 pub use settings::{QpMethod, QpSettings};
 pub use solution::{BoxSolution, QpCounts, QpPath, QpStatus};
-pub use sparse::SparseRows;
+pub use sparse::{SparseFactor, SparseRows};
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

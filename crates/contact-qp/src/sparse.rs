@@ -151,11 +151,34 @@ pub(crate) fn compressed(n: usize, mut entries: Vec<(usize, usize, f64)>) -> Csc
     CscMatrix::new(n, n, starts, rows, values)
 }
 
-/// `L D Lᵀ` of a sparse symmetric matrix, positive definite or quasi-definite, in an approximate minimum degree order.
-/// `None` of a matrix without rows, which the library does not take.
-pub(crate) struct SparseFactor(Option<QDLDLFactorisation>);
+/// `L D Lᵀ` of a sparse symmetric matrix, positive semi-definite or quasi-definite, in an approximate minimum degree order.
+pub struct SparseFactor(
+    /// `None` of a matrix without rows, which the library does not take.
+    Option<QDLDLFactorisation>,
+);
 
 impl SparseFactor {
+    /// Factorises a positive semi-definite matrix: unknowns whose pivots are at most `zero` depend on others and are left out, a solution has zeros
+    /// there.
+    ///
+    /// * `entries`: of the upper triangle with row and column, in any order; equal places are summed.
+    ///
+    /// # Errors
+    /// [`QpError::Library`].
+    pub fn semi_definite(n: usize, entries: Vec<(usize, usize, f64)>, zero: f64) -> Result<Self, QpError> {
+        Self::without_zeros(&compressed(n, entries), zero, None)
+    }
+
+    fn without_zeros(matrix: &CscMatrix<f64>, zero: f64, perm: Option<Vec<usize>>) -> Result<Self, QpError> {
+        let settings = QDLDLSettings {
+            regularize_eps: zero,
+            regularize_delta: f64::INFINITY,
+            perm,
+            ..QDLDLSettings::default()
+        };
+        Self::new(matrix, settings)
+    }
+
     /// Factorises; pivots must be positive in the first rows and negative in the last `negative` ones.
     ///
     /// # Errors
@@ -187,7 +210,7 @@ impl SparseFactor {
     }
 
     /// Overwrites a right-hand side with the solution.
-    pub(crate) fn solve(&self, rhs: &mut [f64]) {
+    pub fn solve(&self, rhs: &mut [f64]) {
         if let Self(Some(factor)) = self {
             solve_sparse(factor, rhs);
         }
@@ -266,13 +289,7 @@ impl Normal {
         zero: f64,
     ) -> Result<SparseFactor, QpError> {
         self.assemble(weights, added);
-        let settings = QDLDLSettings {
-            regularize_eps: zero,
-            regularize_delta: f64::INFINITY,
-            perm: self.order.clone(),
-            ..QDLDLSettings::default()
-        };
-        let factor = SparseFactor::new(&self.matrix, settings)?;
+        let factor = SparseFactor::without_zeros(&self.matrix, zero, self.order.clone())?;
         if self.order.is_none() {
             self.order = factor.0.as_ref().map(|factor| factor.perm.clone());
         }

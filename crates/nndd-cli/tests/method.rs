@@ -49,6 +49,22 @@ fn the_default_method_begins_with_the_papers_and_names_its_newton_steps() {
 }
 
 #[test]
+fn settings_of_the_papers_iteration_choose_it_on_small_assemblies_too() {
+    for given in ["theta=0.5", "weights=half", "acceleration=aitken"] {
+        let (report, said) = solved("stack.toml", &[&format!("solver.{given}")]);
+        assert_eq!(word(&report), ("converged", 0));
+        let theta = report.iterations[0].theta.unwrap();
+        assert!(report.iterations.len() > 2 && (theta == 0.5) == (given == "theta=0.5"), "{given} {theta}");
+        assert!(!said.contains("it ignores"), "{said}");
+    }
+    // Without them, and with friction whose limit is part of the solution, they are not used.
+    let (report, _) = solved("stack.toml", &[]);
+    assert!(report.iterations.len() == 1 && report.iterations[0].theta.is_none());
+    let (report, _) = solved("coulomb.toml", &["solver.weights=half"]);
+    assert!(report.notes.iter().any(|note| note.contains("it ignores `weights`")), "{:?}", report.notes);
+}
+
+#[test]
 fn a_number_of_iterations_is_completed_even_if_they_stall() {
     let iterations = ["solver.stop.criterion=iterations", "solver.max_iterations=400"];
     let (report, _) = solved(DEFAULT, &iterations);

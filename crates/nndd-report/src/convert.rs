@@ -2,7 +2,7 @@
 
 use case_io::Case;
 use case_io::case;
-use certified_contact::{Criterion, Imposed, Settings, prefers_exact};
+use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
@@ -31,11 +31,9 @@ pub fn settings(case: &Case) -> Settings {
         case::Method::Newton | case::Method::Exact => settings.with_method(exact),
         case::Method::Nndd => settings.with_method(iteration(solver)),
         case::Method::NewtonNn => settings.with_method(Method::NewtonNn(exact)),
+        case::Method::Auto if asks_for_iteration(case) => settings.with_method(iteration(solver)),
         case::Method::Auto => {
-            let by_iteration = asks_for_iteration(case);
-            let method =
-                if by_iteration { iteration(solver).into() } else { Method::NewtonNn(exact.clone()) };
-            let mut settings = settings.with_method(method);
+            let mut settings = settings.with_method(Method::NewtonNn(exact.clone()));
             settings.exact = Some(exact);
             settings
         }
@@ -66,11 +64,7 @@ fn asks_for_iteration(case: &Case) -> bool {
 
 /// Tells whether a case is solved exactly, without an iteration.
 pub(crate) fn is_exact(case: &Case, problem: &ContactProblem) -> bool {
-    match case.solver.method {
-        case::Method::Exact | case::Method::Newton => true,
-        case::Method::Auto => prefers_exact(problem),
-        case::Method::Nndd | case::Method::NewtonNn => false,
-    }
+    matches!(settings(case).method_for(problem), Method::Newton(_))
 }
 
 fn imposed(word: case::Imposed) -> Imposed {
@@ -100,7 +94,6 @@ fn qp(solver: &case::Solver) -> QpMethod {
 /// The settings of the iteration.
 fn iteration(solver: &case::Solver) -> NnddSettings {
     let mut nndd = NnddSettings::default();
-    nndd.newton = None;
     nndd.theta = match solver.theta {
         case::Theta::Auto => None,
         case::Theta::Value(theta) => Some(theta),
@@ -111,8 +104,8 @@ fn iteration(solver: &case::Solver) -> NnddSettings {
     };
     nndd.acceleration = match solver.acceleration {
         case::Acceleration::None => Acceleration::None,
-        case::Acceleration::Aitken => Acceleration::Aitken,
-        case::Acceleration::Anderson => Acceleration::Anderson,
+        // The word of old cases, with a note.
+        case::Acceleration::Aitken | case::Acceleration::Anderson => Acceleration::Anderson,
     };
     nndd.coarse = solver.coarse;
     nndd.max_iterations = solver.max_iterations;

@@ -4,7 +4,6 @@ use crate::check::{self, MOST_NAMED};
 use crate::convert;
 use crate::corners;
 use crate::curves;
-use crate::outcome;
 use crate::solved::{Fields, RunResult, Solved};
 use crate::verdict::is_round_off;
 use crate::words;
@@ -39,8 +38,10 @@ pub fn of_case(case: &Case, built: &[String]) -> Vec<String> {
 pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
     let mut notes = case.data_notes(problem);
     let unused = case.given_iteration_settings();
-    if case.solver.method == Method::Auto && convert::is_exact(case, problem) && !unused.is_empty() {
-        let [what, advice] = match case.coulomb_pair() {
+    let coulomb = case.coulomb_pair();
+    let ignores = coulomb.is_some() || convert::is_exact(case, problem);
+    if case.solver.method == Method::Auto && ignores && !unused.is_empty() {
+        let [what, advice] = match coulomb {
             None => [
                 "the exact solution of an assembly uses only `max_iterations` and `qp`",
                 "; method = \"nndd\" asks for the iteration",
@@ -92,11 +93,6 @@ fn of_answer(case: &Case, answer: &RunResult, run: &[String]) -> Vec<String> {
     if let Some(estimate) = fields.estimate.filter(|_| !certified.is_some_and(diverged)) {
         notes.extend(certified.into_iter().flat_map(|solution| what_dominates(case, solution)));
         notes.extend(of_fields(case, &fields, estimate));
-        // Without [adapt] the reason of the status says so.
-        let switch = certified.filter(|_| case.adapt.is_some()).and_then(|s| Some((s, s.nndd.switch?)));
-        notes.extend(switch.map(|(solution, switch)| {
-            format!("on the last mesh {}; method newton was used", outcome::given_up(solution, switch))
-        }));
     }
     notes.extend_from_slice(run);
     notes.extend(bent_contact(&fields));

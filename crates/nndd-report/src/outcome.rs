@@ -12,7 +12,7 @@ use contact_qp::QpStatus;
 use cre_estimator::{Estimate, EstimatorError};
 use fem_core::geometry::norm;
 use fem_core::interface::ContactProblem;
-use nndd::{CoulombSolution, CoulombStatus, NnddStatus, Switch};
+use nndd::{CoulombSolution, CoulombStatus, NnddStatus};
 
 /// The exit status of a run that did not converge.
 pub const NOT_CONVERGED: u8 = 5;
@@ -169,7 +169,7 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
         0 => "1 iteration (the minimum)".to_owned(),
         _ => counted(iterations, "iteration"),
     };
-    let mut status = match solution.nndd.status {
+    match solution.nndd.status {
         NnddStatus::StoppedByCriterion => word("converged", 0, met(case, solution)),
         NnddStatus::MaxIterations if case.solver.stop.criterion == Criterion::Iterations => word(
             "completed",
@@ -209,11 +209,7 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
         NnddStatus::ContactQpUnsolved(status) => stalled(unsolved(case, solution, status)),
         NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
         _ => stalled("the iteration ended in an unknown way"),
-    };
-    if let Some(Switch { newton, .. }) = solution.nndd.switch.filter(|switch| !switch.newton.is_solved()) {
-        status.reason += &format!("; method newton, tried after it, did not converge either: {newton}");
     }
-    status
 }
 
 /// Says that all iterations were used, and what helps.
@@ -326,9 +322,6 @@ pub(crate) fn may_go_on(status: &Status) -> bool {
 
 /// Says what ended a converged iteration.
 fn met(case: &Case, solution: &CertifiedSolution) -> String {
-    if let Some(switch) = solution.nndd.switch {
-        return format!("{}; then method newton, exact for the discrete problem", given_up(solution, switch));
-    }
     let by_estimate = case.solver.stop.criterion == Criterion::Estimator;
     match &solution.estimate {
         Some(e)
@@ -337,21 +330,6 @@ fn met(case: &Case, solution: &CertifiedSolution) -> String {
             "eta_dis and eta_nndd are round-off".into()
         }
         _ => criterion(case, solution),
-    }
-}
-
-/// Says why the iteration was given up for the exact solution.
-pub(crate) fn given_up(solution: &CertifiedSolution, switch: Switch) -> String {
-    // Newton's own row is the last one.
-    let iterations = solution.rows.len().saturating_sub(usize::from(switch.newton.is_solved()));
-    let counted = counted(iterations, "iteration");
-    match switch.after {
-        NnddStatus::MaxIterations => format!("method nndd did not converge in {counted}"),
-        NnddStatus::Diverged { .. } => format!("method nndd diverged in {counted}"),
-        NnddStatus::ContactQpUnsolved(_) => {
-            format!("method nndd did not solve the contact problem of iteration {iterations}")
-        }
-        _ => format!("method nndd stalled after {counted}"),
     }
 }
 

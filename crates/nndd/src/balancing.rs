@@ -7,11 +7,12 @@
 //! ```
 
 use crate::broken::{Broken, Sparse};
+use crate::error::NnddError;
 use crate::fixed_traces::FixedTraces;
 use crate::skeleton::Skeleton;
 use crate::vector::dot;
+use contact_qp::SparseFactor;
 use fem_core::each_body;
-use nalgebra::DMatrix;
 
 /// A column of the coarse space that keeps less than this fraction of its energy beside the others depends on them.
 const RANK: f64 = 1e-10;
@@ -27,10 +28,10 @@ pub(crate) struct Balancing<'a> {
     broken: &'a Broken<'a>,
     pub(crate) skeleton: Skeleton,
     fixed: FixedTraces,
-    /// Columns of `Z`, independent ones, each with energy 1, and of `S_A Z`.
+    /// Columns of `Z`, each with energy 1, and of `S_A Z`.
     columns: Vec<(Sparse, Sparse)>,
-    /// The Cholesky factor of `C`.
-    factor: DMatrix<f64>,
+    /// The factor of `C`, which leaves dependent columns out.
+    factor: SparseFactor,
 }
 
 /// The traces and forces of an inner iteration.
@@ -72,41 +73,12 @@ impl Inner {
 }
 
 impl<'a> Balancing<'a> {
-    pub(crate) fn new(broken: &'a Broken<'a>, skeleton: Skeleton) -> Self {
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn new(broken: &'a Broken<'a>, skeleton: Skeleton) -> Result<Self, NnddError> {
         let fixed = FixedTraces::new(broken, |k| skeleton.is_fixed(k));
-        let mut made = Self { broken, skeleton, fixed, columns: Vec::new(), factor: DMatrix::zeros(0, 0) };
-        made.coarse_space();
-        made
-    }
-
-    /// Finds the independent columns of `Z`, and the Cholesky factor of `C`, the column of largest energy first.
-    fn coarse_space(&mut self) {
-        let Self { broken, skeleton, .. } = &*self;
-        let motions = broken.motions();
-        let column = |k: usize| {
-            let z = match motions[k][..] {
-                // An obstacle has no stiffness to weigh it by.
-                [(unknown, _)] if broken.is_obstacle(unknown) => skeleton.gather_sparse(&motions[k]),
-                _ => skeleton.mean_sparse(&motions[k]),
-            };
-            let moved = skeleton.gather_sparse(&broken.stiffness_sparse(&skeleton.expand_sparse(&z)));
-            let mut energy = 0.0;
-            merge(&z, &moved, |z, s| energy += z * s);
-            let scaled = |of: Sparse| of.into_iter().map(|(k, value)| (k, value / energy.sqrt())).collect();
-            (energy > 0.0).then(|| [z, moved].map(scaled))
-        };
-        let all: Vec<[Sparse; 2]> = each_body(motions.len(), column).into_iter().flatten().collect();
-        let mut dense = vec![0.0; skeleton.len()];
-        let mut matrix = DMatrix::zeros(all.len(), all.len());
-        for (j, [_, moved]) in all.iter().enumerate() {
-            moved.iter().for_each(|(k, value)| dense[*k] = *value);
-            (0..all.len()).for_each(|i| matrix[(i, j)] = all[i][0].iter().map(|(k, z)| z * dense[*k]).sum());
-            moved.iter().for_each(|(k, _)| dense[*k] = 0.0);
-        }
-        let (order, factor) = independent(matrix);
-        let mut all: Vec<Option<[Sparse; 2]>> = all.into_iter().map(Some).collect();
-        self.columns = order.iter().filter_map(|k| all[*k].take()).map(|[z, moved]| (z, moved)).collect();
-        self.factor = factor;
+        let (columns, factor) = coarse_space(broken, &skeleton)?;
+        Ok(Self { broken, skeleton, fixed, columns, factor })
     }
 
     /// Computes `S N λ` and `S_A λ`, N/m.
@@ -116,16 +88,14 @@ impl<'a> Balancing<'a> {
         (forces, sums)
     }
 
-    /// Computes `C⁺ f` for one number per column.
-    fn coarse(&self, f: &[f64]) -> Vec<f64> {
-        let (l, n, mut a) = (&self.factor, f.len(), f.to_vec());
-        for i in 0..n {
-            a[i] = (a[i] - (0..i).map(|j| l[(i, j)] * a[j]).sum::<f64>()) / l[(i, i)];
+    /// Computes `Z C⁺ f` for one number per column.
+    fn coarse(&self, mut f: Vec<f64>) -> Vec<f64> {
+        self.factor.solve(&mut f);
+        let mut lambda = vec![0.0; self.skeleton.len()];
+        for ((z, _), amount) in self.columns.iter().zip(f) {
+            z.iter().for_each(|(k, value)| lambda[*k] += amount * value);
         }
-        for i in (0..n).rev() {
-            a[i] = (a[i] - (i + 1..n).map(|j| l[(j, i)] * a[j]).sum::<f64>()) / l[(i, i)];
-        }
-        a
+        lambda
     }
 
     /// Step 1: λ is the mean of given traces, and the coarse space balances what that leaves.
@@ -140,10 +110,7 @@ impl<'a> Balancing<'a> {
         for _ in 0..2 {
             let residual = skeleton.gather(&forces);
             let loads: Vec<f64> = self.columns.iter().map(|(z, _)| part(z, &residual)).collect();
-            let mut lambda = vec![0.0; residual.len()];
-            for ((z, _), amount) in self.columns.iter().zip(self.coarse(&loads)) {
-                z.iter().for_each(|(k, value)| lambda[*k] += amount * value);
-            }
+            let lambda = self.coarse(loads);
             subtract(&mut x, -1.0, &skeleton.expand(&lambda));
             subtract(&mut forces, 1.0, &self.operator(&lambda).0);
         }
@@ -160,9 +127,7 @@ impl<'a> Balancing<'a> {
         let mut w = self.skeleton.mean(&traces);
         let squared = dot(residual, &w);
         let loads: Vec<f64> = self.columns.iter().map(|(_, moved)| part(moved, &w)).collect();
-        for ((z, _), amount) in self.columns.iter().zip(self.coarse(&loads)) {
-            z.iter().for_each(|(k, value)| w[*k] -= amount * value);
-        }
+        subtract(&mut w, 1.0, &self.coarse(loads));
         Step2 { direction: w, squared, holding }
     }
 
@@ -202,6 +167,46 @@ impl<'a> Balancing<'a> {
     }
 }
 
+/// Lists the columns of `Z` and of `S_A Z`, and factorises `C`: most columns have no λ in common.
+fn coarse_space(
+    broken: &Broken<'_>,
+    skeleton: &Skeleton,
+) -> Result<(Vec<(Sparse, Sparse)>, SparseFactor), NnddError> {
+    let motions = broken.motions();
+    let column = |k: usize| {
+        let z = match motions[k][..] {
+            // An obstacle has no stiffness to weigh it by.
+            [(unknown, _)] if broken.is_obstacle(unknown) => skeleton.gather_sparse(&motions[k]),
+            _ => skeleton.mean_sparse(&motions[k]),
+        };
+        let moved = skeleton.gather_sparse(&broken.stiffness_sparse(&skeleton.expand_sparse(&z)));
+        let mut energy = 0.0;
+        merge(&z, &moved, |z, s| energy += z * s);
+        let scaled = |of: Sparse| of.into_iter().map(|(k, value)| (k, value / energy.sqrt())).collect();
+        (energy > 0.0).then(|| (scaled(z), scaled(moved)))
+    };
+    let columns: Vec<(Sparse, Sparse)> = each_body(motions.len(), column).into_iter().flatten().collect();
+    let mut by_lambda = vec![Vec::new(); skeleton.len()];
+    for (i, (z, _)) in columns.iter().enumerate() {
+        z.iter().for_each(|(k, z)| by_lambda[*k].push((i, *z)));
+    }
+    let (mut entries, mut column, mut met) = (Vec::new(), vec![0.0; columns.len()], Vec::new());
+    for (j, (_, moved)) in columns.iter().enumerate() {
+        for (k, s) in moved {
+            for (i, z) in &by_lambda[*k] {
+                if column[*i] == 0.0 {
+                    met.push(*i);
+                }
+                column[*i] += z * s;
+            }
+        }
+        let own = met.drain(..).map(|i| (i, j, std::mem::take(&mut column[i])));
+        entries.extend(own.filter(|(i, j, entry)| i <= j && *entry != 0.0));
+    }
+    let factor = SparseFactor::semi_definite(columns.len(), entries, RANK)?;
+    Ok((columns, factor))
+}
+
 fn part(sparse: &Sparse, all: &[f64]) -> f64 {
     sparse.iter().map(|(k, value)| value * all[*k]).sum()
 }
@@ -219,31 +224,4 @@ fn merge(a: &Sparse, b: &Sparse, mut both: impl FnMut(f64, f64)) {
 
 fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {
     a.iter_mut().zip(b).for_each(|(a, b)| *a -= factor * b);
-}
-
-/// Chooses independent columns of a positive semi-definite matrix, whose diagonal is 1, and factorises their block.
-fn independent(mut matrix: DMatrix<f64>) -> (Vec<usize>, DMatrix<f64>) {
-    let n = matrix.nrows();
-    let (mut order, mut rest): (Vec<usize>, Vec<usize>) = (Vec::new(), (0..n).collect());
-    let mut columns: Vec<Vec<f64>> = Vec::new();
-    while let Some(place) = (0..rest.len())
-        .max_by(|a, b| matrix[(rest[*a], rest[*a])].total_cmp(&matrix[(rest[*b], rest[*b])]).then(b.cmp(a)))
-    {
-        let k = rest.remove(place);
-        let pivot = matrix[(k, k)];
-        if !(pivot > RANK) {
-            break;
-        }
-        let root = pivot.sqrt();
-        let column: Vec<f64> = (0..n).map(|i| matrix[(i, k)] / root).collect();
-        let met: Vec<usize> = rest.iter().copied().filter(|i| column[*i] != 0.0).collect();
-        for j in &met {
-            met.iter().for_each(|i| matrix[(*i, *j)] -= column[*i] * column[*j]);
-        }
-        order.push(k);
-        columns.push(column);
-    }
-    let rank = order.len();
-    let factor = DMatrix::from_fn(rank, rank, |i, j| if j <= i { columns[j][order[i]] } else { 0.0 });
-    (order, factor)
 }

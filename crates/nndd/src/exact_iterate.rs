@@ -4,24 +4,35 @@ use crate::active_set::ActiveSet;
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, solve_exactly};
 use crate::friction::PairFriction;
-use crate::iterate::{Iterate, QpStats, Recovery, Tangential, UnilateralSolution};
-use crate::iteration::Exact;
+use crate::iterate::{Iterate, IterationRow, QpStats, Recovery, Tangential, UnilateralSolution};
 use crate::response::residuals;
 use crate::settings::NewtonSettings;
+use crate::solution::{NnddSolution, NnddStatus};
+use crate::stopping::{Decision, StoppingCriterion};
 use fem_core::contact_system::ContactSystem;
 use fem_core::norm::from_squared;
 
-/// Solves the discrete problem exactly, and returns it as the iterate with the given number.
+/// Solves the discrete problem exactly: the only iterate.
 pub(crate) fn solve(
     system: &ContactSystem<'_>,
     settings: &NewtonSettings,
-    number: usize,
-) -> Result<Exact, NnddError> {
+    stop: &mut dyn StoppingCriterion,
+) -> Result<NnddSolution, NnddError> {
     let NewtonSettings { max_iterations, qp } = settings;
     let qp = qp.clone().with_max_iterations((*max_iterations).max(1).min(qp.max_iterations));
-    let iterate = Iterate { iteration: number, ..solve_exactly(system, &qp)?.iterate(system) };
-    let UnilateralSolution { status, clarabel_calls, .. } = iterate.contact;
-    Ok(Exact { iterate, status, clarabel_calls })
+    let last = solve_exactly(system, &qp)?.iterate(system);
+    let UnilateralSolution { status, clarabel_calls, .. } = last.contact;
+    let status = if !status.is_solved() {
+        NnddStatus::ContactQpUnsolved(status)
+    } else {
+        match stop.check(&last).map_err(NnddError::Criterion)? {
+            Decision::Interrupt => NnddStatus::Interrupted,
+            // The discrete problem is solved; no iteration follows.
+            Decision::Stop | Decision::Continue => NnddStatus::StoppedByCriterion,
+        }
+    };
+    let history = vec![IterationRow::from(&last)];
+    Ok(NnddSolution { status, history, last, theta: 0.0, spectrum: None, clarabel_calls })
 }
 
 impl ExactSolution {

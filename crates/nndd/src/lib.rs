@@ -20,8 +20,7 @@
 //! | S_α | Steklov-Poincaré operators, [`fem_core::condensation::InterfaceOperator`] | `n_c × n_c` |
 //!
 //! Formulas have the numbers (1) to (12) of Choi, Gallimard and Sassi, and further ones in the order of a run.
-//! The algorithm is one function, `iterate` in `src/iteration.rs`, a line per step. For the admissible θ see [`Spectrum`]. If it does not
-//! converge, [`solve_exactly`] solves the same discrete problem: see [`NnddSettings::newton`].
+//! The algorithm is one function, `iterate` in `src/iteration.rs`, a line per step. For the admissible θ see [`Spectrum`].
 //!
 //! # Any number of bodies
 //! Two bodies with one pair are the smallest case of the same iteration, floating bodies included, that is, bodies that only contact holds. Each
@@ -132,7 +131,7 @@ pub use iterate::{Iterate, IterationRow, OwnFields, QpStats, Recovery, Tangentia
 pub use iteration::Start;
 pub use roles::stiffer_roles;
 pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Weights};
-pub use solution::{NnddSolution, NnddStatus, Switch};
+pub use solution::{NnddSolution, NnddStatus};
 pub use solve::{solve, solve_from};
 pub use spectrum::Spectrum;
 pub use unresisted::UnresistedMotion;

@@ -75,7 +75,7 @@ pub(crate) fn solve(
         hold(&mut nearest, &mut closed, &openings)?;
         search.see(&closed);
         // Clusters of unknowns, the weights D, and the coarse space of all motions.
-        let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings));
+        let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings))?;
         // Step 1: λ imposed on both sides of closed rows (8), all bodies in balance.
         let mut inner = linear.step_1(&x);
         let free = balance.left_by(&linear.skeleton.held(closed.len()))?;
@@ -90,7 +90,7 @@ pub(crate) fn solve(
             let part = if search.knows { ACCURATE } else { INEXACT };
             let goal = if inner.count == 0 { part * part * inner.squared } else { inner.squared };
             // The first iterate of a run is the one that all others are measured against.
-            while !is_first && gains && inner.squared >= goal {
+            while !is_first && gains && inner.squared >= goal && !run.stop.is_interrupted() {
                 gains = inner.squared > floor && linear.update(&mut inner);
             }
             // Forces, openings, wrong signs; P̃ and η_c in the place of η_NNDD (22).
@@ -175,7 +175,6 @@ impl Run<'_> {
         lambda: &[f64],
     ) -> Result<Option<NnddSolution>, NnddError> {
         let settings = NnddSettings {
-            newton: None,
             theta: Some(FALLBACK),
             acceleration: Acceleration::None,
             max_iterations: self.settings.max_iterations.min(FIRST_STEPS),
@@ -205,7 +204,7 @@ impl Run<'_> {
 
     fn ended(self, status: NnddStatus, last: Iterate) -> NnddSolution {
         let Self { history, clarabel_calls, .. } = self;
-        NnddSolution { status, switch: None, history, last, theta: 0.0, spectrum: None, clarabel_calls }
+        NnddSolution { status, history, last, theta: 0.0, spectrum: None, clarabel_calls }
     }
 
     /// Returns the set of the exact solution: active sets, Clarabel and single pivots find it.

@@ -3,8 +3,7 @@
 use crate::balance::Balance;
 use crate::correction::Correction;
 use crate::error::NnddError;
-use crate::exact_iterate;
-use crate::iteration::{Start, explain, iterate, successor, switch};
+use crate::iteration::{Start, explain, iterate};
 use crate::settings::NnddSettings;
 use crate::solution::NnddSolution;
 use crate::spectrum;
@@ -17,7 +16,7 @@ use fem_core::try_each_body;
 /// θ without a spectrum, for weights by stiffness; half of it for the paper's weights, whose update is twice as long.
 pub(crate) const FALLBACK: f64 = 0.9;
 
-/// Iterates, and takes the exact solution if that fails.
+/// Iterates.
 pub(crate) fn iteration(
     (system, balance): (&ContactSystem<'_>, &Balance<'_>),
     start: Start,
@@ -34,10 +33,6 @@ pub(crate) fn iteration(
     if let Some(active) = &start.active {
         steps.start_from(active);
     }
-    let mut solution = iterate(start.lambda, &mut steps, (settings, theta), stop)?;
-    if let Some(newton) = successor(&solution, settings, stop) {
-        let found = exact_iterate::solve(system, newton, solution.history.len() + 1);
-        solution = switch(solution, found, stop)?;
-    }
+    let solution = iterate(start.lambda, &mut steps, (settings, theta), stop)?;
     Ok(explain(solution, chosen, estimate, stop))
 }

@@ -90,9 +90,7 @@ pub enum Weights {
 pub enum Acceleration {
     /// No acceleration: the paper's fixed θ.
     None,
-    /// Aitken's vector Δ² relaxation of θ.
-    Aitken,
-    /// Anderson's method with a safeguard.
+    /// Anderson's method.
     #[default]
     Anderson,
 }
@@ -101,9 +99,6 @@ pub enum Acceleration {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NnddSettings {
-    /// The exact solution, to use if the iteration stalls, diverges or uses all its iterations; `None`: no other method. It is not used either if θ is given, or
-    /// if the criterion never stops, see [`crate::stopping::StoppingCriterion::can_stop`].
-    pub newton: Option<NewtonSettings>,
     /// θ of the update, positive; `None`, the default: `2/(µ_min + µ_max)` from the ends of the spectrum of the
     /// interface operator.
     pub theta: Option<f64>,
@@ -123,7 +118,6 @@ pub struct NnddSettings {
 impl Default for NnddSettings {
     fn default() -> Self {
         Self {
-            newton: Some(NewtonSettings { max_iterations: usize::MAX, qp: QpSettings::default() }),
             theta: None,
             weights: Weights::default(),
             coarse: true,
@@ -135,14 +129,9 @@ impl Default for NnddSettings {
 }
 
 impl NnddSettings {
-    /// The paper's own settings: its iteration alone, θ given, half weights, no acceleration.
+    /// The paper's own settings: θ given, half weights, no acceleration.
     pub fn paper(theta: f64) -> Self {
-        Self {
-            newton: None,
-            theta: Some(theta),
-            weights: Weights::Half,
-            acceleration: Acceleration::None,
-            ..Self::default()
-        }
+        let (weights, acceleration) = (Weights::Half, Acceleration::None);
+        Self { theta: Some(theta), weights, acceleration, ..Self::default() }
     }
 }

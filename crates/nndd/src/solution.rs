@@ -39,24 +39,13 @@ pub enum NnddStatus {
     ContactQpUnsolved(QpStatus),
 }
 
-/// A switch from the Neumann-Neumann iteration to the exact solution.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Switch {
-    /// How the iteration ended before the switch.
-    pub after: NnddStatus,
-    /// How the exact solution ended. If it did not solve the problem, the solution is that of the iteration.
-    pub newton: QpStatus,
-}
-
 /// The result of [`crate::solve`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct NnddSolution {
     /// How it ended.
     pub status: NnddStatus,
-    /// The switch to the exact solution, if there was one.
-    pub switch: Option<Switch>,
-    /// One row per iteration; after a switch, one more row for the exact solution.
+    /// One row per iteration.
     pub history: Vec<IterationRow>,
     /// The last iteration.
     pub last: Iterate,

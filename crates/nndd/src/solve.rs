@@ -47,7 +47,7 @@ pub fn solve_from(
 ) -> Result<NnddSolution, NnddError> {
     check(system, &start, method)?;
     match method {
-        Method::Newton(settings) => exact_iterate::solve(system, settings, 1)?.alone(stop),
+        Method::Newton(settings) => exact_iterate::solve(system, settings, stop),
         Method::Nndd(settings) => {
             refuse_coulomb(system)?;
             let balance = Balance::new(&system.rows)?;
@@ -55,7 +55,7 @@ pub fn solve_from(
             iteration((system, &balance), start, settings, stop)
         }
         Method::NewtonNn(settings) => match system.rows.pairs.iter().any(PairRows::has_friction) {
-            true => exact_iterate::solve(system, settings, 1)?.alone(stop),
+            true => exact_iterate::solve(system, settings, stop),
             false => newton_nn::solve(system, start, settings, stop),
         },
     }

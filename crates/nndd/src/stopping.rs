@@ -22,10 +22,14 @@ pub trait StoppingCriterion {
     /// Whatever prevents the decision; the iteration then ends with [`crate::NnddError::Criterion`].
     fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn Error + Send + Sync>>;
 
-    /// Tells whether the criterion can ever be met. If not, [`crate::NnddSettings::newton`] is not used: there is no switch
-    /// to another method.
+    /// Tells whether the criterion can ever be met. If not, a run that ends after its iterations has not failed.
     fn can_stop(&self) -> bool {
         true
+    }
+
+    /// Tells, after each inner iteration of [`crate::Method::NewtonNn`], whether the caller wants to end it: the iterate then is the last.
+    fn is_interrupted(&mut self) -> bool {
+        false
     }
 }
 

@@ -405,8 +405,7 @@ fn of_other(
 /// Judges the bound of the mesh for a frozen λ: the pair of step 1 on halved cells is not farther away.
 fn of_frozen(claim: &Claim<'_>, trial: &mut Trial) {
     let problem = &claim.solution.problem;
-    let by_iteration =
-        matches!(claim.solution.method, Method::Nndd(_)) && claim.solution.nndd.switch.is_none();
+    let by_iteration = matches!(claim.solution.method, Method::Nndd(_));
     let pair = problem.plain_pair().filter(|_| by_iteration && suits_iteration(problem));
     let Some(pair) = pair else { return };
     let straight = is_straight(pair);

@@ -99,9 +99,9 @@ choices! {
     Acceleration, default Anderson {
         /// Nothing, the paper's.
         None = "none",
-        /// Aitken's relaxation.
+        /// A word of old cases, read as `anderson`.
         Aitken = "aitken",
-        /// Anderson's mixing.
+        /// Anderson's method.
         Anderson = "anderson",
     }
 }

@@ -1,6 +1,6 @@
 //! Warnings: input that is allowed but probably not meant.
 
-use super::{BodyCase, Case, Criterion, Material, MaterialLaw, Method};
+use super::{Acceleration, BodyCase, Case, Criterion, Material, MaterialLaw, Method};
 use crate::diagnostic::{Diagnostic, MOST_DIAGNOSTICS, code};
 use std::collections::HashSet;
 
@@ -99,6 +99,10 @@ impl Case {
         if self.is_given("solver.path") {
             let message = "`solver.path` has no effect: every step is solved in the interface unknowns";
             warnings.push(self.diagnostic(code::VALUE, "solver.path", message.to_owned()));
+        }
+        if self.solver.acceleration == Acceleration::Aitken {
+            let message = "acceleration \"aitken\" is read as \"anderson\", which takes its place";
+            warnings.push(self.diagnostic(code::VALUE, "solver.acceleration", message.to_owned()));
         }
         let exact = matches!(self.solver.method, Method::Newton | Method::Exact);
         let (uses, unused) = match self.solver.method {

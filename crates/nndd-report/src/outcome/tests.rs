@@ -56,19 +56,6 @@ fn the_advice_for_an_exact_programme_that_is_not_solved_is_no_setting_that_it_ha
 }
 
 #[test]
-fn a_newton_method_that_fails_after_a_switch_is_named() {
-    let (case, mut solution) = solved();
-    solution.nndd.status = NnddStatus::MaxIterations;
-    let after = NnddStatus::MaxIterations;
-    solution.nndd.switch = Some(Switch { after, newton: QpStatus::NumericalError });
-    let status = judge(&case, &solution, None);
-    assert_eq!((status.word.as_str(), status.code), ("max_iterations", 5));
-    let words =
-        format!("; method newton, tried after it, did not converge either: {}", QpStatus::NumericalError);
-    assert!(status.reason.ends_with(&words), "{}", status.reason);
-}
-
-#[test]
 fn a_bound_that_fails_its_checks_is_never_called_certified() {
     let (case, sound) = solved();
     let (report, said) = reported(&case, sound.clone());
