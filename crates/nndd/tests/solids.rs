@@ -7,15 +7,17 @@
 use fem_core::assembly::external_forces;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
+use fem_core::field::stresses;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
+use fem_core::mesh::{Mesh, TetMesh};
 use fem_core::norm::energy_norm_squared;
 use fem_core::prepared::PreparedProblem;
 use fem_core::space::Solid;
-use nalgebra::{Complex, Vector3};
+use nalgebra::{Complex, Matrix3, Rotation3, Vector3};
 use nndd::stopping::EtaNndd;
-use nndd::{NewtonSettings, NnddSettings, NnddSolution, NnddStatus, solve};
+use nndd::{Method, NewtonSettings, NnddSettings, NnddSolution, NnddStatus, solve};
 use std::sync::Arc;
 
 type Conditions = BoundaryConditions<Solid>;
@@ -111,7 +113,6 @@ fn the_iteration_of_half_open_blocks_has_the_history_of_another_code() {
         let solution = solve(&prepared.system(), start, settings.clone(), &mut stop).unwrap();
         assert_eq!(solution.status, NnddStatus::StoppedByCriterion);
         let history: Vec<f64> = solution.history.iter().map(|row| row.eta_nndd).collect();
-        eprintln!("{n}: {} {:?}", history.len(), &history[..4]);
         assert_eq!(history.len(), iterations);
         if n == 4 {
             for (found, known) in history.iter().zip([0.671308, 0.168909, 0.0828234, 0.0560132]) {
@@ -263,8 +264,51 @@ fn a_circular_contact_zone_has_the_force_of_another_code() {
             solve(&prepared.system(), start, NewtonSettings::default(), &mut EtaNndd::new(1e-12)).unwrap();
         let found = found(&prepared, &solution);
         assert_eq!((prepared.node_pairs(), found.closed), ((n + 1) * (n + 1), closed));
-        eprintln!("{n}: {:.13} {force}", found.force);
         // The loads are integrated by another rule.
         assert_near(found.force, force, 1e-6);
+    }
+}
+
+#[test]
+fn floating_boxes_stacked_along_any_axis_carry_a_uniform_stress() {
+    let turn = Rotation3::from_euler_angles(0.4, -0.7, 1.1);
+    let turned = |mesh: &TetMesh| {
+        let facets = |ids: &[_]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
+        let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), facets(ids))).collect();
+        Mesh::new(mesh.points().iter().map(|x| turn * x).collect(), mesh.cells().to_vec(), groups).unwrap()
+    };
+    let body = |z: f64, modulus: f64, conditions: Conditions| {
+        let mesh = turned(&cuboid([0.0, 0.0, z], [2.0, 1.0, 1.0], [4, 2, 2]).unwrap());
+        Body::new(mesh, LinearElastic::isotropic_solid(modulus, 0.3).unwrap(), &conditions).unwrap()
+    };
+    // Contact alone holds the upper two; nothing but the absence of a load keeps them from sliding and spinning.
+    let bodies = vec![
+        body(0.0, 10.0, Conditions::default().roller("bottom", 0.0).roller("left", 0.0).roller("front", 0.0)),
+        body(1.0, 25.0, Conditions::default()),
+        body(2.0, 4.0, Conditions::default().pressure("top", 0.7)),
+    ];
+    let interface = |upper: usize| {
+        let sides = ["bottom", "top"];
+        ContactInterface::pair_flat(&bodies[upper], &bodies[upper - 1], sides, &Gap::Touching).unwrap()
+    };
+    let pairs = [interface(1), interface(2)];
+    let [low, high] = pairs;
+    let problem = ContactProblem::new(bodies).contact([1, 0], low).contact([2, 1], high);
+    let prepared = PreparedProblem::new(problem).unwrap();
+    assert_eq!(prepared.rigid_motions().len(), 12);
+    let axis = turn * Vector3::z();
+    let expected = -0.7 * axis * axis.transpose();
+    for method in [Method::from(NewtonSettings::default()), NnddSettings::default().into()] {
+        let start = vec![0.0; prepared.rows()];
+        let solution = solve(&prepared.system(), start, method, &mut EtaNndd::new(1e-13)).unwrap();
+        let fields = prepared.displacements(&solution.last.fields(&prepared.system()));
+        for (body, u) in prepared.problem().bodies.iter().zip(&fields) {
+            for s in stresses(body, u) {
+                let stress = Matrix3::new(s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz);
+                assert!((stress - expected).norm() < 1e-10, "{stress}");
+            }
+        }
+        let force: f64 = solution.last.contact.normal_reaction.iter().sum();
+        assert!((force - 2.0 * 1.4).abs() < 1e-11, "{force}");
     }
 }
