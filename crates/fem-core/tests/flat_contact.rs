@@ -4,7 +4,7 @@
 
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::interface::{ContactInterface, Gap, InterfaceError};
+use fem_core::interface::{ContactInterface, Gap, InterfaceError, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
 use fem_core::mesh::{Mesh, TetMesh};
@@ -141,4 +141,27 @@ fn surfaces_that_are_held_or_loaded_are_refused_in_the_words_of_solids() {
     assert!(matches!(both, Err(InterfaceError::HeldNode { body: 0, .. })), "{both:?}");
     let unknown = ContactInterface::pair_flat(&upper, &upper, ["lid", "top"], &Gap::Touching).unwrap_err();
     assert!(unknown.to_string().contains("no face group \"lid\""), "{unknown}");
+}
+
+#[test]
+fn a_side_is_paired_with_a_plane_and_not_with_a_sphere() {
+    // A side that bulges to the plane: linear between its nodes, with their distances as gaps.
+    let body = body(0.0, &free(), |x| x - Vector::z() * (0.1 * x[0] * (2.0 - x[0]) * (1.0 - x[2])));
+    let plane = RigidLine::Plane { point: Vector::new(0.0, 0.0, -0.1), normal: Vector::new(0.0, 0.0, 3.0) };
+    let plane = Obstacle::fixed(plane);
+    let interface = ContactInterface::against_plane(&body, "bottom", &plane, None).unwrap();
+    for pair in interface.pairs() {
+        let point = body.mesh().points()[pair.nodes[0]];
+        assert!((pair.gap - point[2] - 0.1).abs() < 1e-15 && pair.normal == -Vector::z());
+    }
+    assert!(interface.measure() > 3.0);
+    let refused = |surface: &str, line: RigidLine<Solid>| {
+        ContactInterface::against_plane(&body, surface, &Obstacle::fixed(line), None).unwrap_err()
+    };
+    assert!(matches!(refused("left", plane.line), InterfaceError::NotFacing { .. }));
+    let high = RigidLine::Plane { point: Vector::zeros(), normal: Vector::z() };
+    let deepest = refused("bottom", high);
+    assert!(matches!(deepest, InterfaceError::Overlap { depth, .. } if (depth - 0.1).abs() < 1e-15));
+    let sphere = RigidLine::Circle { centre: Vector::new(1.0, 0.5, -3.0), radius: 2.0, inside: false };
+    assert_eq!(refused("bottom", sphere), InterfaceError::RoundObstacle);
 }

@@ -8,7 +8,7 @@ use fem_core::assembly::external_forces;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 use fem_core::field::stresses;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
 use fem_core::mesh::{Mesh, TetMesh};
@@ -311,4 +311,54 @@ fn floating_boxes_stacked_along_any_axis_carry_a_uniform_stress() {
         let force: f64 = solution.last.contact.normal_reaction.iter().sum();
         assert!((force - 2.0 * 1.4).abs() < 1e-11, "{force}");
     }
+}
+
+#[test]
+fn a_stamp_that_may_tilt_presses_a_box_onto_a_fixed_plane() {
+    let mesh = cuboid([0.0; 3], [2.0, 1.0, 1.0], [4, 2, 2]).unwrap();
+    let conditions = Conditions::default().roller("left", 0.0).roller("front", 0.0);
+    let body = Body::new(mesh, LinearElastic::isotropic_solid(20.0, 0.3).unwrap(), &conditions).unwrap();
+    let plane = |z: f64, up: f64| {
+        let (point, normal) = (Vector3::new(5.0, 3.0, z), Vector3::new(0.0, 0.0, up));
+        Obstacle::<Solid>::fixed(RigidLine::Plane { point, normal })
+    };
+    let motion = [Some(0.0), Some(0.0), None, None, None, Some(0.0)];
+    let pressed = |force: f64, arm: f64| {
+        let load = (Vector3::new(0.0, 0.0, -force), Vector3::zeros());
+        let (below, above) = (plane(0.0, 1.0), plane(1.25, -1.0).stamp(motion, load, [1.0, 0.5 + arm, 1.25]));
+        let low = ContactInterface::against_plane(&body, "bottom", &below, None).unwrap();
+        let high = ContactInterface::against_plane(&body, "top", &above, None).unwrap();
+        assert!(low.pairs().iter().all(|pair| pair.gap == 0.0));
+        assert!(high.pairs().iter().all(|pair| pair.gap == 0.25));
+        let problem =
+            ContactProblem::new(vec![body.clone()]).obstacle(0, low, below).obstacle(0, high, above);
+        let prepared = PreparedProblem::new(problem).unwrap();
+        // The box is free along z; the stamp moves and tilts.
+        assert_eq!(prepared.rigid_motions().len(), 1 + 3);
+        let start = vec![0.0; prepared.rows()];
+        let solution =
+            solve(&prepared.system(), start, NewtonSettings::default(), &mut EtaNndd::new(1e-12)).unwrap();
+        (prepared.displacements(&solution.last.fields(&prepared.system())), solution)
+    };
+    let (fields, solution) = pressed(1.4, 0.0);
+    for s in stresses(&body, &fields[0]) {
+        let others = [s.xx, s.yy, s.xy, s.xz, s.yz].into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        assert!((s.zz + 0.7).abs() < 1e-12 && others < 1e-12, "{s:?}");
+    }
+    // The stamp closes the gap and compresses the box.
+    assert!(fields[2].iter().all(|u| (u - Vector3::new(0.0, 0.0, -0.25 - 0.7 / 20.0)).norm() < 1e-12));
+    let half = solution.last.contact.normal_reaction.len() / 2;
+    let force: f64 = solution.last.contact.normal_reaction[half..].iter().sum();
+    assert!((force - 1.4).abs() < 1e-12, "{force}");
+    // Beside the centre it tilts: the forces of the stamp have the moment of its load.
+    let (fields, solution) = pressed(1.4, 0.1);
+    let mesh = body.mesh();
+    let mut top: Vec<_> =
+        mesh.group("top").unwrap().iter().flat_map(|f| mesh.topology().facets()[*f]).collect();
+    top.sort_unstable();
+    top.dedup();
+    let forces = &solution.last.contact.normal_reaction[half..];
+    let arm: f64 = top.iter().zip(forces).map(|(node, f)| f * mesh.points()[*node][1]).sum::<f64>() / 1.4;
+    assert!((arm - 0.6).abs() < 1e-12, "{arm}");
+    assert!(fields[2][0][2] - fields[2][top.len() - 1][2] > 1e-3);
 }
