@@ -2,6 +2,7 @@
 //!
 //! Its types have a [`Space`] as parameter. Arc lengths, curves, common refinement, clamped ends and friction are those of the plane.
 
+mod area;
 mod clamped_ends;
 pub mod common_refinement;
 mod contacts;
@@ -35,6 +36,7 @@ use outline::Radial;
 use profile::Profile;
 use std::ops::{Add, Mul};
 
+pub use area::ContactArea;
 pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
 pub use error::InterfaceError;
 pub use facing::{FacingSide, facing_edges};

@@ -165,3 +165,23 @@ fn a_side_is_paired_with_a_plane_and_not_with_a_sphere() {
     let sphere = RigidLine::Circle { centre: Vector::new(1.0, 0.5, -3.0), radius: 2.0, inside: false };
     assert_eq!(refused("bottom", sphere), InterfaceError::RoundObstacle);
 }
+
+#[test]
+fn the_area_in_contact_lies_between_two_numbers() {
+    let [upper, lower] = [1.0, 0.0].map(|z| body(z, &free(), |x| x));
+    let interface = pair(&upper, &lower, &Gap::Touching).unwrap();
+    let area = |closed: &dyn Fn(Vector) -> bool| {
+        let found = interface.contact_area(|k| closed(upper.mesh().points()[interface.pairs()[k].nodes[0]]));
+        [found.inner, found.outer, found.patches as f64]
+    };
+    // Cells of 0.5 × 0.5, each cut from its lowest to its highest corner.
+    assert_eq!(area(&|_| true), [3.0, 3.0, 1.0]);
+    assert_eq!(area(&|_| false), [0.0; 3]);
+    assert_eq!(area(&|x| x[0] < 0.6), [0.75, 1.5, 1.0]);
+    // Two strips at the ends, which the open column between them divides.
+    assert_eq!(area(&|x| (x[0] - 1.0).abs() > 0.4), [1.5, 3.0, 2.0]);
+    // One node inside has six triangles around it, the two corners of the side that no diagonal meets one, the others two.
+    assert_eq!(area(&|x| x[0] == 0.5 && x[1] == 0.5), [0.0, 0.75, 1.0]);
+    assert_eq!(area(&|x| x[0] == 2.0 && x[1] == 0.0), [0.0, 0.125, 1.0]);
+    assert_eq!(area(&|x| x[0] == 0.0 && x[1] == 0.0), [0.0, 0.25, 1.0]);
+}
