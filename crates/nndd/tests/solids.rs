@@ -77,8 +77,11 @@ fn assert_near(found: f64, expected: f64, tolerance: f64) {
 
 #[test]
 fn half_open_blocks_have_the_forces_of_another_code() {
-    let known =
-        [(2, 15, 12, 13.311_005_296_1, 0.193_219_090_71), (4, 45, 30, 11.792_162_388_6, 0.162_120_223_154)];
+    let known = [
+        (2, 15, 12, 13.311_005_296_1, 0.193_219_090_71),
+        (4, 45, 30, 11.792_162_388_6, 0.162_120_223_154),
+        (8, 153, 90, 11.035_494_692_9, 0.144_298_330_688),
+    ];
     for (n, pairs, closed, force, energy) in known {
         let prepared = PreparedProblem::new(half_open(n)).unwrap();
         let start = vec![0.0; prepared.rows()];
@@ -106,7 +109,7 @@ fn half_open_blocks_have_the_forces_of_another_code() {
 fn the_iteration_of_half_open_blocks_has_the_history_of_another_code() {
     let mut settings = NnddSettings::paper(0.4);
     settings.max_iterations = 100;
-    for (n, iterations) in [(2, 58), (4, 65)] {
+    for (n, iterations) in [(2, 58), (4, 65), (8, 72)] {
         let prepared = PreparedProblem::new(half_open(n)).unwrap();
         let start = vec![0.0; prepared.rows()];
         let mut stop = EtaNndd::new(1e-10);
@@ -257,7 +260,9 @@ fn a_circular_contact_zone_has_the_force_of_another_code() {
         volume + shear * (gradient[0][k] + gradient[k][0])
     });
     assert!((field.traction(0, x) - hooke).norm() < 1e-9, "{hooke} {}", field.traction(0, x));
-    for (n, closed, force) in [(3, 4, 0.021_362_717_833_6), (6, 15, 0.019_576_732_261_9)] {
+    for (n, closed, force) in
+        [(3, 4, 0.021_362_717_833_6), (6, 15, 0.019_576_732_261_9), (12, 50, 0.019_029_604_701_3)]
+    {
         let prepared = PreparedProblem::new(circle(n)).unwrap();
         let start = vec![0.0; prepared.rows()];
         let solution =
