@@ -46,6 +46,7 @@ mod refusals;
 mod resume;
 mod rounded_punch;
 mod sharpness;
+mod solids;
 mod solve;
 mod step_case;
 mod terms;

@@ -1,9 +1,8 @@
 //! Contact of solids of tetrahedra on flat matching surfaces.
 //!
 //! The figures are those of an independent code (Python, with another solver), which a second one reproduced.
-// All of this is test code: a failed unwrap is a failed test.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
+use cre_estimator::{EquilibratedStress, Relaxation, relax};
 use fem_core::assembly::external_forces;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
@@ -84,9 +83,7 @@ fn half_open_blocks_have_the_forces_of_another_code() {
     ];
     for (n, pairs, closed, force, energy) in known {
         let prepared = PreparedProblem::new(half_open(n)).unwrap();
-        let start = vec![0.0; prepared.rows()];
-        let mut stop = EtaNndd::new(1e-12);
-        let solution = solve(&prepared.system(), start, NewtonSettings::default(), &mut stop).unwrap();
+        let solution = exact(&prepared);
         let found = found(&prepared, &solution);
         assert_eq!((prepared.node_pairs(), found.closed), (pairs, closed));
         assert_near(found.force, force, 1e-11);
@@ -264,9 +261,7 @@ fn a_circular_contact_zone_has_the_force_of_another_code() {
         [(3, 4, 0.021_362_717_833_6), (6, 15, 0.019_576_732_261_9), (12, 50, 0.019_029_604_701_3)]
     {
         let prepared = PreparedProblem::new(circle(n)).unwrap();
-        let start = vec![0.0; prepared.rows()];
-        let solution =
-            solve(&prepared.system(), start, NewtonSettings::default(), &mut EtaNndd::new(1e-12)).unwrap();
+        let solution = exact(&prepared);
         let found = found(&prepared, &solution);
         assert_eq!((prepared.node_pairs(), found.closed), ((n + 1) * (n + 1), closed));
         // The loads are integrated by another rule.
@@ -340,9 +335,7 @@ fn a_stamp_that_may_tilt_presses_a_box_onto_a_fixed_plane() {
         let prepared = PreparedProblem::new(problem).unwrap();
         // The box is free along z; the stamp moves and tilts.
         assert_eq!(prepared.rigid_motions().len(), 1 + 3);
-        let start = vec![0.0; prepared.rows()];
-        let solution =
-            solve(&prepared.system(), start, NewtonSettings::default(), &mut EtaNndd::new(1e-12)).unwrap();
+        let solution = exact(&prepared);
         (prepared.displacements(&solution.last.fields(&prepared.system())), solution)
     };
     let (fields, solution) = pressed(1.4, 0.0);
@@ -366,4 +359,80 @@ fn a_stamp_that_may_tilt_presses_a_box_onto_a_fixed_plane() {
     let arm: f64 = top.iter().zip(forces).map(|(node, f)| f * mesh.points()[*node][1]).sum::<f64>() / 1.4;
     assert!((arm - 0.6).abs() < 1e-12, "{arm}");
     assert!(fields[2][0][2] - fields[2][top.len() - 1][2] > 1e-3);
+}
+
+/// The error in the constitutive relation: its part of each body, and the one of contact, `2 pᵀMo`, J.
+fn error_squared(
+    prepared: &PreparedProblem<Solid>,
+    solution: &NnddSolution,
+    relaxation: Relaxation,
+) -> ([f64; 2], f64) {
+    let fields = prepared.displacements(&solution.last.fields(&prepared.system()));
+    let problem = prepared.problem();
+    let interface = &problem.contacts[0].interface;
+    let forces = interface.pairs().iter().zip(&solution.last.contact.normal_reaction);
+    let pressure: Vec<f64> = forces.map(|(pair, force)| force / pair.weight).collect();
+    let consistent = interface.mass(&pressure);
+    let of_body = |side: usize| {
+        let (body, sign) = (&problem.bodies[side], if side == 0 { -1.0 } else { 1.0 });
+        let topology = body.mesh().topology();
+        let forces: Vec<_> = interface
+            .pairs()
+            .iter()
+            .zip(&consistent)
+            .map(|(pair, force)| (pair.nodes[side], sign * *force * pair.normal))
+            .collect();
+        let mut conditions = body.facet_conditions().to_vec();
+        for facet in interface.facets() {
+            let corners = topology.facets()[facet.facets[side]];
+            for k in facet.pairs {
+                let pair = &interface.pairs()[k as usize];
+                let corner = corners.iter().position(|node| *node == pair.nodes[side]).unwrap();
+                let place = topology.boundary_place(facet.facets[side]);
+                conditions[place].traction[corner] = sign * pressure[k as usize] * pair.normal;
+            }
+        }
+        let loaded = prepared.bodies()[side].displacement_from_nodal_forces(&forces);
+        let mut stress = EquilibratedStress::recover(body, stresses(body, &loaded), conditions);
+        relax(body, &mut stress, relaxation);
+        assert!(stress.imbalance(body) < 1e-11, "{:e}", stress.imbalance(body));
+        stress.distance_squared_to(body, &stresses(body, &fields[side]))
+    };
+    let work = consistent.iter().zip(&solution.last.opening).map(|(force, opening)| force * opening);
+    ([0, 1].map(of_body), 2.0 * work.sum::<f64>())
+}
+
+fn exact(prepared: &PreparedProblem<Solid>) -> NnddSolution {
+    let start = vec![0.0; prepared.rows()];
+    solve(&prepared.system(), start, NewtonSettings::default(), &mut EtaNndd::new(1e-12)).unwrap()
+}
+
+#[test]
+fn errors_of_solids_in_contact_are_those_of_another_code() {
+    let none = Relaxation::Steps(0);
+    for (n, known) in [(2, 2.201_825_61), (4, 1.669_669), (8, 1.201_888)] {
+        let prepared = PreparedProblem::new(half_open(n)).unwrap();
+        let (bodies, contact) = error_squared(&prepared, &exact(&prepared), none);
+        assert_near((bodies[0] + bodies[1] + contact).sqrt(), known, 5e-7);
+    }
+    // With loads that another rule integrates.
+    for (n, known) in [(3, 0.494_544_672), (6, 0.289_234_537)] {
+        let prepared = PreparedProblem::new(circle(n)).unwrap();
+        let solution = exact(&prepared);
+        let (bodies, contact) = error_squared(&prepared, &solution, none);
+        assert_near((bodies[0] + bodies[1] + contact).sqrt(), known, 1e-5);
+        if n == 3 {
+            assert_near(bodies[0].sqrt(), 0.406_193_698, 1e-5);
+            assert_near(bodies[1].sqrt(), 0.281_501_066, 1e-5);
+            assert_near(contact, 2.330_776_96e-4, 1e-4);
+            continue;
+        }
+        // Over the error of the field, whose quadrature has five digits.
+        let error = 0.046_382_204_7;
+        for (steps, effectivity) in [(1, 1.558), (2, 1.251), (3, 1.162)] {
+            let (bodies, contact) = error_squared(&prepared, &solution, Relaxation::Steps(steps));
+            let found = (bodies[0] + bodies[1] + contact).sqrt() / error;
+            assert!(found > 1.0 && (found - effectivity).abs() < 2e-3, "{found} {effectivity}");
+        }
+    }
 }
