@@ -2,6 +2,7 @@
 //!
 //! The figures are those of an independent code (Python, with another solver), which a second one reproduced.
 
+use cre_estimator::pressure::{facet_pressure, nodal_forces, nodal_pressure};
 use cre_estimator::{EquilibratedStress, Relaxation, relax};
 use fem_core::assembly::external_forces;
 use fem_core::body::Body;
@@ -370,18 +371,14 @@ fn error_squared(
     let fields = prepared.displacements(&solution.last.fields(&prepared.system()));
     let problem = prepared.problem();
     let interface = &problem.contacts[0].interface;
-    let forces = interface.pairs().iter().zip(&solution.last.contact.normal_reaction);
-    let pressure: Vec<f64> = forces.map(|(pair, force)| force / pair.weight).collect();
-    let consistent = interface.mass(&pressure);
+    let pressure = nodal_pressure(interface, &solution.last.contact.normal_reaction);
+    let on_facets = facet_pressure(interface, &pressure);
+    let consistent = nodal_forces(interface, &pressure, &on_facets);
     let of_body = |side: usize| {
         let (body, sign) = (&problem.bodies[side], if side == 0 { -1.0 } else { 1.0 });
         let topology = body.mesh().topology();
-        let forces: Vec<_> = interface
-            .pairs()
-            .iter()
-            .zip(&consistent)
-            .map(|(pair, force)| (pair.nodes[side], sign * *force * pair.normal))
-            .collect();
+        let forces = interface.pairs().iter().zip(&consistent);
+        let forces: Vec<_> = forces.map(|(pair, force)| (pair.nodes[side], sign * force)).collect();
         let mut conditions = body.facet_conditions().to_vec();
         for facet in interface.facets() {
             let corners = topology.facets()[facet.facets[side]];
@@ -398,7 +395,8 @@ fn error_squared(
         assert!(stress.imbalance(body) < 1e-11, "{:e}", stress.imbalance(body));
         stress.distance_squared_to(body, &stresses(body, &fields[side]))
     };
-    let work = consistent.iter().zip(&solution.last.opening).map(|(force, opening)| force * opening);
+    let facets = interface.facets().iter().zip(&on_facets);
+    let work = facets.map(|(facet, p)| facet.flat_work(p, &facet.openings(&solution.last.opening)));
     ([0, 1].map(of_body), 2.0 * work.sum::<f64>())
 }
 

@@ -72,7 +72,7 @@ pub struct AdmissibleContact {
     pub lift: Lift,
     /// Pressure at each pair, Pa: `r²_i/ℓ_i ≥ 0`, or the nearest one that balances the floating bodies, (31).
     pub pressure: Vec<f64>,
-    /// `p`, the pressure common to both bodies at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
+    /// `p`, the pressure common to both bodies at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::facet_pressure`].
     pub edge_pressure: Vec<[f64; 2]>,
     /// Nodal forces `∫ (p n + q t) φ_i ds` of pressure and friction at each pair of nodes, Cartesian, N/m: on
     /// the second body; the forces on the first are opposite.
@@ -166,7 +166,7 @@ impl AdmissibleContact {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;
         let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
-        let edge_pressure = pressure::edge_pressure(interface, &pressure);
+        let edge_pressure = pressure::facet_pressure(interface, &pressure);
         let mut pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
         // The lifts of other pairs move nodes of this one, too.
         let moved = problem.places_of(pair).map(|b| moved.get(b).and_then(Option::as_deref));

@@ -184,7 +184,7 @@ fn nearest(
             let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
             let mean = |edge: &ContactFacet| 0.5 * edge.openings(opening).iter().sum::<f64>();
             let middle: Vec<f64> = interface.facets().iter().map(mean).collect();
-            let edge_pressure = pressure::edge_pressure(interface, &p);
+            let edge_pressure = pressure::facet_pressure(interface, &p);
             pressure::contact_terms(interface, &edge_pressure, opening, &middle).iter().sum()
         };
         split(prepared, pressure).into_iter().enumerate().map(of_pair).sum()

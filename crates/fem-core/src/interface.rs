@@ -155,6 +155,18 @@ impl<S: Space> ContactFacet<S> {
         let sum = others.fold(values[corner] * 2.0, |sum, other| sum + values[other]);
         sum * (self.measure / (S::DIM * (S::DIM + 1)) as f64)
     }
+
+    /// Computes `∫ p o ds` of a linear pressure and a linear opening, J/m in the plane, J in space: with the mass matrix of [`Self::moment`].
+    ///
+    /// * `pressure`, `opening`: at the corners, Pa and m.
+    pub fn flat_work(&self, pressure: &S::Axes<f64>, opening: &S::Axes<f64>) -> f64 {
+        let at = |corner: usize| {
+            let others = (0..S::DIM).filter(|other| *other != corner);
+            pressure[corner] * others.fold(2.0 * opening[corner], |sum, other| sum + opening[other])
+        };
+        self.measure / (S::DIM * (S::DIM + 1)) as f64
+            * (1..S::DIM).fold(at(0), |sum, corner| sum + at(corner))
+    }
 }
 
 impl ContactFacet {
@@ -165,11 +177,11 @@ impl ContactFacet {
     ///
     /// * `pressure`: see [`Self::pressure`]; `opening`: at its ends, m; `middle`: see [`ContactInterface::middle_opening`].
     pub fn work(&self, pressure: [f64; 2], opening: [f64; 2], middle: f64) -> f64 {
-        let ([p, q], [o, r]) = (pressure, opening);
         if self.bent {
+            let ([p, _], [o, r]) = (pressure, opening);
             return self.measure / 3.0 * p * (o + middle + r);
         }
-        self.measure / 6.0 * (p * (2.0 * o + r) + q * (o + 2.0 * r))
+        self.flat_work(&pressure, &opening)
     }
 }
 
