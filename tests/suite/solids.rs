@@ -2,7 +2,7 @@
 //!
 //! The figures are those of an independent code (Python, with another solver), which a second one reproduced.
 
-use cre_estimator::pressure::{facet_pressure, nodal_forces, nodal_pressure};
+use cre_estimator::pressure::{conditions, facet_pressure, nodal_forces, nodal_pressure};
 use cre_estimator::{EquilibratedStress, Relaxation, relax};
 use fem_core::assembly::external_forces;
 use fem_core::body::Body;
@@ -376,19 +376,11 @@ fn error_squared(
     let consistent = nodal_forces(interface, &pressure, &on_facets);
     let of_body = |side: usize| {
         let (body, sign) = (&problem.bodies[side], if side == 0 { -1.0 } else { 1.0 });
-        let topology = body.mesh().topology();
         let forces = interface.pairs().iter().zip(&consistent);
         let forces: Vec<_> = forces.map(|(pair, force)| (pair.nodes[side], sign * force)).collect();
-        let mut conditions = body.facet_conditions().to_vec();
-        for facet in interface.facets() {
-            let corners = topology.facets()[facet.facets[side]];
-            for k in facet.pairs {
-                let pair = &interface.pairs()[k as usize];
-                let corner = corners.iter().position(|node| *node == pair.nodes[side]).unwrap();
-                let place = topology.boundary_place(facet.facets[side]);
-                conditions[place].traction[corner] = sign * pressure[k as usize] * pair.normal;
-            }
-        }
+        let conditions = conditions(problem, side, |[_, facet, corner], factor| {
+            on_facets[facet][corner] * factor * interface.pairs()[0].normal
+        });
         let loaded = prepared.bodies()[side].displacement_from_nodal_forces(&forces);
         let mut stress = EquilibratedStress::recover(body, stresses(body, &loaded), conditions);
         relax(body, &mut stress, relaxation);

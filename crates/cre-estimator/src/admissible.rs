@@ -9,7 +9,7 @@ use crate::lift::{self, Lift, side_sign};
 use crate::openings;
 use crate::pressure;
 use crate::relaxation::RelaxationReport;
-use fem_core::body::{Body, FacetCondition};
+use fem_core::body::FacetCondition;
 use fem_core::condensation::CondensedBody;
 use fem_core::directions::Directions;
 use fem_core::each_body;
@@ -297,32 +297,17 @@ pub(crate) fn on_body<'a>(
 }
 
 /// Applies pressures and friction to a body's contact edges: traction `−p n − q t` on the first body of a pair, `+p n + q t` on the
-/// second, per length of the contact line, scaled to the length of the body's own edge.
+/// second.
 fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleContact]) -> Vec<FacetCondition> {
-    let body = &problem.bodies[b];
-    let mut conditions = body.facet_conditions().to_vec();
-    for (k, side) in problem.sides_of(Partner::Body(b)) {
+    pressure::conditions(problem, b, |[k, edge, end], scale| {
         let interface = &problem.contacts[k].interface;
-        let sign = side_sign(side);
-        for_contact_edges(body, interface, side, |place, contact, reversed| {
-            let edge = &interface.facets()[contact];
-            let stretch = edge.measure / body.mesh().facet_measure(edge.facets[side]);
-            let end = |e: usize| {
-                let normal = interface.pairs()[edge.pairs[e] as usize].normal;
-                let pressure = sign * contacts[k].edge_pressure[contact][e] * stretch * normal;
-                match contacts[k].edge_friction.friction.get(contact) {
-                    None => pressure,
-                    Some(friction) => pressure + sign * friction[e] * stretch * perpendicular(normal),
-                }
-            };
-            let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
-            // An edge may be in two pairs.
-            for (sum, more) in conditions[place].traction.iter_mut().zip(traction) {
-                *sum += more;
-            }
-        });
-    }
-    conditions
+        let normal = interface.pairs()[interface.facets()[edge].pairs[end] as usize].normal;
+        let pressure = contacts[k].edge_pressure[edge][end] * scale * normal;
+        match contacts[k].edge_friction.friction.get(edge) {
+            None => pressure,
+            Some(friction) => pressure + friction[end] * scale * perpendicular(normal),
+        }
+    })
 }
 
 /// Sets the conditions of an imposed λ on all contact edges of a body: the normal traction is a reaction, the tangential one is zero, or a
@@ -332,32 +317,15 @@ pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<Fac
     let mut conditions = body.facet_conditions().to_vec();
     for (k, side) in problem.sides_of(Partner::Body(b)) {
         let interface = &problem.contacts[k].interface;
-        for_contact_edges(body, interface, side, |place, contact, _| {
-            let normal = interface.pairs()[interface.facets()[contact].pairs[0] as usize].normal;
+        for edge in interface.facets() {
+            let normal = interface.pairs()[edge.pairs[0] as usize].normal;
             let friction = problem.contacts[k].friction.acts();
             let reaction = if friction { Directions::ALL } else { Directions::along(normal) };
+            let place = body.mesh().topology().boundary_place(edge.facets[side]);
             conditions[place] = FacetCondition { reaction, traction: [Vector::zeros(); 2] };
-        });
+        }
     }
     conditions
-}
-
-/// Calls `act` with the place of each contact edge among the boundary edges, its number among the contact edges, and
-/// whether the mesh's edge runs against it.
-fn for_contact_edges(
-    body: &Body,
-    interface: &ContactInterface,
-    side: usize,
-    mut act: impl FnMut(usize, usize, bool),
-) {
-    let topology = body.mesh().topology();
-    for (number, contact) in interface.facets().iter().enumerate() {
-        let edge = contact.facets[side];
-        let place = topology.boundary_place(edge);
-        let end = contact.free_corners().next().unwrap_or(0);
-        let node = interface.pairs()[contact.pairs[end] as usize].nodes[side];
-        act(place, number, node != topology.facets()[edge][end]);
-    }
 }
 
 /// Checks the sizes of a state and that its numbers are finite.

@@ -1,6 +1,9 @@
 //! The contact pressure of an admissible stress.
 
-use fem_core::interface::{ContactFacet, ContactInterface};
+use crate::lift::side_sign;
+use fem_core::body::FacetCondition;
+use fem_core::interface::{ContactFacet, ContactInterface, ContactProblem, Partner};
+use fem_core::mesh::id::NodeId;
 use fem_core::space::Space;
 
 /// Computes the P1 pressure of nodal contact forces, `p_i = r²_i/ℓ_i ≥ 0`, Pa (18).
@@ -26,6 +29,55 @@ pub fn nodal_forces<S: Space>(
     }
     let forces = interface.mass(pressure);
     interface.pairs().iter().zip(forces).map(|(pair, force)| pair.normal * force).collect()
+}
+
+/// Applies tractions to the contact facets of a body, and returns the condition on each of its boundary facets.
+///
+/// * `body`: its number; `traction`: at a corner of a contact facet, by the numbers of pair, facet and corner, Pa: on the second body of a pair, times the
+///   factor given. The factor has the sign of the side, and turns a traction on the interface into one on the body's own facet.
+pub fn conditions<S: Space>(
+    problem: &ContactProblem<S>,
+    body: usize,
+    traction: impl Fn([usize; 3], f64) -> S::Vector,
+) -> Vec<FacetCondition<S>> {
+    let of = &problem.bodies[body];
+    let (mesh, topology) = (of.mesh(), of.mesh().topology());
+    let mut conditions = of.facet_conditions().to_vec();
+    for (k, side) in problem.sides_of(Partner::Body(body)) {
+        let interface = &problem.contacts[k].interface;
+        for (number, facet) in interface.facets().iter().enumerate() {
+            let own = facet.facets[side];
+            let factor = side_sign(side) * (facet.measure / mesh.facet_measure(own));
+            let places = places(interface, facet, side, &topology.facets()[own]);
+            // An edge may be in two pairs.
+            let sums = &mut conditions[topology.boundary_place(own)].traction;
+            for corner in 0..S::DIM {
+                sums[places[corner]] += traction([k, number, corner], factor);
+            }
+        }
+    }
+    conditions
+}
+
+/// Finds the corners of a contact facet among the nodes of a body's own facet; clamped ones, which have no pair, are those that remain.
+fn places<S: Space>(
+    interface: &ContactInterface<S>,
+    facet: &ContactFacet<S>,
+    side: usize,
+    nodes: &S::Axes<NodeId>,
+) -> S::Axes<usize> {
+    let mut places = S::axes(|_| S::DIM);
+    for corner in facet.free_corners() {
+        let node = interface.pairs()[facet.pairs[corner] as usize].nodes[side];
+        places[corner] = nodes.as_ref().iter().position(|own| *own == node).unwrap_or(corner);
+    }
+    let remaining = |places: &S::Axes<usize>| (0..S::DIM).find(|place| !places.as_ref().contains(place));
+    for corner in 0..S::DIM {
+        if places[corner] == S::DIM {
+            places[corner] = remaining(&places).unwrap_or(corner);
+        }
+    }
+    places
 }
 
 /// Computes `2 ∫ p o ds` on every contact edge, J/m, see [`ContactFacet::work`]: the last term of (15).
