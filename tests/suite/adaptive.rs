@@ -85,9 +85,8 @@ fn the_papers_problem_is_certified_to_five_per_cent() {
     assert!(answer.history.len() > 2 && last.nodes < 3000, "{:?}", answer.history);
     assert!(record.valid.iter().all(|v| *v));
     assert!(record.split.iter().all(|d| *d < 1e-12), "{:?}", record.split);
-    // The active set of the mesh before spares the interior-point method.
-    assert_eq!(record.clarabel_calls[0], 1);
-    assert!(record.clarabel_calls[1..].iter().all(|c| *c == 0), "{:?}", record.clarabel_calls);
+    // Active sets find the first one, and each mesh hands its own on.
+    assert!(record.clarabel_calls.iter().all(|c| *c == 0), "{:?}", record.clarabel_calls);
     // Every mesh grows, and none is marked after the last.
     assert!(answer.history.windows(2).all(|w| w[1].nodes > w[0].nodes));
 }

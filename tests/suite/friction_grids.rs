@@ -3,7 +3,7 @@
 
 use case_io::Case;
 use certified_contact::{CertifiedSolution, Settings, Silent, solve};
-use nndd::{NewtonSettings, NnddStatus};
+use nndd::{Method, NewtonSettings, NnddStatus};
 use std::fmt::Write;
 use tests::random::Random;
 
@@ -162,4 +162,16 @@ fn a_beam_on_many_circles_is_certified() {
         assert_eq!(found.nndd.status, NnddStatus::StoppedByCriterion, "{count} {sizes:?}");
         assert!(found.is_certified(), "{count} {sizes:?}: {:?}", found.estimate.unwrap().admissibility);
     }
+}
+
+#[test]
+fn a_beam_on_circles_is_solved_exactly_unless_a_method_is_named() {
+    // The first sets of newton-nn hold it at a few circles alone, and it stalls.
+    let held = "[[body.displacement]]\non = \"left\"\nux = 0.0\n[[contact]]";
+    let text = beam(64, [1.0, 1.0], 1.0, "").replacen("[[contact]]", held, 1);
+    let text = text.replace("young = 100.0\npoisson = 0.1", "young = 1000.0\npoisson = 0.2");
+    let problem = Case::parse(&text, "case.toml", &[]).unwrap().build().unwrap().0;
+    let found = solve(problem, &Settings::default(), &mut Silent).unwrap();
+    assert_eq!(found.nndd.status, NnddStatus::StoppedByCriterion);
+    assert!(matches!(found.method, Method::Newton(_)) && found.is_certified());
 }

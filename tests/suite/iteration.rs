@@ -26,7 +26,7 @@ fn discrete_force(problem: &ContactProblem) -> f64 {
 
 /// Settings with which the iteration does not converge: few iterations from λ = 0.
 fn hurried(iterations: usize) -> Settings {
-    let mut settings = Settings::default();
+    let mut settings = Settings::default().with_method(NnddSettings::default());
     settings.method = settings.method.with_max_iterations(iterations);
     settings
 }
@@ -149,16 +149,19 @@ fn an_explicit_choice_of_the_iteration_never_switches() {
 
 #[test]
 fn a_criterion_below_round_off_is_not_met_by_newton_either() {
-    let mut settings = Settings::default();
-    settings.criterion = Criterion::EtaNndd { tolerance: 1e-30 };
-    let answer = run(paper::problem(paper::COARSE).unwrap(), &settings);
-    assert!(answer.nndd.switch.is_some());
-    assert!(
-        matches!(answer.nndd.status, NnddStatus::Stalled { at_round_off: true, .. }),
-        "{:?}",
-        answer.nndd.status
-    );
-    assert!(answer.is_certified());
+    for by_newton in [true, false] {
+        let iteration = Settings::default().with_method(NnddSettings::default());
+        let mut settings = if by_newton { Settings::default() } else { iteration };
+        settings.criterion = Criterion::EtaNndd { tolerance: 1e-30 };
+        let answer = run(paper::problem(paper::COARSE).unwrap(), &settings);
+        assert_eq!(answer.nndd.switch.is_none(), by_newton);
+        assert!(
+            matches!(answer.nndd.status, NnddStatus::Stalled { at_round_off: true, .. }),
+            "{:?}",
+            answer.nndd.status
+        );
+        assert!(answer.is_certified());
+    }
 }
 
 /// Keeps the checkpoints of a run.

@@ -36,6 +36,7 @@ mod key_page;
 mod limit;
 mod load_steps;
 mod mesh_files;
+mod newton_nn;
 mod non_matching;
 mod paper;
 mod patch;

@@ -54,7 +54,6 @@ fn the_defaults_stop_when_the_iteration_is_good_enough_for_the_mesh() {
         let answer = run(paper::problem(cells).unwrap(), &Settings::default());
         assert_eq!(answer.nndd.status, NnddStatus::StoppedByCriterion);
         assert!(answer.is_certified());
-        assert!(answer.nndd.clarabel_calls >= 1);
         let row = answer.rows.last().unwrap();
         assert!(row.iteration.eta_nndd <= 0.1 * row.eta_dis.unwrap());
         assert_eq!(answer.rows.len(), answer.nndd.history.len());

@@ -24,7 +24,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 71] = [
+pub const FEATURES: [&str; 72] = [
     "no contact",
     "one body",
     "two bodies",
@@ -77,6 +77,7 @@ pub const FEATURES: [&str; 71] = [
     "method: nndd",
     "method: newton",
     "method: exact",
+    "method: newton-nn",
     "programme",
     "imposed",
     "imposed of a pair",

@@ -163,6 +163,10 @@ pub struct IterationRow {
     pub qp_path: Option<String>,
     /// Iterations of the contact problem.
     pub qp_iterations: usize,
+    /// The Newton step of method newton-nn, from 1; `None` for its first two iterations, and with other methods.
+    pub step: Option<usize>,
+    /// The inner iterations of this step so far.
+    pub inner: Option<usize>,
 }
 
 /// One adaptive step.

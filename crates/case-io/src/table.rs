@@ -6,7 +6,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 /// The columns of history.csv: the keys of `iterations` in report.json, of which `contact_forces` takes two columns.
-const HISTORY_COLUMNS: [&str; 12] = [
+const HISTORY_COLUMNS: [&str; 14] = [
     "iteration",
     "theta",
     "precision",
@@ -19,6 +19,8 @@ const HISTORY_COLUMNS: [&str; 12] = [
     "contact_forces_second",
     "qp_path",
     "qp_iterations",
+    "step",
+    "inner",
 ];
 
 /// The columns of contact.csv.
@@ -221,7 +223,7 @@ mod tests {
         let text = history_csv(std::slice::from_ref(&row)).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], HISTORY_COLUMNS.join(","));
-        assert_eq!(lines[1], "1,0.4,,0.30000000000000004,,,0,1e-20,1e-20,,\"active, set\",0");
+        assert_eq!(lines[1], "1,0.4,,0.30000000000000004,,,0,1e-20,1e-20,,\"active, set\",0,,");
         // By position: the two forces are one field of a row.
         let records = csv::Reader::from_reader(text.as_bytes()).into_records();
         let back: Vec<IterationRow> = records.map(|r| r.unwrap().deserialize(None).unwrap()).collect();

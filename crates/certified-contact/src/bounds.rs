@@ -76,7 +76,7 @@ impl Bounds {
         {
             for (side, added) in contact.added.iter().enumerate() {
                 let role = of.roles.of_side(side);
-                let (forces, sign) = (&iterate.forces()[role][block.clone()], [-1.0, 1.0][role]);
+                let (forces, sign) = (&iterate.reactions()[role][block.clone()], [-1.0, 1.0][role]);
                 lifted += added.iter().zip(forces).map(|(l, r)| sign * l * r).sum::<f64>();
             }
             let by_role = [&iterate.tangential.reaction, &iterate.tangential.force];

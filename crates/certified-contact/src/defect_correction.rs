@@ -14,7 +14,7 @@ use fem_core::interface::{ContactPair, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::stopping::EtaNndd;
-use nndd::{Iterate, Method, NnddError, Start, UnilateralSolution};
+use nndd::{Iterate, Method, NnddError, NnddSettings, Start, UnilateralSolution};
 use rayon::prelude::*;
 
 /// An increment larger than this fraction of the previous one is the last.
@@ -63,7 +63,16 @@ pub(crate) fn correct(
         return Ok(None);
     }
     let contacts = contact.contacts.clone();
-    let method = method.clone().with_max_iterations(if advance { MOST_ITERATIONS } else { 1 });
+    // Increments leave the set alone: the iteration corrects λ.
+    let method = match method {
+        Method::NewtonNn(settings) => {
+            let mut iteration = NnddSettings::default();
+            iteration.qp = settings.qp.clone();
+            iteration.into()
+        }
+        other => other.clone(),
+    };
+    let method = method.with_max_iterations(if advance { MOST_ITERATIONS } else { 1 });
     let mut correction = Correction { increments: problem, contacts, touching, loads: Vec::new(), method };
     let found = correction.run(iterate, fields);
     let Correction { increments: problem, contacts, loads, .. } = correction;
@@ -176,13 +185,8 @@ impl Correction<'_> {
             programme: iterate.programme,
             iteration: iterate.iteration,
             theta: iterate.theta,
-            reaction: found.reaction,
-            opening: found.opening,
-            precision: found.precision,
-            eta_nndd: found.eta_nndd,
-            recovery: found.recovery,
-            amounts: found.amounts,
-            tangential: found.tangential,
+            own: None,
+            ..found
         }
     }
 }

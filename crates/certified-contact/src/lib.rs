@@ -97,7 +97,7 @@ pub use observer::{Observer, Phase, Silent};
 pub use reactions::{Balance, Reaction, RigidSideResults};
 pub use recovered_pressure::recovered_pressure;
 pub use results::{FrictionResults, PairResults, PeakStress, Results, Stretch};
-pub use settings::{Criterion, Imposed, Settings, suits_iteration};
+pub use settings::{Criterion, Imposed, Settings, prefers_exact, suits_iteration};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
 pub use solve_coulomb::solve_coulomb;

@@ -183,7 +183,7 @@ pub(crate) fn support_reactions(
         let Some(side) = pair.side_of(Partner::Body(b)) else { continue };
         let role = pair.roles.of_side(side);
         let along_tangents = &[&iterate.tangential.reaction, &iterate.tangential.force][role][tangents];
-        let forces = iterate.forces()[role][block].iter().chain(along_tangents);
+        let forces = iterate.reactions()[role][block].iter().chain(along_tangents);
         for (row, r) in pair.rows().zip(forces) {
             let force = pair.roles.sign() * r * row.direction;
             let node = row.nodes[side].index();

@@ -228,7 +228,7 @@ fn recheck_stop(
         row.eta_nndd = eta_nndd;
     }
     // The exact solution of an assembly leaves motions free that only the error of the normals resists.
-    let exact = matches!(settings.method, Method::Newton(_)) && !suits_iteration(problem);
+    let exact = !matches!(settings.method, Method::Nndd(_)) && !suits_iteration(problem);
     if let Criterion::Estimator { ratio, .. } = settings.criterion
         && let ratio = if exact { ratio.max(FREE_MOTIONS) } else { ratio }
         && nndd.status == NnddStatus::StoppedByCriterion
@@ -292,7 +292,7 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
     }
     // Only the iteration depends on it.
     let stiffer = match settings.method {
-        Method::Nndd(_) => nndd::stiffer_roles(&problem.system()),
+        Method::Nndd(_) | Method::NewtonNn(_) => nndd::stiffer_roles(&problem.system()),
         _ => vec![Roles::FIRST; contacts.len()],
     };
     let chosen = contacts.iter().zip(stiffer).enumerate().map(|(k, (pair, stiffer))| match of_pair(k) {

@@ -31,9 +31,9 @@
 //! ```
 //! | formula | where |
 //! |---|---|
-//! | (8) | [`CondensedBody::reaction`](fem_core::condensation::CondensedBody::reaction) |
+//! | (8) | [`InterfaceOperator::reaction`](fem_core::condensation::InterfaceOperator::reaction) |
 //! | (9) | [`contact_qp::solve_box`] |
-//! | (10), (11) | [`CondensedBody::trace_from_force`](fem_core::condensation::CondensedBody::trace_from_force) |
+//! | (10), (11) | [`InterfaceOperator::trace_from_force`](fem_core::condensation::InterfaceOperator::trace_from_force) |
 //! | the loop | [`nndd::solve`]; weights other than ½ and other updates: [`nndd::Weights`], [`nndd::Acceleration`] |
 //!
 //! `S` is a by-product of the factorisation `K = L Lᵀ` with the interface last. The displacement is recovered only on

@@ -81,17 +81,70 @@ pub fn nearest_balanced(
     rows: &SparseRows,
     right_side: &[f64],
 ) -> Result<Option<Balanced>, QpError> {
-    check_values("target", target.len(), target)?;
-    check_values("weights", target.len(), weights)?;
-    check(target.len(), bounds, rows, right_side)?;
-    let mut problem = Projection::new(bounds, rows, right_side);
-    if let Some(found) = problem.nearest(target, weights)? {
-        return Ok(Some(found));
+    BalanceRows::new(rows.clone(), right_side.to_vec()).nearest(target, weights, bounds)
+}
+
+/// Rows of a balance for several questions: the structure of `C W⁻¹ Cᵀ` is found once.
+#[derive(Debug)]
+pub struct BalanceRows {
+    rows: SparseRows,
+    right_side: Vec<f64>,
+    normal: Normal,
+}
+
+impl BalanceRows {
+    /// * `rows`: C, m rows with n columns; `right_side`: e, m entries.
+    #[must_use]
+    pub fn new(rows: SparseRows, right_side: Vec<f64>) -> Self {
+        let normal = Normal::new(&rows.transposed());
+        Self { rows, right_side, normal }
     }
-    if problem.is_out_of_balance()? {
-        Ok(None)
-    } else {
-        on_its_active_set(target, weights, bounds, rows, right_side)
+
+    /// Returns C.
+    #[must_use]
+    pub fn rows(&self) -> &SparseRows {
+        &self.rows
+    }
+
+    /// Returns e.
+    #[must_use]
+    pub fn right_side(&self) -> &[f64] {
+        &self.right_side
+    }
+
+    /// See [`nearest_balanced`].
+    ///
+    /// # Errors
+    /// See [`nearest_balanced`].
+    pub fn nearest(
+        &mut self,
+        target: &[f64],
+        weights: &[f64],
+        bounds: [&[f64]; 2],
+    ) -> Result<Option<Balanced>, QpError> {
+        let Self { rows, right_side, normal } = self;
+        check_values("target", target.len(), target)?;
+        check_values("weights", target.len(), weights)?;
+        check(target.len(), bounds, rows, right_side)?;
+        let mut problem = Projection::new(bounds, rows, right_side, normal);
+        if let Some(found) = problem.nearest(target, weights)? {
+            return Ok(Some(found));
+        }
+        if problem.is_out_of_balance()? {
+            Ok(None)
+        } else {
+            on_its_active_set(target, weights, bounds, rows, right_side)
+        }
+    }
+
+    /// See [`unbalanced_load`].
+    ///
+    /// # Errors
+    /// See [`unbalanced_load`].
+    pub fn unbalanced(&mut self, bounds: [&[f64]; 2]) -> Result<(Vec<f64>, Vec<f64>), QpError> {
+        let Self { rows, right_side, normal } = self;
+        check(rows.columns(), bounds, rows, right_side)?;
+        Projection::new(bounds, rows, right_side, normal).least_squares()
     }
 }
 
@@ -110,8 +163,7 @@ pub fn unbalanced_load(
     right_side: &[f64],
     bounds: [&[f64]; 2],
 ) -> Result<(Vec<f64>, Vec<f64>), QpError> {
-    check(rows.columns(), bounds, rows, right_side)?;
-    Projection::new(bounds, rows, right_side).least_squares()
+    BalanceRows::new(rows.clone(), right_side.to_vec()).unbalanced(bounds)
 }
 
 fn check(
@@ -161,7 +213,7 @@ struct Projection<'a> {
     right_side: &'a [f64],
     lower: &'a [f64],
     upper: &'a [f64],
-    normal: Normal,
+    normal: &'a mut Normal,
     /// Newton steps so far.
     steps: usize,
 }
@@ -178,8 +230,13 @@ struct Centre<'a> {
 }
 
 impl<'a> Projection<'a> {
-    fn new([lower, upper]: [&'a [f64]; 2], rows: &'a SparseRows, right_side: &'a [f64]) -> Self {
-        Self { rows, right_side, lower, upper, normal: Normal::new(&rows.transposed()), steps: 0 }
+    fn new(
+        [lower, upper]: [&'a [f64]; 2],
+        rows: &'a SparseRows,
+        right_side: &'a [f64],
+        normal: &'a mut Normal,
+    ) -> Self {
+        Self { rows, right_side, lower, upper, normal, steps: 0 }
     }
 
     /// `min(u, max(l, t + W⁻¹ Gᵀ a))`.
@@ -223,7 +280,8 @@ impl<'a> Projection<'a> {
         for _ in 0..MOST_CENTRES {
             let from = a.clone();
             let centre = Centre { target, weights, softness, multipliers: &from, inexact: 0.0 };
-            let Some(p) = self.newton(&centre, &mut a)? else { break };
+            let terms = norm(&self.sizes(&self.values(&centre, &a)));
+            let Some(p) = self.newton(&centre, &mut a, terms)? else { break };
             let size = norm(&self.defect(&p));
             if best.as_ref().is_some_and(|(least, ..)| size >= GAIN * least) {
                 break;
@@ -253,7 +311,7 @@ impl<'a> Projection<'a> {
             let inexact = if 0.1 * softness >= SOFT[1] { INEXACT } else { 0.0 };
             let centre =
                 Centre { target: &target, weights: &weights, softness: 1.0, multipliers: &origin, inexact };
-            let Some(values) = self.newton(&centre, &mut a)? else { break };
+            let Some(values) = self.newton(&centre, &mut a, 0.0)? else { break };
             (left, x) = (self.defect(&values).iter().map(|d| -d).collect(), values);
             if norm(&left) <= BALANCED * size {
                 return Ok((x, left));
@@ -302,10 +360,17 @@ impl<'a> Projection<'a> {
     }
 
     /// Minimises over the multipliers, from given ones; returns the values, `None` without convergence.
-    fn newton(&mut self, centre: &Centre<'_>, a: &mut Vec<f64>) -> Result<Option<Vec<f64>>, QpError> {
+    ///
+    /// * `terms`: the size of the terms of the rows; a gradient is measured against it.
+    fn newton(
+        &mut self,
+        centre: &Centre<'_>,
+        a: &mut Vec<f64>,
+        terms: f64,
+    ) -> Result<Option<Vec<f64>>, QpError> {
         let mut p = self.values(centre, a);
         let mut gradient = self.gradient(centre, &p, a);
-        let scale = norm(self.right_side).max(norm(&gradient));
+        let scale = norm(self.right_side).max(norm(&gradient)).max(terms);
         let (mut best, mut idle) = (f64::INFINITY, 0);
         for _ in 0..MOST_STEPS {
             let between = |i: usize| p[i] > self.lower[i] && p[i] < self.upper[i];
@@ -368,7 +433,8 @@ mod tests {
             let load = if held { 1.0 } else { -1.0 };
             let loads: Vec<f64> = (0..blocks).map(|k| if k + 1 == blocks { load } else { 0.0 }).collect();
             let (lower, upper) = (vec![0.0; blocks], vec![f64::INFINITY; blocks]);
-            let mut problem = Projection::new([&lower, &upper], &rows, &loads);
+            let mut normal = Normal::new(&rows.transposed());
+            let mut problem = Projection::new([&lower, &upper], &rows, &loads, &mut normal);
             let (forces, left) = problem.least_squares().unwrap();
             let wanted = if held { 1.0 } else { 0.0 };
             assert!(forces.iter().all(|p| (p - wanted).abs() < 1e-9), "{blocks}");

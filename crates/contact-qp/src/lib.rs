@@ -32,8 +32,8 @@
 //! - [`solve_box`] returns a [`BoxSolution`], with its [`QpStatus`], the method used ([`QpPath`]), how often each way to a solution was
 //!   taken ([`QpCounts`]), and its accuracy ([`KktResiduals`]); [`kkt_residuals`] measures any other point;
 //! - [`QpError`] says why a programme is invalid;
-//! - [`RowSelection`] and [`IndependentRows`] choose among rows that depend on each other; [`nearest_balanced`], [`unbalanced_load`] and
-//!   [`nonnegative_least_squares`] answer related questions about rows and bounds.
+//! - [`RowSelection`] and [`IndependentRows`] choose among rows that depend on each other; [`nearest_balanced`], [`unbalanced_load`],
+//!   both for several questions by [`BalanceRows`], and [`nonnegative_least_squares`] answer related questions about rows and bounds.
 //!
 //! `examples/` solves an obstacle problem whose contact zone is known, and a regression with bounds.
 //!
@@ -83,7 +83,7 @@ mod settings;
 mod solution;
 mod sparse;
 
-pub use balance::{Balanced, nearest_balanced, unbalanced_load};
+pub use balance::{BalanceRows, Balanced, nearest_balanced, unbalanced_load};
 pub use bound_state::BoundState;
 pub use box_qp::solve_box;
 pub use error::QpError;

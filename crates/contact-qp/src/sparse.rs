@@ -214,6 +214,7 @@ fn solve_sparse(factor: &QDLDLFactorisation, rhs: &mut [f64]) {
 }
 
 /// `G S Gᵀ + ρ I` for any diagonal `S`, in one order.
+#[derive(Debug)]
 pub(crate) struct Normal {
     size: usize,
     /// The products of the entries of each column of `G`, with their place among the values.

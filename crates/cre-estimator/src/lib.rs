@@ -39,7 +39,8 @@
 //! | where to refine | [`marking`] |
 //!
 //! Stresses in equilibrium exist in space, too ([`Recovery`]): on tetrahedra by graph Laplacians around the vertices, four parts in a cell, and
-//! bars and wrenches instead of Airy functions. `examples/solid.rs` certifies a solid body; contact in space is not certified yet.
+//! bars and wrenches instead of Airy functions. `examples/solid.rs` certifies a solid body, `examples/solids.rs` of `certified-contact` the contact of
+//! two; [`estimate()`] is planar.
 //!
 //! [`estimate_with()`] does all of it for a [`fem_core::interface::ContactState`] and returns an [`Estimate`];
 //! [`Estimator`] serves several states of one problem, [`estimate()`] omits the relaxation. `examples/certify.rs` certifies a displacement field read from a file.

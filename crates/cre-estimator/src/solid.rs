@@ -111,20 +111,16 @@ impl EquilibratedStress<Solid> {
         let mut moments = self.cell_moments(body, cell);
         let force = body.body_force();
         if force == Vector3::zeros() {
-            return CellMap::new(corners).map(|map| map.stress(&moments)).unwrap_or_default();
+            return CellMap::new(corners).stress(&moments);
         }
         let particular = cell::particular(&corners, force);
         let known = cell::moments_of(&corners, &particular);
         moments.iter_mut().flatten().zip(known.iter().flatten()).for_each(|(moment, known)| *moment -= known);
-        let mut stress = CellMap::new(corners).map(|map| map.stress(&moments)).unwrap_or_default();
-        let sum = |list: [SymTensor3; 2]| {
-            let [a, b]: [[f64; 6]; 2] = list.map(Into::into);
-            SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| a[k] + b[k]))
-        };
+        let mut stress = CellMap::new(corners).stress(&moments);
         // It vanishes at the barycentre.
         for (part, corners) in stress.iter_mut().zip((0..4).map(Solid::facet)) {
             for (at, corner) in part.iter_mut().zip(corners) {
-                *at = sum([*at, particular[corner]]);
+                *at = at.plus(particular[corner]);
             }
         }
         stress

@@ -24,6 +24,10 @@ pub struct ContactSystem<'a> {
     pub of_body: Vec<Vec<BodyRow>>,
     /// All rows, and the motions in them.
     pub rows: ContactRows,
+    /// Each of [`ContactRows::motions`] in the interface unknowns of its body; empty for those of obstacles.
+    pub free: Vec<Vec<f64>>,
+    /// The rigid motions of each body that is not entirely free in its interface unknowns: the motions of its supports left out.
+    pub rigid: Vec<Vec<Vec<f64>>>,
 }
 
 /// The rows of all pairs, and the rigid motions in them.
@@ -360,7 +364,37 @@ impl<S: Space> PreparedProblem<S> {
             sides[b].iter().enumerate().flat_map(of_side).collect()
         };
         let of_body = self.bodies().iter().enumerate().map(of_body).collect();
-        ContactSystem { bodies: self.bodies().iter().map(CondensedBody::interface).collect(), of_body, rows }
+        let bodies = self.bodies().iter().map(CondensedBody::interface).collect();
+        ContactSystem { bodies, of_body, rows, free: self.free_motions(), rigid: self.held_motions() }
+    }
+
+    /// Returns the rigid motions that supports leave free in the interface unknowns of their bodies.
+    fn free_motions(&self) -> Vec<Vec<f64>> {
+        let in_unknowns = |of: &BodyMotion<S>| {
+            let Some(body) = of.partner.body() else { return Vec::new() };
+            let moved = self.moved_by(of);
+            self.bodies()[body].dofs().interface_components(|node| moved[node])
+        };
+        self.rigid_motions().iter().map(in_unknowns).collect()
+    }
+
+    /// Returns the rigid motions of the bodies that their supports hold in their interface unknowns, without the imposed ones.
+    fn held_motions(&self) -> Vec<Vec<Vec<f64>>> {
+        let of_body = |(b, body): (usize, &CondensedBody<S>)| {
+            let free = self.rigid_motions().iter().filter(|of| of.partner == Partner::Body(b)).count();
+            if free == S::COMPONENTS {
+                return Vec::new();
+            }
+            let points = self.problem().bodies[b].mesh().points();
+            let centre = points.iter().copied().sum::<S::Vector>() / points.len().max(1) as f64;
+            let of = |k: usize| {
+                let (translation, spin) = S::parts(&S::components(|j| if j == k { 1.0 } else { 0.0 }));
+                let moved = |node: usize| translation + S::turned(spin, points[node] - centre);
+                body.dofs().interface_components(moved)
+            };
+            (0..S::COMPONENTS).map(of).collect()
+        };
+        self.bodies().iter().enumerate().map(of_body).collect()
     }
 
     /// Computes the displacement of each body, and then of the points of each obstacle, Cartesian, m.

@@ -300,6 +300,15 @@ impl<S: Space> DofMap<S> {
         (code / S::DIM, code % S::DIM)
     }
 
+    /// Returns the interface unknowns of a displacement, m.
+    ///
+    /// * `at`: the displacement of a node.
+    pub fn interface_components(&self, at: impl Fn(usize) -> S::Vector) -> Vec<f64> {
+        let interface = self.unknowns.len() - self.interface..self.unknowns.len();
+        let component = |(node, c): (usize, usize)| self.component(node, c, at(node));
+        interface.map(|unknown| component(self.unknown(unknown))).collect()
+    }
+
     /// Returns axis `c` of a node's frame: displacements are sums of them, forces act along them.
     #[inline]
     pub fn axis(&self, node: usize, c: usize) -> S::Vector {

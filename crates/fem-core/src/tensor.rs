@@ -75,6 +75,26 @@ pub struct SymTensor3 {
     pub xy: f64,
 }
 
+impl SymTensor3 {
+    /// Adds two tensors.
+    #[inline(always)]
+    pub fn plus(self, other: Self) -> Self {
+        self.joined(other, |a, b| a + b)
+    }
+
+    /// Subtracts `other`.
+    #[inline(always)]
+    pub fn minus(self, other: Self) -> Self {
+        self.joined(other, |a, b| a - b)
+    }
+
+    #[inline(always)]
+    fn joined(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
+        let [a, b]: [[f64; 6]; 2] = [self.into(), other.into()];
+        std::array::from_fn::<f64, 6, _>(|k| of(a[k], b[k])).into()
+    }
+}
+
 impl From<[f64; 3]> for SymTensor2 {
     #[inline(always)]
     fn from([xx, yy, xy]: [f64; 3]) -> Self {

@@ -201,10 +201,14 @@ fn solver_lines(case: &Case, output: &str) -> String {
         case_io::case::Theta::Auto => "auto".to_string(),
         case_io::case::Theta::Value(theta) => short(theta),
     };
+    let of_iteration = match solver.method {
+        case_io::case::Method::NewtonNn => String::new(),
+        _ => format!(" theta {theta}, weights {}, acceleration {}", solver.weights, solver.acceleration),
+    };
     let _ = writeln!(
         text,
-        "  solver     {} theta {theta}, weights {}, acceleration {}, lambda on {}, qp {}",
-        solver.method, solver.weights, solver.acceleration, solver.imposed, solver.qp
+        "  solver     {}{of_iteration}, lambda on {}, qp {}",
+        solver.method, solver.imposed, solver.qp
     );
     let stop = &solver.stop;
     let bound = match stop.criterion {

@@ -1,4 +1,4 @@
-//! The messages of the program if the iteration does not converge, switches to Newton, or has nothing to measure.
+//! The messages of the program if the iteration does not converge, or has nothing to measure.
 
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used)]
@@ -32,24 +32,19 @@ fn word(report: &Report) -> (&str, u8) {
 const DEFAULT: &str = "bad/case_below_round_off.toml";
 
 #[test]
-fn the_reason_names_both_methods_after_a_switch() {
-    let settings = ["solver.stop.tolerance=1e-8", "solver.max_iterations=3"];
-    let (report, said) = solved(DEFAULT, &settings);
+fn the_default_method_begins_with_the_papers_and_names_its_newton_steps() {
+    let (report, said) = solved(DEFAULT, &["solver.stop.tolerance=1e-8"]);
     assert_eq!(word(&report), ("converged", 0));
-    let expected =
-        "method nndd did not converge in 3 iterations; then method newton, exact for the discrete problem";
-    assert_eq!(report.status.reason, expected);
-    assert_eq!((report.iterations.len(), report.iterations[3].theta), (4, None));
-    assert!(
-        report.certificate.as_ref().unwrap().eta_nndd.unwrap()
-            < 1e-10 * report.iterations[0].eta_nndd.unwrap()
-    );
-    assert!(said.contains("\n   4         - "), "{said}");
+    assert_eq!(report.status.reason, "eta_nndd <= 1e-8 eta_nndd(1)");
+    let steps: Vec<Option<usize>> = report.iterations.iter().map(|row| row.step).collect();
+    assert!(steps[..2] == [None; 2] && steps[2..].iter().all(Option::is_some), "{steps:?}");
+    assert!(said.contains("\n   3         - "), "{said}");
+    // What belongs to the paper's iteration asks for it.
     for explicit in ["solver.method=nndd", "solver.theta=0.5", "solver.stop.criterion=iterations"] {
-        let (report, _) = solved(DEFAULT, &[&settings[..], &[explicit]].concat());
+        let (report, _) = solved(DEFAULT, &["solver.max_iterations=3", explicit]);
         let iterations = explicit.ends_with("iterations");
         assert_eq!(word(&report), if iterations { ("completed", 0) } else { ("max_iterations", 5) });
-        assert_eq!(report.iterations.len(), 3, "{explicit}");
+        assert!(report.iterations.iter().all(|row| row.step.is_none() && row.theta.is_some()), "{explicit}");
     }
 }
 
@@ -96,11 +91,11 @@ fn a_divergence_with_an_automatic_theta_is_told_what_else_to_set() {
     assert!(reason.contains("between 0 and 3.43e-6 and is best near 2.14e-6"), "{reason}");
     let advice = "; use weights = \"stiffness\", imposed = \"auto\", or method = \"newton\"";
     assert!(reason.ends_with(advice), "{reason}");
-    // Its advice helps, and so does the default method.
+    // Its advice helps, and so does Newton's method.
     for advice in [
         &["solver.weights=stiffness", "solver.imposed=auto"][..],
         &["solver.method=newton"],
-        &["solver.method=auto"],
+        &["solver.method=newton-nn"],
     ] {
         let (report, _) = solved("paper.toml", &[&settings[..], advice].concat());
         assert_eq!(word(&report), ("converged", 0), "{advice:?}: {}", report.status.reason);

@@ -130,21 +130,6 @@ fn a_killed_run_goes_on_to_the_same_numbers() {
 }
 
 #[test]
-fn a_run_that_switches_to_newton_on_every_mesh_resumes_to_the_same_numbers() {
-    let temp = tempfile::tempdir().unwrap();
-    let (whole, killed_run) = (temp.path().join("whole"), temp.path().join("killed"));
-    let settings = [SETTINGS.as_slice(), &["solver.max_iterations=1"]].concat();
-    let output = solve(&whole, &settings, &[]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    assert!(said(&output).contains("method newton"), "{}", said(&output));
-    killed("adaptive.toml", &killed_run, &settings, &[2]);
-    let output = solve(&killed_run, &settings, &["--resume"]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    assert_eq!(report(&killed_run).0, report(&whole).0);
-    same_files(&killed_run, &whole);
-}
-
-#[test]
 fn killed_runs_of_assemblies_go_on_to_the_same_numbers() {
     // A stamp that moves freely, a rigid side that does, and friction.
     for (case, setting) in [

@@ -2,11 +2,11 @@
 
 use case_io::Case;
 use case_io::case;
-use certified_contact::{Criterion, Imposed, Settings, suits_iteration};
+use certified_contact::{Criterion, Imposed, Settings, prefers_exact};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
-use nndd::{Acceleration, CoulombSettings, NewtonSettings, NnddSettings, Weights};
+use nndd::{Acceleration, CoulombSettings, Method, NewtonSettings, NnddSettings, Weights};
 
 /// Makes the settings of a solve from the settings in a case.
 pub fn settings(case: &Case) -> Settings {
@@ -30,8 +30,12 @@ pub fn settings(case: &Case) -> Settings {
     match solver.method {
         case::Method::Newton | case::Method::Exact => settings.with_method(exact),
         case::Method::Nndd => settings.with_method(iteration(solver)),
+        case::Method::NewtonNn => settings.with_method(Method::NewtonNn(exact)),
         case::Method::Auto => {
-            let mut settings = settings.with_method(iteration(solver));
+            let by_iteration = asks_for_iteration(case);
+            let method =
+                if by_iteration { iteration(solver).into() } else { Method::NewtonNn(exact.clone()) };
+            let mut settings = settings.with_method(method);
             settings.exact = Some(exact);
             settings
         }
@@ -55,12 +59,17 @@ pub fn coulomb(case: &Case) -> CoulombSettings {
     settings
 }
 
+/// Tells whether settings of the paper's iteration, or a number of iterations, choose it.
+fn asks_for_iteration(case: &Case) -> bool {
+    !case.given_update_settings().is_empty() || case.solver.stop.criterion == case::Criterion::Iterations
+}
+
 /// Tells whether a case is solved exactly, without an iteration.
 pub(crate) fn is_exact(case: &Case, problem: &ContactProblem) -> bool {
     match case.solver.method {
         case::Method::Exact | case::Method::Newton => true,
-        case::Method::Auto => !suits_iteration(problem),
-        case::Method::Nndd => false,
+        case::Method::Auto => prefers_exact(problem),
+        case::Method::Nndd | case::Method::NewtonNn => false,
     }
 }
 
@@ -91,8 +100,7 @@ fn qp(solver: &case::Solver) -> QpMethod {
 /// The settings of the iteration.
 fn iteration(solver: &case::Solver) -> NnddSettings {
     let mut nndd = NnddSettings::default();
-    let switches = solver.method == case::Method::Auto;
-    nndd.newton = switches.then(|| newton(solver, usize::MAX));
+    nndd.newton = None;
     nndd.theta = match solver.theta {
         case::Theta::Auto => None,
         case::Theta::Value(theta) => Some(theta),

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::host::{Host, MemoryLimit};
 use case_io::Case;
-use certified_contact::suits_iteration;
+use certified_contact::prefers_exact;
 use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
 use nndd::flexibility_entries;
@@ -67,7 +67,7 @@ fn sizes(problem: &ContactProblem) -> Vec<Size> {
         Size { nodes: body.mesh().points().len() as u64, pairs }
     };
     let mut sizes: Vec<Size> = problem.bodies.iter().zip(problem.sides()).map(of_body).collect();
-    if !suits_iteration(problem) {
+    if prefers_exact(problem) {
         // The flexibility of all pairs together, with its factor.
         sizes.push(Size { nodes: 0, pairs: flexibility_entries(&problem.contact_rows()).isqrt() });
     }

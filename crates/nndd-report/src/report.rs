@@ -34,6 +34,8 @@ pub fn iteration_row(row: &IterationRecord) -> IterationRow {
         contact_forces: row.contact_forces.map(finite),
         qp_path: Some(it.qp_path.to_string()),
         qp_iterations: it.qp_iterations,
+        step: Some(it.step[0]).filter(|step| *step > 0),
+        inner: Some(it.step[1]).filter(|_| it.step[0] > 0),
     }
 }
 

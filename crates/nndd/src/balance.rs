@@ -9,7 +9,7 @@
 
 use crate::error::NnddError;
 use crate::unresisted::UnresistedMotion;
-use contact_qp::{Combination, RowSelection, SparseRows, unbalanced_load};
+use contact_qp::{BalanceRows, Combination, RowSelection, SparseRows, unbalanced_load};
 use fem_core::contact_system::{ContactRows, RowLaw};
 use std::collections::BTreeMap;
 
@@ -19,6 +19,12 @@ const NO_LOAD: f64 = 1e-10;
 /// A motion without load is free if the pairs resist it by less than this fraction of what they resist best: normals of curved lines
 /// are no better than that.
 const WEAK: f64 = 1e-3;
+
+/// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
+const NEARLY: f64 = 0.25;
+
+/// A set holds no more if it leaves more than this fraction of the loads.
+const NOT_HELD: f64 = 1e-9;
 
 /// An entry of a motion or of its load below this fraction of its terms is round-off: forces of 1e16 would balance a load with it.
 const ROUND_OFF: f64 = 1e-12;
@@ -100,6 +106,11 @@ fn size(values: &[f64]) -> f64 {
     values.iter().map(|a| a * a).sum::<f64>().sqrt()
 }
 
+/// Returns the place of the body or obstacle of each motion.
+fn groups(rows: &ContactRows) -> Vec<usize> {
+    rows.motions.iter().map(|of| of.partner.place(rows.bodies)).collect()
+}
+
 /// `G P = e`: one line per rigid motion of a floating body.
 pub(crate) struct Balance<'a> {
     rows: &'a ContactRows,
@@ -124,8 +135,7 @@ impl<'a> Balance<'a> {
             lines.push(of.traces.iter().copied().filter(resists));
             loads.push(if of.load.abs() > ROUND_OFF * of.load_size { of.load } else { 0.0 });
         }
-        let groups: Vec<usize> = rows.motions.iter().map(|of| of.partner.place(rows.bodies)).collect();
-        let independent = RowSelection::new(&lines, &loads, &groups, WEAK)?;
+        let independent = RowSelection::new(&lines, &loads, &groups(rows), WEAK)?;
         Ok(Self { rows, lines, loads, independent })
     }
 
@@ -139,6 +149,19 @@ impl<'a> Balance<'a> {
     pub(crate) fn resisted(&self) -> (SparseRows, Vec<f64>) {
         let Self { lines, loads, independent, .. } = self;
         (lines.select(&independent.rows), independent.rows.iter().map(|k| loads[*k]).collect())
+    }
+
+    /// Finds the motions that the closed rows leave free, of those that the pairs resist.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn left_by(&self, closed: &[bool]) -> Result<RowSelection, NnddError> {
+        let (resisted, loads) = self.resisted();
+        let mut lines = SparseRows::new(closed.len());
+        resisted.rows().for_each(|line| lines.push(line.filter(|(row, _)| closed[*row])));
+        let all = groups(self.rows);
+        let groups: Vec<usize> = self.independent.rows.iter().map(|k| all[*k]).collect();
+        Ok(RowSelection::new(&lines, &loads, &groups, WEAK)?)
     }
 
     /// Tells for each row whether no motion changes it, but for rounding.
@@ -245,5 +268,74 @@ impl<'a> Balance<'a> {
         }
         let motion = UnresistedMotion::new(&free, work);
         Ok(if cones { Held::OutsideCones(motion) } else { Held::Not(motion) })
+    }
+}
+
+/// The projection on the forces `P̃` within their bounds that balance all floating bodies.
+pub(crate) struct NearestForces {
+    lines: BalanceRows,
+    /// Inverse tributary lengths by row, 1/m: forces are near each other as pressures.
+    weights: Vec<f64>,
+    /// By row, N/m.
+    bounds: [Vec<f64>; 2],
+    tangential: Vec<bool>,
+}
+
+impl NearestForces {
+    pub(crate) fn new(balance: &Balance<'_>) -> Self {
+        let ((lines, loads), rows) = (balance.resisted(), balance.rows);
+        Self {
+            lines: BalanceRows::new(lines, loads),
+            weights: rows.rows.iter().map(|row| 1.0 / row.length).collect(),
+            bounds: rows.bounds(&rows.limits()),
+            tangential: rows.rows.iter().map(|row| row.law.is_tangential()).collect(),
+        }
+    }
+
+    /// Finds the forces in balance that are nearest to given ones within the bounds; `None` if no forces are in balance.
+    ///
+    /// * `touches`: tells of the rows along normals where forces do no work.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn to(
+        &mut self,
+        forces: &[f64],
+        touches: impl Fn(usize) -> bool,
+    ) -> Result<Option<Vec<f64>>, NnddError> {
+        let Self { lines, weights, bounds: [lower, upper], tangential } = self;
+        let bound = |(i, upper): (usize, &f64)| if touches(i) || tangential[i] { *upper } else { 0.0 };
+        let of_touching: Vec<f64> = upper.iter().enumerate().map(bound).collect();
+        let distance = |of: &[f64]| -> f64 {
+            let change = of.iter().zip(forces).zip(&*weights);
+            change.map(|((a, b), weight)| weight * (a - b) * (a - b)).sum()
+        };
+        let size = distance(&vec![0.0; forces.len()]);
+        // Forces in open rows do work there, even the smallest: they appear only if the others are far from balance.
+        let found = match lines.nearest(forces, weights, [lower, &of_touching])? {
+            Some(found) if distance(&found.values) <= NEARLY * size => Some(found),
+            far => lines.nearest(forces, weights, [lower, upper])?.or(far),
+        };
+        Ok(found.map(|found| found.values))
+    }
+
+    /// Returns the part of the loads that no forces balance in the closed rows, whatever their sign; `None` if it is round-off.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn left_by(&mut self, closed: &[bool]) -> Result<Option<Vec<f64>>, NnddError> {
+        let size = size(self.lines.right_side());
+        if size == 0.0 {
+            return Ok(None);
+        }
+        let upper: Vec<f64> = closed.iter().map(|closed| if *closed { f64::INFINITY } else { 0.0 }).collect();
+        let lower: Vec<f64> = upper.iter().map(|u| 0.0 - u).collect();
+        let (_, left) = self.lines.unbalanced([&lower, &upper])?;
+        Ok(Some(left).filter(|left| self::size(left) > NOT_HELD * size))
+    }
+
+    /// Returns the rate at which each row closes in a motion of the resisted lines.
+    pub(crate) fn rates(&self, motion: &[f64]) -> Vec<f64> {
+        self.lines.rows().transposed_times(motion)
     }
 }

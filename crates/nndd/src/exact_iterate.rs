@@ -69,6 +69,8 @@ impl ExactSolution {
             recovery: Recovery::Forces,
             amounts: self.fields.amounts.clone(),
             tangential,
+            step: [0; 2],
+            own: None,
             contact: UnilateralSolution {
                 normal_trace,
                 normal_reaction: force,

@@ -78,6 +78,20 @@ pub struct Iterate {
     pub amounts: Vec<f64>,
     /// What belongs to friction; empty without it.
     pub tangential: Tangential,
+    /// The Newton step that it belongs to, from 1, and its inner iterations so far, see [`crate::Method::NewtonNn`]; 0 otherwise.
+    pub step: [usize; 2],
+    /// Its own fields, if the rows do not determine them.
+    pub own: Option<OwnFields>,
+}
+
+/// The fields of an iterate whose forces on the two bodies of a row differ from the contact force.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct OwnFields {
+    /// The data of the displacements.
+    pub(crate) bodies: Vec<BodyField>,
+    /// The forces of Ω₂ that hold its displacement, by pair of nodes, N/m.
+    pub(crate) reaction: Vec<f64>,
 }
 
 /// The tangential part of an iterate: one entry per pair of nodes of each pair with friction, pair after pair, see
@@ -114,6 +128,11 @@ impl Iterate {
         [&self.reaction, &self.contact.normal_reaction]
     }
 
+    /// Returns the forces that hold the displacements of Ω₁ and Ω₂: those of [`Self::forces`], unless `r²` balances more than its own body.
+    pub fn reactions(&self) -> [&[f64]; 2] {
+        [&self.reaction, self.own.as_ref().map_or(&self.contact.normal_reaction, |own| &own.reaction)]
+    }
+
     /// Returns the data that determine the displacements, for [`fem_core::prepared::PreparedProblem::displacements`].
     ///
     /// * `system`: the one that was solved.
@@ -121,6 +140,9 @@ impl Iterate {
     /// # Panics
     /// If the system has another number of bodies, pairs or pairs of nodes.
     pub fn fields(&self, system: &ContactSystem<'_>) -> BodyFields {
+        if let Some(own) = &self.own {
+            return BodyFields { bodies: own.bodies.clone(), amounts: self.amounts.clone() };
+        }
         let rows = &system.rows;
         let forces = [
             rows.joined(&self.reaction, &self.tangential.reaction),
@@ -216,6 +238,8 @@ pub struct IterationRow {
     pub qp_iterations: usize,
     /// Largest relative KKT residual of its solution.
     pub qp_kkt: f64,
+    /// See [`Iterate::step`].
+    pub step: [usize; 2],
 }
 
 impl From<&Iterate> for IterationRow {
@@ -230,6 +254,7 @@ impl From<&Iterate> for IterationRow {
             qp_path: it.programme.path,
             qp_iterations: it.programme.iterations,
             qp_kkt: it.contact.kkt.max(),
+            step: it.step,
         }
     }
 }

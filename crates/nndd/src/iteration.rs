@@ -49,7 +49,8 @@ pub(crate) fn iterate(
         clarabel_calls += last.contact.clarabel_calls;
         history.push(IterationRow::from(&last));
         // Stop, or give up?
-        let mut status = verdict(&last, settings, &mut monitor, stop)?;
+        let plain = settings.acceleration == Acceleration::None;
+        let mut status = verdict(&last, settings.max_iterations, stop, |eta| monitor.judge(eta, plain))?;
         lambda = if status.is_none() { next.lambda } else { Vec::new() };
         if lambda.iter().any(|x| !x.is_finite()) {
             status = Some(NnddStatus::Diverged { best: monitor.smallest(), theta_limit: None });
@@ -62,11 +63,13 @@ pub(crate) fn iterate(
 }
 
 /// Tells whether and how the iteration ends with this iterate.
-fn verdict(
+///
+/// * `judge`: of its η_NNDD, if the criterion is not met.
+pub(crate) fn verdict(
     iterate: &Iterate,
-    settings: &NnddSettings,
-    monitor: &mut Monitor,
+    max_iterations: usize,
     stop: &mut dyn StoppingCriterion,
+    judge: impl FnOnce(f64) -> Option<NnddStatus>,
 ) -> Result<Option<NnddStatus>, NnddError> {
     if !iterate.contact.status.is_solved() {
         return Ok(Some(NnddStatus::ContactQpUnsolved(iterate.contact.status)));
@@ -74,8 +77,8 @@ fn verdict(
     Ok(match stop.check(iterate).map_err(NnddError::Criterion)? {
         Decision::Stop => Some(NnddStatus::StoppedByCriterion),
         Decision::Interrupt => Some(NnddStatus::Interrupted),
-        Decision::Continue if iterate.iteration >= settings.max_iterations => Some(NnddStatus::MaxIterations),
-        Decision::Continue => monitor.judge(iterate.eta_nndd, settings.acceleration == Acceleration::None),
+        Decision::Continue if iterate.iteration >= max_iterations => Some(NnddStatus::MaxIterations),
+        Decision::Continue => judge(iterate.eta_nndd),
     })
 }
 

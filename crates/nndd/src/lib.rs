@@ -40,6 +40,15 @@
 //! preconditioner with a coarse space of the rigid motions: `src/correction.rs`; step 1 of a body is in `src/response.rs`, both steps of all
 //! bodies in `src/steps.rs`. [`stiffer_roles`] says who should carry λ.
 //!
+//! # The paper's iteration begins, Newton ends
+//! With the set `A` of closed rows held both steps are linear, so conjugate gradients find λ, and Newton's method corrects `A`:
+//! ```math
+//! step 1   u_D = x₀ + N λ                                      one λ per cluster of traces that closed rows tie
+//! step 2   w = M r,   r = Nᵀ (g̃ − S u_D)                       M = (I − Z C⁺ Zᵀ S_A) Dᵀ S⁺ D,   D = K N (Nᵀ K N)⁻¹,   K = diag S
+//! bound    η_c² = ∑_α ‖û(P̃) − v‖² + 2 P̃ᵀ o(v)                  v: u_D lifted where it penetrates, P̃ ≥ 0 in balance
+//! ```
+//! `η_c` bounds the distance from the contact solution whether or not `A` is right. `src/newton_nn.rs` has the algorithm, a line per step.
+//!
 //! # Friction
 //! A pair with friction ([`fem_core::interface::Friction`]) has a second row per pair of nodes, along its tangent. λ has both components, and
 //! in step 1 `−S ≤ Q_i ≤ S` in the tangential rows of unilateral bodies, with the limit `S` of Tresca's law. The bound gains `2 Σ (S|w| − Q̃ w)`
@@ -78,6 +87,8 @@
 mod acceleration;
 mod active_set;
 mod balance;
+mod balancing;
+mod broken;
 mod correction;
 mod coulomb;
 mod error;
@@ -88,10 +99,14 @@ mod iterate;
 mod iteration;
 mod monitor;
 mod motions;
+mod newton_nn;
+mod newton_state;
+mod paper;
 mod response;
 mod roles;
 mod row_operators;
 mod settings;
+mod skeleton;
 mod solution;
 mod solve;
 mod spectrum;
@@ -111,7 +126,7 @@ pub use error::NnddError;
 pub use exact::{ExactSolution, flexibility_entries, solve_exactly};
 pub use fem_core;
 pub use friction::{NodeState, PairFriction};
-pub use iterate::{Iterate, IterationRow, QpStats, Recovery, Tangential, UnilateralSolution};
+pub use iterate::{Iterate, IterationRow, OwnFields, QpStats, Recovery, Tangential, UnilateralSolution};
 pub use iteration::Start;
 pub use roles::stiffer_roles;
 pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Weights};

@@ -10,11 +10,14 @@ pub enum Method {
     Nndd(NnddSettings),
     /// The exact solution of the discrete problem by interface Newton, the reference: [`crate::solve_exactly`].
     Newton(NewtonSettings),
+    /// Two Neumann-Neumann steps, then Newton's method on the set of closed pairs, whose linear problems Neumann-Neumann steps with the set
+    /// held solve by conjugate gradients.
+    NewtonNn(NewtonSettings),
 }
 
 impl Default for Method {
     fn default() -> Self {
-        Self::Nndd(NnddSettings::default())
+        Self::NewtonNn(NewtonSettings::default())
     }
 }
 
@@ -23,7 +26,7 @@ impl Method {
     pub fn max_iterations(&self) -> usize {
         match self {
             Self::Nndd(settings) => settings.max_iterations,
-            Self::Newton(settings) => settings.max_iterations,
+            Self::Newton(settings) | Self::NewtonNn(settings) => settings.max_iterations,
         }
     }
 
@@ -32,7 +35,7 @@ impl Method {
     pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
         match &mut self {
             Self::Nndd(settings) => settings.max_iterations = max_iterations,
-            Self::Newton(settings) => settings.max_iterations = max_iterations,
+            Self::Newton(settings) | Self::NewtonNn(settings) => settings.max_iterations = max_iterations,
         }
         self
     }

@@ -2,22 +2,16 @@
 
 use crate::active_set::ActiveSet;
 use crate::balance::Balance;
-use crate::correction::Correction;
 use crate::error::NnddError;
 use crate::exact::refuse_coulomb;
 use crate::exact_iterate;
-use crate::iteration::{Start, explain, iterate, successor, switch};
+use crate::iteration::Start;
+use crate::newton_nn;
+use crate::paper::iteration;
 use crate::settings::{Method, NnddSettings};
 use crate::solution::NnddSolution;
-use crate::spectrum;
-use crate::steps::Steps;
 use crate::stopping::StoppingCriterion;
-use crate::subdomain::Subdomain;
-use fem_core::contact_system::ContactSystem;
-use fem_core::try_each_body;
-
-/// θ without a spectrum, for weights by stiffness; half of it for the paper's weights, whose update is twice as long.
-const FALLBACK: f64 = 0.9;
+use fem_core::contact_system::{ContactSystem, PairRows};
 
 /// Solves a contact problem of any number of bodies and pairs by the Neumann-Neumann iteration (8)-(11), or exactly.
 ///
@@ -54,36 +48,17 @@ pub fn solve_from(
     check(system, &start, method)?;
     match method {
         Method::Newton(settings) => exact_iterate::solve(system, settings, 1)?.alone(stop),
-        Method::Nndd(settings) => iteration(system, start, settings, stop),
+        Method::Nndd(settings) => {
+            refuse_coulomb(system)?;
+            let balance = Balance::new(&system.rows)?;
+            balance.check_held(&system.rows.limits())?;
+            iteration((system, &balance), start, settings, stop)
+        }
+        Method::NewtonNn(settings) => match system.rows.pairs.iter().any(PairRows::has_friction) {
+            true => exact_iterate::solve(system, settings, 1)?.alone(stop),
+            false => newton_nn::solve(system, start, settings, stop),
+        },
     }
-}
-
-/// Iterates, and takes the exact solution if that fails.
-fn iteration(
-    system: &ContactSystem<'_>,
-    start: Start,
-    settings: &NnddSettings,
-    stop: &mut dyn StoppingCriterion,
-) -> Result<NnddSolution, NnddError> {
-    refuse_coulomb(system)?;
-    let rows = &system.rows;
-    let balance = Balance::new(rows)?;
-    balance.check_held(&rows.limits())?;
-    let bodies = try_each_body(system.bodies.len(), |b| Subdomain::new(system, b))?;
-    let correction = Correction::new(&bodies, rows.len(), settings.weights, settings.coarse);
-    let estimate = || spectrum::of_product(rows.len(), |v| correction.operator(v), |j| correction.apply(j));
-    let fallback = FALLBACK / correction.scale();
-    let (theta, chosen) = spectrum::choose_theta(settings.theta, fallback, estimate);
-    let mut steps = Steps::new(system, &balance, (&bodies, &correction), &settings.qp);
-    if let Some(active) = &start.active {
-        steps.start_from(active);
-    }
-    let mut solution = iterate(start.lambda, &mut steps, (settings, theta), stop)?;
-    if let Some(newton) = successor(&solution, settings, stop) {
-        let found = exact_iterate::solve(system, newton, solution.history.len() + 1);
-        solution = switch(solution, found, stop)?;
-    }
-    Ok(explain(solution, chosen, estimate, stop))
 }
 
 /// Checks what is given.

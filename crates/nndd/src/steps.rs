@@ -6,34 +6,27 @@
 //! is the imbalance.
 
 use crate::active_set::ActiveSet;
-use crate::balance::Balance;
+use crate::balance::{Balance, NearestForces};
 use crate::correction::Correction;
 use crate::error::NnddError;
 use crate::iterate::{Iterate, QpStats, Recovery, Tangential, UnilateralSolution, precision};
 use crate::response::{Response, Unilateral, imposed};
 use crate::subdomain::{LambdaOwner, Subdomain};
 use crate::vector::dot;
-use contact_qp::{BoundState, KktResiduals, QpPath, QpSettings, QpStatus, SparseRows, nearest_balanced};
+use contact_qp::{BoundState, KktResiduals, QpPath, QpSettings, QpStatus};
 use fem_core::contact_system::ContactSystem;
 use fem_core::norm::from_squared;
 use fem_core::{each_body, try_each_body};
 use nalgebra::DVector;
 
-/// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
-const NEARLY: f64 = 0.25;
-
 /// The operators of both steps, and what step 1 remembers.
 pub(crate) struct Steps<'a> {
     system: &'a ContactSystem<'a>,
-    /// The lines of the balance that the pairs resist, and their loads.
-    lines: (SparseRows, Vec<f64>),
+    /// Finds the forces in balance that are nearest to those of step 1.
+    nearest: NearestForces,
     bodies: &'a [Subdomain<'a>],
     correction: &'a Correction<'a>,
     qp: &'a QpSettings,
-    /// Inverse tributary lengths by row, 1/m.
-    weights: Vec<f64>,
-    /// The bounds of the unilateral forces by row, N/m.
-    bounds: [Vec<f64>; 2],
     programmes: Vec<Option<Unilateral<'a>>>,
     /// Where the forces of each body were in the last iteration.
     states: Vec<Option<Vec<BoundState>>>,
@@ -68,13 +61,11 @@ impl<'a> Steps<'a> {
         let bounds = rows.bounds(&rows.limits());
         Self {
             system,
-            lines: balance.resisted(),
+            nearest: NearestForces::new(balance),
             bodies,
             correction,
             qp,
-            weights: rows.rows.iter().map(|row| 1.0 / row.length).collect(),
             programmes: each_body(bodies.len(), |b| Unilateral::new(&bodies[b], &bounds)),
-            bounds,
             states: vec![None; bodies.len()],
         }
     }
@@ -152,29 +143,11 @@ impl<'a> Steps<'a> {
     /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are
     /// nearest, as pressures, to those of the unilateral bodies; infinite if no forces are in balance. Friction adds
     /// `2 Σ (S|w| − Q̃ w)`, with `|Q̃| ≤ S`. For two held bodies `P̃ = r²`, and this is (22), `η = ‖w̄‖` with `S₁ w̄ = r¹ + r²`.
-    pub(crate) fn eta_nndd(&self, answers: &StepOne) -> Result<f64, NnddError> {
+    pub(crate) fn eta_nndd(&mut self, answers: &StepOne) -> Result<f64, NnddError> {
         let StepOne { unilateral, opening, responses, .. } = answers;
-        let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();
-        let [lower, upper] = &self.bounds;
-        let nearest = |allowed: Option<&[bool]>| {
-            let open =
-                |i: usize| allowed.is_some_and(|allowed| !allowed[i] && !self.system.rows.is_tangential(i));
-            let upper: Vec<f64> =
-                upper.iter().enumerate().map(|(i, u)| if open(i) { 0.0 } else { *u }).collect();
-            let (lines, loads) = &self.lines;
-            nearest_balanced(unilateral, &self.weights, [lower, &upper], lines, loads)
+        let Some(forces) = self.nearest.to(unilateral, |i| unilateral[i] > 0.0)? else {
+            return Ok(f64::INFINITY);
         };
-        let distance = |forces: &[f64]| -> f64 {
-            let change = forces.iter().zip(unilateral).zip(&self.weights);
-            change.map(|((a, b), weight)| weight * (a - b) * (a - b)).sum()
-        };
-        let size = distance(&vec![0.0; unilateral.len()]);
-        // Forces in open rows do work there, even the smallest: they appear only if the loaded rows are far from balance.
-        let found = match nearest(Some(&loaded))? {
-            Some(found) if distance(&found.values) <= NEARLY * size => Some(found),
-            far => nearest(None)?.or(far),
-        };
-        let Some(forces) = found.map(|found| found.values) else { return Ok(f64::INFINITY) };
         let squares = each_body(self.bodies.len(), |b| {
             let body = &self.bodies[b];
             let change = body.gather(&forces) - DVector::from_column_slice(&responses[b].force);
@@ -228,6 +201,8 @@ impl<'a> Steps<'a> {
             recovery: Recovery::Traces,
             amounts,
             tangential,
+            step: [0; 2],
+            own: None,
         }
     }
 

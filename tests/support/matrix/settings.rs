@@ -55,7 +55,15 @@ pub(super) fn draw(d: &mut Draw, of: Allowed) -> Settings {
     if d.on(0.15, "estimate every iteration") {
         all.push(("estimator.every", d.random.integer(1, 3).to_string()));
     }
-    let method = d.pick(["method: auto", "method: auto", "method: nndd", "method: newton", "method: exact"]);
+    let method = d.pick([
+        "method: auto",
+        "method: auto",
+        "method: nndd",
+        "method: newton",
+        "method: exact",
+        "method: newton-nn",
+        "method: newton-nn",
+    ]);
     let word = method.split_at("method: ".len()).1;
     all.push(("solver.method", quoted(word)));
     if d.on(0.3, "programme") {

@@ -56,8 +56,8 @@ choices! {
 choices! {
     /// `solver.method`: which algorithm solves the contact problem.
     Method, default Auto {
-        /// Two held bodies: the algorithm of the paper, then the exact solution if it does not converge; there is no switch
-        /// with a given θ or the criterion `iterations`. Otherwise the exact solution.
+        /// `nndd` if θ, weights, an acceleration or a number of iterations are given; `exact` with friction, and for assemblies whose bodies
+        /// have few pairs of nodes; otherwise `newton-nn`.
         Auto = "auto",
         /// The Neumann-Neumann algorithm of the paper.
         Nndd = "nndd",
@@ -66,6 +66,9 @@ choices! {
         /// The exact solution of the condensed problem of all bodies by interface Newton, the reference; it uses only `max_iterations` and
         /// `qp`.
         Exact = "exact",
+        /// Two steps of the paper's algorithm, then Newton's method on the set of closed pairs with Neumann-Neumann steps inside; it uses only
+        /// `imposed`, `lambda`, `max_iterations`, `stop` and `qp`.
+        NewtonNn = "newton-nn",
     }
 }
 

@@ -24,6 +24,12 @@ impl Case {
         NNDD_ONLY.into_iter().filter(|key| self.is_given(&format!("solver.{key}"))).collect()
     }
 
+    /// Lists the keys of `[solver]` that set the update of λ in the paper's iteration and that this case gives.
+    pub fn given_update_settings(&self) -> Vec<&'static str> {
+        let of_update = |key: &&str| ["theta", "weights", "acceleration"].contains(key);
+        self.given_iteration_settings().into_iter().filter(of_update).collect()
+    }
+
     /// Lists what is allowed but probably not meant: materials that lock, settings without effect,
     /// slivers and cracks in meshes that were read. At most [`MOST_DIAGNOSTICS`], the others are counted in one more.
     pub fn warnings(&self) -> Vec<Diagnostic> {
@@ -94,13 +100,16 @@ impl Case {
             let message = "`solver.path` has no effect: every step is solved in the interface unknowns";
             warnings.push(self.diagnostic(code::VALUE, "solver.path", message.to_owned()));
         }
-        let unused = self.given_iteration_settings();
         let exact = matches!(self.solver.method, Method::Newton | Method::Exact);
-        if exact && !unused.is_empty() {
-            let message = format!(
-                "the exact method uses only `max_iterations` and `qp`; it ignores `{}`",
-                unused.join("`, `")
-            );
+        let (uses, unused) = match self.solver.method {
+            Method::Newton | Method::Exact => {
+                ("the exact method uses only `max_iterations` and `qp`", self.given_iteration_settings())
+            }
+            Method::NewtonNn => ("method newton-nn updates lambda on its own", self.given_update_settings()),
+            Method::Auto | Method::Nndd => ("", Vec::new()),
+        };
+        if !unused.is_empty() {
+            let message = format!("{uses}; it ignores `{}`", unused.join("`, `"));
             warnings.push(self.diagnostic(code::VALUE, "solver.method", message));
         }
         let criterion = self.solver.stop.criterion;

@@ -77,7 +77,8 @@ fn keys_and_their_order_are_the_contract() {
     );
     assert_eq!(
         keys(&value["iterations"][0]),
-        "iteration theta precision eta_nndd eta_dis e_cre contact_nodes contact_force contact_forces qp_path qp_iterations"
+        "iteration theta precision eta_nndd eta_dis e_cre contact_nodes contact_force contact_forces qp_path qp_iterations \
+         step inner"
     );
     assert_eq!(
         keys(&value["certificate"]),

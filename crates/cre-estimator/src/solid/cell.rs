@@ -152,8 +152,8 @@ pub(crate) struct CellMap {
 }
 
 impl CellMap {
-    /// Computes the map of a cell of positive volume; `None` if the volume is round-off.
-    pub(crate) fn new([o, a, b, c]: [Vector3<f64>; 4]) -> Option<Self> {
+    /// Computes the map of a cell of positive volume; NaN if the volume is zero, so that it stays visible.
+    pub(crate) fn new([o, a, b, c]: [Vector3<f64>; 4]) -> Self {
         let f = Matrix3::from_columns(&[a - o, b - o, c - o]);
         let determinant = f.determinant();
         let mut tensor = Matrix6::zeros();
@@ -164,7 +164,8 @@ impl CellMap {
                     (f[(i, k)] * f[(j, l)] + mirrored) / determinant;
             }
         }
-        Some(Self { inverse: f.try_inverse()?, tensor, volume: determinant / 6.0 })
+        let inverse = f.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN));
+        Self { inverse, tensor, volume: determinant / 6.0 }
     }
 
     /// Computes the stress with given moments of its tractions, without a body force.
@@ -189,10 +190,11 @@ impl CellMap {
 
     /// Computes the energy matrix `H` of the moments, `∫ τ : C⁻¹ : τ = mᵀ H m`, row by row.
     ///
-    /// * `compliance`: the strain of a stress.
+    /// * `compliance`: the strain of a stress; `unit`: of the entries.
     pub(crate) fn energy(
         &self,
         compliance: impl Fn(SymTensor3) -> SymTensor3,
+        unit: f64,
         to: &mut [f32; MOMENTS * MOMENTS],
     ) {
         let mapped: [SymTensor3; 6] =
@@ -200,7 +202,7 @@ impl CellMap {
         let strains = mapped.map(compliance);
         let mut half = [0.0; HALF];
         for ((a, b), matrix) in pairs().zip(&Reference::get().energy) {
-            let factor = self.volume * Solid::contracted(mapped[a], strains[b]);
+            let factor = self.volume * Solid::contracted(mapped[a], strains[b]) / unit;
             half.iter_mut().zip(matrix).for_each(|(sum, entry)| *sum += factor * entry);
         }
         let entry = |i: usize, j: usize| half[i * (i + 1) / 2 + j];
@@ -269,13 +271,9 @@ pub(crate) fn distance_squared(
     volume: f64,
     compliance: impl Fn(SymTensor3) -> SymTensor3,
 ) -> f64 {
-    let constant: [f64; 6] = constant.into();
     let mut sum = 0.0;
     for part in stress {
-        let differences = part.map(|at| {
-            let at: [f64; 6] = at.into();
-            SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| at[k] - constant[k]))
-        });
+        let differences = part.map(|at| at.minus(constant));
         let strains = differences.map(&compliance);
         for (v, w) in (0..4).flat_map(|v| (0..4).map(move |w| (v, w))) {
             sum += weight(v, w) * Solid::contracted(differences[v], strains[w]);

@@ -34,7 +34,9 @@ pub(crate) struct EdgeStars<'a> {
     rings: Rings,
     /// The edges of clusters, by colour: clusters of one colour share no face.
     colours: Vec<Vec<Vec<u32>>>,
-    /// The energy matrix of each cell for the moments of its faces as the mesh stores them, row by row.
+    /// The unit of energies of moments, 1/(Pa m): single precision has a small range.
+    unit: f64,
+    /// The energy matrix of each cell for the moments of its faces as the mesh stores them, row by row, over the unit.
     energy: Vec<[f32; MOMENTS * MOMENTS]>,
     /// The edges, each with the inverse of its block, row by row.
     edges: Vec<(EdgeSpace, Vec<f32>)>,
@@ -75,9 +77,11 @@ impl<'a> EdgeStars<'a> {
         let rings = Rings::new(body.mesh());
         let potentials = Potentials::new(body, &stress.conditions);
         let cells = body.mesh().cells().len();
+        let tension = SymTensor3 { xx: 1.0, ..SymTensor3::default() };
+        let unit = body.material(0).complementary(tension, tension) / body.mesh().diagonal();
         let chunks = each_task(cells.div_ceil(CHUNK), |k| {
             let cells = k * CHUNK..cells.min((k + 1) * CHUNK);
-            cells.map(|cell| energy(body, cell)).collect::<Vec<_>>()
+            cells.map(|cell| energy(body, cell, unit)).collect::<Vec<_>>()
         });
         let energy: Vec<[f32; MOMENTS * MOMENTS]> = chunks.into_iter().flatten().collect();
         let edges = each_task(rings.len().div_ceil(CHUNK), |k| {
@@ -90,7 +94,7 @@ impl<'a> EdgeStars<'a> {
             edges.map(edge).collect::<Vec<_>>()
         });
         let colours = clusters(body.mesh(), &rings);
-        Self { potentials, rings, colours, energy, edges: edges.into_iter().flatten().collect() }
+        Self { potentials, rings, colours, unit, energy, edges: edges.into_iter().flatten().collect() }
     }
 
     /// Relaxes a stress in place.
@@ -102,11 +106,12 @@ impl<'a> EdgeStars<'a> {
         let body = self.potentials.body;
         let residual = residual(body, stress);
         let energies = [stress.distance_squared(body), stress.finite_element_energy(body)];
+        residual.update(|_, r| r / self.unit);
         let z_residual = AtomicSlots::zeros(residual.len());
         let precondition = |r: &AtomicSlots, z: &AtomicSlots| self.precondition((r, &z_residual), z);
         let multiply = |p: &AtomicSlots, to: &AtomicSlots| self.multiply(p, to);
         let (x, report) =
-            conjugate_gradients(relaxation, (&residual, 1.0), energies, [&precondition, &multiply]);
+            conjugate_gradients(relaxation, (&residual, self.unit), energies, [&precondition, &multiply]);
         if report.steps > 0 {
             for (face, moments) in stress.facet_moments.iter_mut().enumerate() {
                 let change = get(&x, FacetId::new(face));
@@ -164,7 +169,7 @@ impl<'a> EdgeStars<'a> {
             let matrix = &self.energy[around.cell as usize];
             let mut sums = [0f32; MOMENTS];
             for (local, place) in around.faces.iter().zip(around.places) {
-                for (k, amount) in numbers(&changes[usize::from(place)]).into_iter().enumerate() {
+                for (k, amount) in numbers(&changes[place as usize]).into_iter().enumerate() {
                     let row = &matrix[(FACE * usize::from(*local) + k) * MOMENTS..][..MOMENTS];
                     let amount = amount as f32;
                     sums.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= amount * entry);
@@ -226,11 +231,10 @@ fn products(potentials: &Potentials<'_>, edge: &EdgeSpace, residual: &AtomicSlot
 }
 
 /// The energy matrix of a cell for the moments of its faces as the mesh stores them.
-fn energy(body: &Body<Solid>, cell: usize) -> [f32; MOMENTS * MOMENTS] {
+fn energy(body: &Body<Solid>, cell: usize, unit: f64) -> [f32; MOMENTS * MOMENTS] {
     let mut own = [0f32; MOMENTS * MOMENTS];
-    if let Some(map) = CellMap::new(body.mesh().corners(cell)) {
-        map.energy(|stress| body.material(cell).strain(stress), &mut own);
-    }
+    let map = CellMap::new(body.mesh().corners(cell));
+    map.energy(|stress| body.material(cell).strain(stress), unit, &mut own);
     let order = order(body, cell);
     let place = |k: usize| {
         let (places, sign) = order[k / FACE];
@@ -282,14 +286,14 @@ fn inverse(
             // H B of one face on both, by rows of H.
             let rows: [_; FACE] =
                 std::array::from_fn(|k| &matrix[(FACE * usize::from(column) + k) * MOMENTS..][..MOMENTS]);
-            for (j, right) in &columns[usize::from(other)] {
+            for (j, right) in &columns[other as usize] {
                 let mut image = [0.0; MOMENTS];
                 for (row, amount) in rows.iter().zip(right) {
                     image.iter_mut().zip(*row).for_each(|(sum, h)| *sum += amount * f64::from(*h));
                 }
                 for (row, place) in sides.clone() {
                     let image = &image[FACE * usize::from(row)..][..FACE];
-                    for (i, left) in columns[usize::from(place)].iter().filter(|(i, _)| i <= j) {
+                    for (i, left) in columns[place as usize].iter().filter(|(i, _)| i <= j) {
                         let product: f64 = left.iter().zip(image).map(|(l, m)| l * m).sum();
                         block[i * size + j] += product;
                     }
@@ -335,8 +339,7 @@ fn residual(body: &Body<Solid>, stress: &EquilibratedStress<Solid>) -> AtomicSlo
     let topology = mesh.topology();
     let residual = AtomicSlots::zeros(FACE * topology.facets().len());
     for cell in 0..mesh.cells().len() {
-        let Some(map) = CellMap::new(mesh.corners(cell)) else { continue };
-        let work = gradient(body, stress, (cell, &map));
+        let work = gradient(body, stress, cell);
         for (k, (places, sign)) in order(body, cell).into_iter().enumerate() {
             let mut change = [Vector3::zeros(); 3];
             places.iter().zip(work[k]).for_each(|(place, w)| change[*place] -= sign * w);
@@ -347,20 +350,10 @@ fn residual(body: &Body<Solid>, stress: &EquilibratedStress<Solid>) -> AtomicSlo
 }
 
 /// The derivatives of `½ ‖τ − σ̂‖²` in a cell by its moments.
-fn gradient(
-    body: &Body<Solid>,
-    stress: &EquilibratedStress<Solid>,
-    (cell, map): (usize, &CellMap),
-) -> CellMoments {
-    let at = stress.cell(body, cell);
-    let constant: [f64; 6] = stress.finite_element[cell].into();
-    map.work(&at.map(|part| {
-        part.map(|at| {
-            let at: [f64; 6] = at.into();
-            body.material(cell)
-                .strain(SymTensor3::from(std::array::from_fn::<f64, 6, _>(|k| at[k] - constant[k])))
-        })
-    }))
+fn gradient(body: &Body<Solid>, stress: &EquilibratedStress<Solid>, cell: usize) -> CellMoments {
+    let (at, constant) = (stress.cell(body, cell), stress.finite_element[cell]);
+    let strains = at.map(|part| part.map(|at| body.material(cell).strain(at.minus(constant))));
+    CellMap::new(body.mesh().corners(cell)).work(&strains)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ pub(crate) struct RingCell {
     /// Its two faces that contain the edge, by their places in the cell.
     pub(crate) faces: [u8; 2],
     /// These faces by their places in the ring.
-    pub(crate) places: [u8; 2],
+    pub(crate) places: [u32; 2],
 }
 
 /// All edges, ascending by their nodes.
@@ -61,7 +61,7 @@ impl Rings {
             rings.faces.extend(around);
             let around = &rings.faces[first..];
             rings.cells.extend(sides.iter().map(|&(_, cell, faces)| {
-                let place = |k: u8| around.binary_search(&facet(cell, k)).unwrap_or(0) as u8;
+                let place = |k: u8| around.binary_search(&facet(cell, k)).unwrap_or(0) as u32;
                 RingCell { cell, faces, places: faces.map(place) }
             }));
             rings.nodes.push(sides[0].0);

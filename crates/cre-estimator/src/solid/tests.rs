@@ -151,6 +151,40 @@ fn rollers_carry_what_they_may_and_equilibrium_is_exact() {
     }
 }
 
+#[test]
+fn neither_threads_nor_units_change_a_step() {
+    // More cells than a cluster has.
+    let body = cube(8);
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut stress = recovered(&body);
+        let report = pool.install(|| relax(&body, &mut stress, Relaxation::Steps(2)));
+        (stress.facet_moments, report)
+    };
+    let (moments, report) = of(1);
+    assert_eq!((moments, report.clone()), of(3));
+    // The same cube in other units of length and stress: energies are in the cube of the one times the other.
+    for (metre, pascal) in [(1e-6, 1e30), (1e9, 1e-40)] {
+        let conditions = |metre: f64, pascal: f64| {
+            BoundaryConditions::default()
+                .fix("bottom")
+                .pressure("top", function(move |x| pascal * (0.2 + x[0] / metre)))
+        };
+        let history = |metre: f64, pascal: f64| {
+            let mesh = cuboid([0.0; 3], [metre; 3], [3; 3]).unwrap();
+            let material = LinearElastic::isotropic_solid(pascal, 0.3).unwrap();
+            let body = Body::new(mesh, material, &conditions(metre, pascal)).unwrap();
+            let mut stress = recovered(&body);
+            relax(&body, &mut stress, Relaxation::Steps(3)).energy_history
+        };
+        for (found, expected) in history(metre, pascal).iter().zip(history(1.0, 1.0)) {
+            let unit = metre.powi(3) * pascal;
+            check(found / unit, expected, 1e-6 * expected);
+        }
+    }
+    assert_eq!(report.steps, 2);
+}
+
 /// Random bodies under random loads: the error against a nested finer mesh is below the bound, at every step.
 #[test]
 fn no_bound_of_a_random_body_is_below_its_error() {

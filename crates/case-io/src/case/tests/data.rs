@@ -250,3 +250,20 @@ fn warnings_are_capped_and_counted() {
     assert!(warnings[19].message.contains("no body uses the material"), "{}", warnings[19].message);
     assert_eq!(warnings[20].message, "and 10 more warnings");
 }
+
+#[test]
+fn settings_that_a_method_ignores_are_named() {
+    let said = |method: &str| {
+        let solver = format!(
+            "[solver]\nmethod = \"{method}\"\ntheta = 0.4\nweights = \"half\"\nimposed = \"first\"\n"
+        );
+        let warnings = parse(&minimal(&solver)).warnings();
+        warnings.into_iter().map(|warning| warning.message).collect::<Vec<_>>().join("\n")
+    };
+    let newton_nn = "method newton-nn updates lambda on its own; it ignores `theta`, `weights`";
+    assert_eq!(said("newton-nn"), newton_nn);
+    let exact =
+        "the exact method uses only `max_iterations` and `qp`; it ignores `imposed`, `theta`, `weights`";
+    assert_eq!(said("exact"), exact);
+    assert_eq!(said("nndd"), "");
+}

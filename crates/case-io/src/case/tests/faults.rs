@@ -234,7 +234,7 @@ fn numbers_must_be_finite_and_in_range() {
 fn words_get_the_nearest_one() {
     refused(
         "[solver]\nmethod = \"newtn\"",
-        "c.toml:16:10: `solver.method` is \"newtn\"; expected \"auto\" or \"nndd\" or \"newton\" or \"exact\"; help: did you mean \"newton\"?",
+        "c.toml:16:10: `solver.method` is \"newtn\"; expected \"auto\" or \"nndd\" or \"newton\" or \"exact\" or \"newton-nn\"; help: did you mean \"newton\"?",
     );
     refused(
         "[model]\nhypothesis = \"axisymmetric\"",

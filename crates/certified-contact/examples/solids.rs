@@ -1,0 +1,139 @@
+//! Certifies the contact of two solid bodies, step by step: half of the upper block is pressed down, half is pulled up.
+//!
+//! `cargo run --release -p certified-contact --example solids`
+
+#![allow(clippy::print_stdout)]
+
+use certified_contact::{cre_estimator, fem_core, nndd};
+use cre_estimator::{EquilibratedStress, Relaxation, relax};
+use fem_core::assembly::external_forces;
+use fem_core::body::{Body, FacetCondition};
+use fem_core::boundary::{BoundaryConditions, FacetSelection};
+use fem_core::field;
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::LinearElastic;
+use fem_core::mesh::generate::cuboid;
+use fem_core::norm::{energy_norm_squared, from_squared};
+use fem_core::prepared::PreparedProblem;
+use fem_core::space::Solid;
+use nndd::NewtonSettings;
+use nndd::stopping::EtaNndd;
+use std::error::Error;
+
+/// Makes the blocks, with `n` cubes of six tetrahedra along their heights.
+fn blocks(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let material = LinearElastic::isotropic_solid(1000.0, 0.3)?;
+    let body = |z: f64, conditions: BoundaryConditions<Solid>| -> Result<Body<Solid>, Box<dyn Error>> {
+        let mesh = cuboid([0.0, 0.0, z], [2.0, 1.0, 1.0], [2 * n, n, n])?;
+        Ok(Body::new(mesh, material.clone(), &conditions.roller("front", 0.0))?)
+    };
+    let half = |x: [f64; 2]| FacetSelection::from("top").within([x, [0.0, 1.0], [2.0, 2.0]]);
+    let pressed = BoundaryConditions::default()
+        .roller("left", 0.0)
+        .components(half([0.0, 1.0]), [None, None, Some((-0.02).into())])
+        .traction(half([1.0, 2.0]), [0.0.into(), 0.0.into(), 5.0.into()]);
+    let (upper, lower) = (body(1.0, pressed)?, body(0.0, BoundaryConditions::default().fix("bottom"))?);
+    let interface = ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    Ok(ContactProblem::between([upper, lower], interface))
+}
+
+/// Adds the traction of a pressure to the conditions of a body, `−p n` on the first body and `+p n` on the second.
+fn with_pressure(
+    body: &Body<Solid>,
+    interface: &ContactInterface<Solid>,
+    pressure: &[f64],
+    side: usize,
+) -> Vec<FacetCondition<Solid>> {
+    let (sign, topology) = ([-1.0, 1.0][side], body.mesh().topology());
+    let mut conditions = body.facet_conditions().to_vec();
+    for facet in interface.facets() {
+        let number = facet.facets[side];
+        let condition = &mut conditions[topology.boundary_place(number)];
+        for (node, traction) in topology.facets()[number].iter().zip(&mut condition.traction) {
+            for k in facet.pairs.map(|k| k as usize) {
+                let pair = &interface.pairs()[k];
+                if pair.nodes[side] == *node {
+                    *traction += pair.normal * (sign * pressure[k]);
+                }
+            }
+        }
+    }
+    conditions
+}
+
+/// The numbers of one mesh.
+#[derive(Debug)]
+struct Certified {
+    nodes: usize,
+    /// `J = ∑ ½ ‖u_h‖² − f·u_h`.
+    potential: f64,
+    /// `e_CRE` of the recovered and of the relaxed stress.
+    bounds: [f64; 2],
+}
+
+/// Solves, and bounds the error: `e_CRE² = ∑ ‖τ − σ(u)‖² + 2 ∫ p o`.
+fn certified(n: usize) -> Result<Certified, Box<dyn Error>> {
+    let prepared = PreparedProblem::new(blocks(n)?)?;
+    let (problem, system) = (prepared.problem(), prepared.system());
+    let start = vec![0.0; prepared.rows()];
+    let found = nndd::solve(&system, start, NewtonSettings::default(), &mut EtaNndd::new(1e-12))?.last;
+    let fields = prepared.displacements(&found.fields(&system));
+
+    // One pressure for both bodies, which does not pull.
+    let interface = &problem.contacts[0].interface;
+    let forces = found.contact.normal_reaction.iter().zip(interface.pairs());
+    let pressure: Vec<f64> = forces.map(|(force, pair)| force / pair.weight).collect();
+    let loads = interface.mass(&pressure);
+    let gap: f64 = 2.0 * loads.iter().zip(&found.opening).map(|(load, opening)| load * opening).sum::<f64>();
+
+    let (mut squares, mut potential, mut nodes) = ([gap; 2], 0.0, 0);
+    for (side, (body, displacement)) in problem.bodies.iter().zip(&fields).enumerate() {
+        let condensed = &prepared.bodies()[side];
+        // Each body alone under this pressure: its stress is in FE equilibrium, and from it follows one in exact equilibrium.
+        let signed = loads.iter().map(|load| [-1.0, 1.0][side] * load).collect();
+        let alone = condensed.displacement_from_force(&condensed.dofs().interface_forces(&[signed]));
+        let conditions = with_pressure(body, interface, &pressure, side);
+        let mut stress = EquilibratedStress::recover(body, field::stresses(body, &alone), conditions);
+        let of_field = field::stresses(body, displacement);
+        squares[0] += stress.distance_squared_to(body, &of_field);
+        relax(body, &mut stress, Relaxation::default());
+        squares[1] += stress.distance_squared_to(body, &of_field);
+        let work: f64 = external_forces(body).iter().zip(displacement).map(|(f, u)| f.dot(u)).sum();
+        potential += 0.5 * energy_norm_squared(body, displacement) - work;
+        nodes += body.mesh().points().len();
+    }
+    Ok(Certified { nodes, potential, bounds: squares.map(from_squared) })
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("{:>8}  {:>10}  {:>10}  {:>10}", "nodes", "potential", "recovered", "relaxed");
+    for n in [2, 4, 8] {
+        let Certified { nodes, potential, bounds: [recovered, relaxed] } = certified(n)?;
+        println!("{nodes:>8}  {potential:>10.6}  {recovered:>10.6}  {relaxed:>10.6}");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::certified;
+
+    #[test]
+    fn the_bounds_are_those_of_another_code() {
+        for (n, nodes, recovered, digit) in [(2, 90, 2.20182561, 1e-8), (4, 450, 1.669669, 1e-6)] {
+            let found = certified(n).unwrap();
+            assert_eq!(found.nodes, nodes);
+            assert!((found.bounds[0] - recovered).abs() < digit, "{found:?}");
+            assert!(found.bounds[1] < 0.4 * found.bounds[0], "{found:?}");
+        }
+    }
+
+    #[test]
+    fn the_bound_is_not_below_the_distance_to_a_finer_mesh() {
+        let found = [2, 4].map(|n| certified(n).unwrap());
+        // The meshes are nested: J falls, by at most half of the square of the bound.
+        let [coarse, fine] = found;
+        let fall = coarse.potential - fine.potential;
+        assert!(fall > 0.0 && 2.0 * fall < coarse.bounds[1].powi(2), "{coarse:?} {fine:?}");
+    }
+}
