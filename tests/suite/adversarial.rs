@@ -13,10 +13,14 @@ const SAMPLE: u64 = 400;
 /// Problems that showed faults of runs which are interrupted on a mesh without a certificate.
 const RESUMED: [u64; 3] = [1015, 4328, 16_481];
 
+/// Problems whose reactions were out of balance along a motion that the pairs hardly resist, if newton-nn had not converged.
+const HARDLY_RESISTED: [u64; 7] = [758, 3809, 6017, 8250, 10_512, 17_622, 17_845];
+
 #[test]
 fn every_promise_is_kept_in_a_sample_of_every_feature() {
     let trials: Vec<Trial> = (1_000_000..1_000_000 + SAMPLE)
         .chain(RESUMED)
+        .chain(HARDLY_RESISTED)
         .collect::<Vec<_>>()
         .into_par_iter()
         .map(|n| Trial::new(n).unwrap())

@@ -6,7 +6,7 @@ use crate::error::NnddError;
 use crate::vector::dot;
 use contact_qp::IndependentRows;
 use fem_core::condensation::InterfaceOperator;
-use fem_core::contact_system::{ContactRow, ContactSystem, Partner};
+use fem_core::contact_system::{ContactRow, ContactSystem, Partner, RowMotion};
 use fem_core::each_body;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -45,6 +45,8 @@ struct Part<'a> {
     /// `S_s Q`, and `(Qᵀ S_s Q)⁻¹`.
     moved: DMatrix<f64>,
     inverse: DMatrix<f64>,
+    /// An orthonormal basis of all its free motions, column after column: those that the pairs do not resist keep their springs.
+    free: Vec<f64>,
 }
 
 impl<'a> Broken<'a> {
@@ -181,6 +183,16 @@ impl<'a> Broken<'a> {
         }
     }
 
+    /// Takes the part along all free motions of a body out of forces on its unknowns, so that the rest balances it.
+    pub(crate) fn without_motions(&self, body: usize, forces: &mut [f64]) {
+        let part = &self.parts[body];
+        let own = &mut forces[part.unknowns.clone()];
+        for motion in part.free.chunks_exact(own.len().max(1)) {
+            let along = dot(motion, own);
+            own.iter_mut().zip(motion).for_each(|(force, moved)| *force -= along * moved);
+        }
+    }
+
     /// Returns the amounts of all rigid motions, by their numbers, if the unknowns are `x` under forces that hold them.
     ///
     /// * `stiffness`: `S x`.
@@ -221,13 +233,18 @@ impl<'a> Part<'a> {
     ) -> Option<Self> {
         let condensed = system.bodies[body];
         let (mut numbers, mut columns, mut loads) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, of) in system.rows.motions.iter().enumerate() {
-            if of.partner == Partner::Body(body) && resisted.contains(&number) {
+        let (mut all, mut count) = (Vec::new(), 0);
+        let of_body = |(_, of): &(usize, &RowMotion)| of.partner == Partner::Body(body);
+        for (number, of) in system.rows.motions.iter().enumerate().filter(of_body) {
+            all.extend_from_slice(&system.free[number]);
+            count += 1;
+            if resisted.contains(&number) {
                 numbers.push(number);
                 columns.extend_from_slice(&system.free[number]);
                 loads.push(of.load);
             }
         }
+        let free = IndependentRows::new(&all, &vec![0.0; count]).rows;
         let motions = IndependentRows::new(&columns, &loads);
         let basis = DMatrix::from_column_slice(unknowns.len(), motions.right_side.len(), &motions.rows);
         let mut moved = DMatrix::zeros(basis.nrows(), basis.ncols());
@@ -235,7 +252,7 @@ impl<'a> Part<'a> {
             condensed.apply_schur(q.as_slice(), to.as_mut_slice());
         }
         let inverse = basis.tr_mul(&moved).try_inverse()?;
-        Some(Self { condensed, unknowns, numbers, motions, basis, moved, inverse })
+        Some(Self { condensed, unknowns, numbers, motions, basis, moved, inverse, free })
     }
 
     fn stiffness(&self, x: &[f64]) -> Vec<f64> {

@@ -226,13 +226,15 @@ fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Ve
 }
 
 /// Shares the forces that hold the bodies among their rows: `P̃`, and the rest of an unknown in the first row that has it alone. Of Ω₁ and Ω₂,
-/// by row, N/m; an obstacle has `P̃`.
+/// by row, N/m; an obstacle has `P̃`. The springs of motions that the pairs hardly resist take a part of the rest, which is left out: reactions are
+/// in balance.
 fn by_role(broken: &Broken<'_>, forces: &[f64], held: &[f64]) -> [Vec<f64>; 2] {
     let system = broken.system;
     let mut rest: Vec<f64> =
         held.iter().zip(broken.pressed(forces)).map(|(f, pressed)| f - pressed).collect();
     let mut by_role = [forces.to_vec(), forces.to_vec()];
     for (b, of_body) in system.of_body.iter().enumerate() {
+        broken.without_motions(b, &mut rest);
         for row in of_body {
             let ([(unknown, factor)], pair) = (&row.terms[..], system.rows.rows[row.row].pair) else {
                 continue;
