@@ -5,9 +5,10 @@
 #![allow(clippy::print_stdout)]
 
 use certified_contact::{cre_estimator, fem_core, nndd};
+use cre_estimator::pressure::{conditions, facet_pressure, nodal_pressure};
 use cre_estimator::{EquilibratedStress, Relaxation, relax};
 use fem_core::assembly::external_forces;
-use fem_core::body::{Body, FacetCondition};
+use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, FacetSelection};
 use fem_core::field;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
@@ -37,30 +38,6 @@ fn blocks(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
     Ok(ContactProblem::between([upper, lower], interface))
 }
 
-/// Adds the traction of a pressure to the conditions of a body, `−p n` on the first body and `+p n` on the second.
-fn with_pressure(
-    body: &Body<Solid>,
-    interface: &ContactInterface<Solid>,
-    pressure: &[f64],
-    side: usize,
-) -> Vec<FacetCondition<Solid>> {
-    let (sign, topology) = ([-1.0, 1.0][side], body.mesh().topology());
-    let mut conditions = body.facet_conditions().to_vec();
-    for facet in interface.facets() {
-        let number = facet.facets[side];
-        let condition = &mut conditions[topology.boundary_place(number)];
-        for (node, traction) in topology.facets()[number].iter().zip(&mut condition.traction) {
-            for k in facet.pairs.map(|k| k as usize) {
-                let pair = &interface.pairs()[k];
-                if pair.nodes[side] == *node {
-                    *traction += pair.normal * (sign * pressure[k]);
-                }
-            }
-        }
-    }
-    conditions
-}
-
 /// The numbers of one mesh.
 #[derive(Debug)]
 struct Certified {
@@ -81,8 +58,8 @@ fn certified(n: usize) -> Result<Certified, Box<dyn Error>> {
 
     // One pressure for both bodies, which does not pull.
     let interface = &problem.contacts[0].interface;
-    let forces = found.contact.normal_reaction.iter().zip(interface.pairs());
-    let pressure: Vec<f64> = forces.map(|(force, pair)| force / pair.weight).collect();
+    let pressure = nodal_pressure(interface, &found.contact.normal_reaction);
+    let on_facets = facet_pressure(interface, &pressure);
     let loads = interface.mass(&pressure);
     let gap: f64 = 2.0 * loads.iter().zip(&found.opening).map(|(load, opening)| load * opening).sum::<f64>();
 
@@ -92,7 +69,9 @@ fn certified(n: usize) -> Result<Certified, Box<dyn Error>> {
         // Each body alone under this pressure: its stress is in FE equilibrium, and from it follows one in exact equilibrium.
         let signed = loads.iter().map(|load| [-1.0, 1.0][side] * load).collect();
         let alone = condensed.displacement_from_force(&condensed.dofs().interface_forces(&[signed]));
-        let conditions = with_pressure(body, interface, &pressure, side);
+        let conditions = conditions(problem, side, |[_, facet, corner], factor| {
+            interface.pairs()[0].normal * (factor * on_facets[facet][corner])
+        });
         let mut stress = EquilibratedStress::recover(body, field::stresses(body, &alone), conditions);
         let of_field = field::stresses(body, displacement);
         squares[0] += stress.distance_squared_to(body, &of_field);
