@@ -9,6 +9,7 @@
 use crate::lift::side_sign;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, NodePair};
+use fem_core::space::Space;
 
 /// Friction on the edges of a contact line; empty without friction.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,6 +86,11 @@ impl EdgeFriction {
         }
         terms
     }
+}
+
+/// Returns the tangent along which friction acts at a pair of nodes, of the length of its normal.
+pub(crate) fn tangent<S: Space>(normal: S::Vector) -> S::Vector {
+    S::complement(&[normal])[0]
 }
 
 /// Computes the Bernstein coefficients of the slip along every contact edge, m.

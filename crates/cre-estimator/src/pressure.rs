@@ -1,6 +1,7 @@
 //! The contact pressure of an admissible stress.
 
 use crate::lift::side_sign;
+use crate::recovery::Recovery;
 use fem_core::body::FacetCondition;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactProblem, Partner};
 use fem_core::mesh::id::NodeId;
@@ -80,17 +81,18 @@ fn places<S: Space>(
     places
 }
 
-/// Computes `2 ∫ p o ds` on every contact edge, J/m, see [`ContactFacet::work`]: the last term of (15).
+/// Computes `2 ∫ p o ds` on every contact facet, J/m, see [`ContactFacet::work`]: the last term of (15).
 ///
-/// * `edge_pressure`: see [`facet_pressure`].
+/// * `facet_pressure`: see [`facet_pressure`].
 /// * `opening`: at the pairs; `middle`: see [`fem_core::interface::ContactInterface::middle_opening`].
-pub fn contact_terms(
-    interface: &ContactInterface,
-    edge_pressure: &[[f64; 2]],
+pub fn contact_terms<S: Recovery>(
+    interface: &ContactInterface<S>,
+    facet_pressure: &[S::Axes<f64>],
     opening: &[f64],
     middle: &[f64],
 ) -> Vec<f64> {
-    let term =
-        |((edge, p), m): ((&ContactFacet, &[f64; 2]), &f64)| 2.0 * edge.work(*p, edge.openings(opening), *m);
-    interface.facets().iter().zip(edge_pressure).zip(middle).map(term).collect()
+    let term = |((facet, p), m): ((&ContactFacet<S>, &S::Axes<f64>), &f64)| {
+        2.0 * S::contact_work(facet, p, &facet.openings(opening), *m)
+    };
+    interface.facets().iter().zip(facet_pressure).zip(middle).map(term).collect()
 }

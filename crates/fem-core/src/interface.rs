@@ -123,6 +123,13 @@ impl<S: Space> ContactFacet<S> {
         corners
     }
 
+    /// Computes the mean of the openings at its corners, m.
+    ///
+    /// * `by_pair`: opening of each pair, m.
+    pub fn mean_opening(&self, by_pair: &[f64]) -> f64 {
+        self.openings(by_pair).as_ref().iter().sum::<f64>() / S::DIM as f64
+    }
+
     /// Lists the corners that are pairs, by number: all, or those that are not clamped.
     pub fn free_corners(&self) -> impl Iterator<Item = usize> + use<S> {
         let clamped = self.clamped.map(|clamped| clamped.end);

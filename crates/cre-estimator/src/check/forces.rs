@@ -13,6 +13,7 @@ use fem_core::double_double::DoubleDouble;
 use fem_core::geometry::Vector;
 use fem_core::mesh::id::FacetId;
 use fem_core::parallel::each_task;
+use fem_core::space::{Plane, Space};
 use fem_core::tensor::SymTensor2;
 use pulp::Simd;
 use std::ops::Range;
@@ -20,15 +21,15 @@ use std::ops::Range;
 /// Squares of the force residuals of one body and of the scale they are compared with, N²/m²; one square root at the
 /// end.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Forces {
-    equilibrium: f64,
-    jump: f64,
-    boundary: f64,
-    scale: f64,
+pub struct Forces {
+    pub(crate) equilibrium: f64,
+    pub(crate) jump: f64,
+    pub(crate) boundary: f64,
+    pub(crate) scale: f64,
 }
 
 impl Forces {
-    fn max(self, other: Self) -> Self {
+    pub(crate) fn max(self, other: Self) -> Self {
         Self {
             equilibrium: larger(self.equilibrium, other.equilibrium),
             jump: larger(self.jump, other.jump),
@@ -50,7 +51,7 @@ impl Forces {
 }
 
 /// Tractions times length on the edges of a triangle, from its stress: edge `k` at corners `k`, `k+1`.
-pub(super) type CellForces = [[Vector; 2]; 3];
+pub(crate) type CellForces = [[Vector; 2]; 3];
 
 fn square(a: Vector) -> f64 {
     a.dot(&a)
@@ -60,10 +61,10 @@ fn square(a: Vector) -> f64 {
 const BLOCK: usize = 8192;
 
 /// The stresses to which the distances of a stress are measured.
-pub(crate) type Against<'a> = [Option<&'a [SymTensor2]>; 2];
+pub type Against<'a, S = Plane> = [Option<&'a [<S as Space>::Tensor]>; 2];
 
 /// Finds the force residuals of a body, block by block, and measures its triangles if `measured` says against what and how accurately.
-pub(super) fn forces(
+pub(crate) fn forces(
     body: &Body,
     stress: &EquilibratedStress,
     measured: Option<(Against<'_>, Accuracy)>,
@@ -92,9 +93,9 @@ pub(super) fn forces(
     (worst, all)
 }
 
-impl CellMeasures {
+impl<S: Space> CellMeasures<S> {
     /// Reserves memory for this many triangles.
-    fn reserve(&mut self, triangles: usize, against: Against<'_>, accuracy: Accuracy) {
+    pub(crate) fn reserve(&mut self, triangles: usize, against: Against<'_, S>, accuracy: Accuracy) {
         for (distances, _) in self.distances.iter_mut().zip(against).filter(|(_, given)| given.is_some()) {
             distances.reserve_exact(triangles);
         }
@@ -209,7 +210,7 @@ fn measure<S: Simd>(
 }
 
 /// Computes the tractions times length on the edges of a triangle.
-pub(super) fn edge_tractions(body: &Body, tau: &CellStress, t: usize) -> CellForces {
+pub(crate) fn edge_tractions(body: &Body, tau: &CellStress, t: usize) -> CellForces {
     let corners = body.mesh().corners(t);
     [0, 1, 2].map(|k| {
         let along = corners[(k + 1) % 3] - corners[k];
