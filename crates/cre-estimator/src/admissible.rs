@@ -5,11 +5,13 @@ use crate::balance::{self, Pressure};
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
 use crate::friction::{EdgeFriction, tangent};
-use crate::lift::{self, Lift, side_sign};
+use crate::lift::{self, Lift};
+use crate::measures::Accuracy;
 use crate::openings;
 use crate::pressure;
 use crate::recovery::Recovery;
 use crate::relaxation::RelaxationReport;
+use crate::side::side_sign;
 use fem_core::body::FacetCondition;
 use fem_core::condensation::CondensedBody;
 use fem_core::directions::Directions;
@@ -96,15 +98,6 @@ impl<S: Space> AdmissiblePair<S> {
     }
 }
 
-/// Accuracy of an estimate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Accuracy {
-    /// Neumann problems by the factor alone, residuals in double precision.
-    Double,
-    /// Neumann problems with iterative refinement, residuals in double-double numbers.
-    Refined,
-}
-
 /// Builds the admissible pair of a state that has been checked; its stresses are not yet relaxed.
 pub(crate) fn recovered_pair<S: Recovery>(
     prepared: &PreparedProblem<S>,
@@ -151,6 +144,9 @@ fn lift_of<S: Recovery>(
     (lift::find(problem, pair, displacement, (given.opening, penetrates, &middle)), middle)
 }
 
+/// The lifts of all nodes of each body, see [`lift::joined`].
+type Moved<S> = [Option<Vec<<S as Space>::Vector>>];
+
 impl<S: Recovery> AdmissibleContact<S> {
     /// Computes the openings of pair `k` and what belongs to its pressure.
     ///
@@ -162,7 +158,7 @@ impl<S: Recovery> AdmissibleContact<S> {
         state: &ContactState<'_, S>,
         pressure: Vec<f64>,
         (friction, friction_limit): (Vec<f64>, Vec<f64>),
-        (lift, found, moved): (Lift, Vec<f64>, &[Option<Vec<S::Vector>>]),
+        (lift, found, moved): (Lift, Vec<f64>, &Moved<S>),
     ) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;

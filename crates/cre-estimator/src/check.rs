@@ -1,11 +1,9 @@
 //! Checks of admissibility, as numbers: the basis of a certificate.
 
-mod forces;
-
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissibleContact, AdmissiblePair};
-use crate::cre::CellMeasures;
+use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 use crate::equilibrated::EquilibratedStress;
 use crate::lift;
+use crate::measures::{Accuracy, Against, CellMeasures, Forces};
 use crate::openings;
 use crate::recovery::Recovery;
 use crate::round_off::Noise;
@@ -16,8 +14,6 @@ use fem_core::each_body;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::mesh::Mesh;
-pub use forces::{Against, Forces};
-pub(crate) use forces::{edge_tractions, forces};
 use std::borrow::Cow;
 
 /// Force residuals up to this are round-off; larger ones invalidate a certificate.
@@ -297,7 +293,7 @@ fn displaced_support<S: Recovery>(body: &Body<S>, displacement: &[S::Vector]) ->
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure
 /// are zero.
 pub fn check_stress<S: Recovery>(body: &Body<S>, stress: &EquilibratedStress<S>) -> Admissibility {
-    S::measured(body, stress, None).0.residuals(0.0)
+    residuals(S::measured(body, stress, None).0, 0.0)
 }
 
 /// [`check_stress`], with the scale of a displaced body, and what the bound needs of every triangle.
@@ -311,9 +307,20 @@ pub(crate) fn check_stress_and_measure<S: Recovery>(
     measured: Option<(Against<'_, S>, Accuracy)>,
 ) -> (Admissibility, CellMeasures<S>) {
     let (found, cells) = S::measured(body, stress, measured);
-    (found.residuals(noise.force(displacement)), cells)
+    (residuals(found, noise.force(displacement)), cells)
 }
 
 fn relative(x: f64, scale: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x / scale }
+}
+
+/// Relates the residuals of forces to their scale, or to one at which `noise` alone just passes.
+fn residuals(found: Forces, noise: f64) -> Admissibility {
+    let scale = larger(found.scale.sqrt(), noise / FORCE_TOLERANCE);
+    Admissibility {
+        equilibrium: relative(found.equilibrium.sqrt(), scale),
+        traction_jump: relative(found.jump.sqrt(), scale),
+        boundary_traction: relative(found.boundary.sqrt(), scale),
+        ..Admissibility::default()
+    }
 }

@@ -6,11 +6,10 @@ use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 use crate::pressure;
 use crate::recovery::Recovery;
 use fem_core::body::Body;
-use fem_core::double_double::DoubleDouble;
 use fem_core::each_body;
 use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::norm::{from_squared, sum_over_cells};
-use fem_core::space::{Plane, Space};
+use fem_core::space::Space;
 use rayon::prelude::*;
 
 /// The constitutive relation error, J/m, (15), and its contributions, (17):
@@ -145,17 +144,6 @@ fn contact_terms<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePair
         }
     }
     terms
-}
-
-/// The results of a pass over the triangles of a body.
-#[derive(Clone, Debug, Default)]
-pub struct CellMeasures<S: Space = Plane> {
-    /// `‖τ − σ‖²` for the stresses of [`crate::check::check_stress_and_measure`], J/m; empty for one that is not given.
-    pub(crate) distances: [Vec<f64>; 2],
-    /// Mean of τ, Pa.
-    pub(crate) mean: Vec<S::Tensor>,
-    /// The same without rounding; empty in double precision.
-    pub(crate) exact_mean: Vec<S::Components<DoubleDouble>>,
 }
 
 /// Computes `‖σ − τ‖²` for two stresses constant in the triangles, J/m.

@@ -1,11 +1,12 @@
 //! The whole computation of a certificate, in one call.
 
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissibleContact, AdmissiblePair, check_state};
+use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair, check_state};
 use crate::balance;
 use crate::check::{Admissibility, FORCE_TOLERANCE, check_and_measure};
 use crate::cre::Cre;
 use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared, state_residuals};
+use crate::measures::Accuracy;
 use crate::openings;
 use crate::parts::{Parts, parts};
 use crate::recovery::Recovery;

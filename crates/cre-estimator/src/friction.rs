@@ -6,7 +6,7 @@
 //! with the slip `w = (u^a − u^b)·t` of the load step, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
 //! edge, `q` is constant there, as the pressure is, so that `q t` is linear, and the slip is a quadratic.
 
-use crate::lift::side_sign;
+use crate::side::side_sign;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, NodePair};
 use fem_core::space::Space;

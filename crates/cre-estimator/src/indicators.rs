@@ -1,10 +1,11 @@
 //! The indicators: of the mesh, for a frozen λ_p, and of the iteration.
 
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, on_body};
+use crate::admissible::{AdmissibleBody, AdmissiblePair, on_body};
 use crate::balance;
 use crate::check::{Admissibility, check_stress_and_measure};
 use crate::cre::{Cre, of_cells};
 use crate::equilibrated::EquilibratedStress;
+use crate::measures::Accuracy;
 use crate::recovery::Recovery;
 use crate::relaxation::Relaxation;
 use crate::relaxed::{FrozenStresses, freezes_lambda, frozen_stress};

@@ -16,6 +16,7 @@
 //! All lines are tested on the final displacements by [`crate::check()`].
 
 use crate::recovery::Recovery;
+use crate::side::side_sign;
 use crate::size::larger;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::directions::Directions;
@@ -236,11 +237,6 @@ pub(crate) fn find<S: Recovery>(
 fn depth_between<S: Recovery>(interface: &ContactInterface<S>, opening: &[f64], middle: &[f64]) -> f64 {
     let edges = interface.facets().iter().zip(middle).filter(|(edge, _)| edge.bent);
     edges.fold(0.0, |most, (edge, middle)| larger(most, depth(*middle, edge.openings(opening).as_ref())))
-}
-
-/// The sign of the pressure's forces on a side: −1 on the first, from which the normal points.
-pub(crate) fn side_sign(side: usize) -> f64 {
-    if side == 0 { -1.0 } else { 1.0 }
 }
 
 /// Returns the direction `d` in which the node of a body moves to open its pair, `d·n ≥ 1`, with the sign of the normal: the shortest one

@@ -2,9 +2,9 @@
 
 use crate::admissible::{AdmissiblePair, consistent_forces};
 use crate::cre::Cre;
-use crate::lift::side_sign;
 use crate::pressure;
 use crate::recovery::Recovery;
+use crate::side::side_sign;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactFacet, ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;

@@ -1,13 +1,12 @@
 //! The recovery of stresses in the plane.
 
-use crate::admissible::Accuracy;
-use crate::check::{Against, Forces, edge_tractions, forces};
-use crate::cre::CellMeasures;
+mod forces;
+
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::friction::EdgeFriction;
+use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
-use crate::round_off::Shape;
 use crate::size::larger;
 use crate::star_relaxation::{StarRelaxation, bytes_of_stars, relax_with_stars};
 use crate::{cells, eet};
@@ -17,6 +16,7 @@ use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
 use fem_core::mesh::TriMesh;
 use fem_core::space::Plane;
 use fem_core::tensor::SymTensor2;
+use forces::{edge_tractions, forces};
 
 impl Recovery for Plane {
     type Stars<'a> = StarRelaxation<'a>;

@@ -1,7 +1,7 @@
 //! The contact pressure of an admissible stress.
 
-use crate::lift::side_sign;
 use crate::recovery::Recovery;
+use crate::side::side_sign;
 use fem_core::body::FacetCondition;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactProblem, Partner};
 use fem_core::mesh::id::NodeId;

@@ -1,12 +1,9 @@
 //! The recovery of stresses in exact equilibrium, in any space.
 
-use crate::admissible::Accuracy;
-use crate::check::{Against, Forces};
-use crate::cre::CellMeasures;
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::friction::EdgeFriction;
+use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::relaxation::{Relaxation, RelaxationReport};
-use crate::round_off::Shape;
 use fem_core::body::{Body, FacetCondition};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
 use fem_core::mesh::Mesh;

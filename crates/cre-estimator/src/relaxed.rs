@@ -1,10 +1,9 @@
 //! The admissible pair with relaxed stresses, and the stresses for a frozen λ.
 
-use crate::admissible::{
-    Accuracy, AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal,
-};
+use crate::admissible::{AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal};
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::error::EstimatorError;
+use crate::measures::Accuracy;
 use crate::recovery::{Recovery, relax};
 use crate::relaxation::{LEAST, Relaxation};
 use fem_core::interface::{ContactProblem, ContactState, Partner};

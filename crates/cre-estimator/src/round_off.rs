@@ -1,9 +1,9 @@
 //! Effects of rounding on forces, strains and energies: the scale below which the checks detect nothing, and the
 //! allowance of the bound for it.
 
-use crate::admissible::{Accuracy, AdmissibleContact, AdmissiblePair, pressure_forces};
-use crate::cre::CellMeasures;
+use crate::admissible::{AdmissibleContact, AdmissiblePair, pressure_forces};
 use crate::lift;
+use crate::measures::{Accuracy, CellMeasures, Shape};
 use crate::recovery::Recovery;
 use crate::size::{larger, largest_displacement};
 use fem_core::body::Body;
@@ -101,17 +101,6 @@ fn softness<S: Recovery>(body: &Body<S>, cell: usize) -> f64 {
         body.material(cell).complementary(s, s)
     };
     (1..S::COMPONENTS).fold(unit(0), |sum, component| sum + unit(component))
-}
-
-/// The quantities of a cell that determine its rounding errors.
-#[derive(Clone, Copy, Debug)]
-pub struct Shape {
-    /// The measure of all its facets.
-    pub(crate) boundary: f64,
-    /// The measure of its largest facet.
-    pub(crate) largest: f64,
-    /// 1 in a cell of half a square or a sixth of a cube, in proportion to length over height in a flat one; not less than 1.
-    pub(crate) flatness: f64,
 }
 
 /// Safety factor on measured rounding: the factorised matrix is the stiffness only to its own rounding, and

@@ -4,22 +4,19 @@
 //! a stress of four parts in each cell, and corrections along bars and wrenches.
 
 mod cell;
-mod check;
 mod clusters;
 mod eet;
+mod forces;
 mod potentials;
 mod relaxation;
 mod rings;
 #[cfg(test)]
 mod tests;
 
-use crate::admissible::Accuracy;
-use crate::check::{Against, Forces};
-use crate::cre::CellMeasures;
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
+use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
-use crate::round_off::Shape;
 use crate::size::larger;
 use cell::{CellMap, CellMoments, CellStress};
 use fem_core::body::{Body, FacetCondition};
@@ -45,8 +42,8 @@ impl Recovery for Solid {
         eet::facet_moments(body, stress, conditions)
     }
 
-    fn relax_with<'a>(
-        body: &'a Body<Self>,
+    fn relax_with(
+        body: &Body<Self>,
         stress: &mut EquilibratedStress<Self>,
         relaxation: Relaxation,
         _: &mut Option<Infallible>,
@@ -84,7 +81,7 @@ impl Recovery for Solid {
         stress: &EquilibratedStress<Self>,
         measured: Option<(Against<'_, Self>, Accuracy)>,
     ) -> (Forces, CellMeasures<Self>) {
-        check::forces(body, stress, measured)
+        forces::forces(body, stress, measured)
     }
 
     fn facet_forces(
@@ -93,7 +90,7 @@ impl Recovery for Solid {
         cell: usize,
         k: usize,
     ) -> [Vector3<f64>; 3] {
-        let forces = check::face_tractions(&body.mesh().corners(cell), &stress.cell(body, cell))[k];
+        let forces = forces::face_tractions(&body.mesh().corners(cell), &stress.cell(body, cell))[k];
         let sum = forces[0] + forces[1] + forces[2];
         forces.map(|force| (sum + force) / 12.0)
     }

@@ -1,10 +1,8 @@
 //! The force residuals of a solid body, and in the same pass what the bound needs of its tetrahedra.
 
 use super::cell::{self, CellStress};
-use crate::admissible::Accuracy;
-use crate::check::{Against, Forces};
-use crate::cre::CellMeasures;
 use crate::equilibrated::EquilibratedStress;
+use crate::measures::{Accuracy, Against, CellMeasures, Forces};
 use crate::size::larger;
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
