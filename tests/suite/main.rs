@@ -41,6 +41,7 @@ mod non_matching;
 mod paper;
 mod patch;
 mod point_supports;
+mod random_solids;
 mod reactions;
 mod recovered_pressure;
 mod refusals;

@@ -80,7 +80,7 @@ impl Cre {
     ) -> Self {
         let mut by_contact_edge = contact_terms(problem, pair);
         let friction = |(of, contact): (&ContactPair<S>, &AdmissibleContact<S>)| {
-            S::friction_terms(&contact.edge_friction, &of.interface)
+            contact.edge_friction.terms(&of.interface)
         };
         let friction_by_contact_edge: Vec<Vec<f64>> =
             problem.contacts.iter().zip(&pair.contacts).map(friction).collect();

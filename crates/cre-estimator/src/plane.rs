@@ -114,8 +114,4 @@ impl Recovery for Plane {
     fn friction_forces(friction: &EdgeFriction, interface: &ContactInterface) -> Vec<Vector> {
         friction.nodal_forces(interface)
     }
-
-    fn friction_terms(friction: &EdgeFriction, interface: &ContactInterface) -> Vec<f64> {
-        friction.terms(interface)
-    }
 }

@@ -109,12 +109,6 @@ pub trait Recovery: Space {
     fn friction_forces(_friction: &EdgeFriction, _interface: &ContactInterface<Self>) -> Vec<Self::Vector> {
         Vec::new()
     }
-
-    /// Computes what friction adds to the bound on every contact facet; nothing in space.
-    #[doc(hidden)]
-    fn friction_terms(_friction: &EdgeFriction, _interface: &ContactInterface<Self>) -> Vec<f64> {
-        Vec::new()
-    }
 }
 
 impl<S: Recovery> EquilibratedStress<S> {

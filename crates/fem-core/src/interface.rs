@@ -305,6 +305,11 @@ impl<S: Space> ContactInterface<S> {
         forces
     }
 
+    /// Tells whether no pair was removed at an end that both bodies clamp.
+    pub fn is_whole(&self) -> bool {
+        self.whole.is_none()
+    }
+
     /// Tells whether the normal changes along any facet.
     pub fn has_bent_facets(&self) -> bool {
         self.facets.iter().any(|facet| facet.bent)
@@ -397,11 +402,6 @@ impl ContactInterface {
         normal: ContactNormal,
     ) -> Result<Self, InterfaceError> {
         pairing::pair(bodies, surfaces, gap, normal, Some(measured))
-    }
-
-    /// Tells whether no pair was removed at an end that both bodies clamp.
-    pub fn is_whole(&self) -> bool {
-        self.whole.is_none()
     }
 
     /// Returns the arc length at each pair along the surface of the body that was the first when they were paired, m; stretches are consecutive.
