@@ -100,7 +100,8 @@ const FEW_ROWS: usize = 100;
 pub fn prefers_exact(problem: &ContactProblem) -> bool {
     // Most rows are those of two bodies.
     let few = 2 * problem.node_pairs() <= FEW_ROWS * problem.bodies.len();
-    // Newton's method stalls on a beam above 64 circles.
+    // Measured on one body above 1 to 64 obstacles, and on beams on rollers: with few rows newton-nn takes four times as long, with 642 to 1752 half
+    // as long to twice as long.
     let on_obstacles = !problem.obstacles.is_empty();
     problem.has_friction() || (few || on_obstacles) && !suits_iteration(problem)
 }

@@ -92,7 +92,7 @@ impl SparseRows {
 
     /// Multiplies every row by a factor.
     #[must_use]
-    pub fn with_scaled_rows(mut self, factors: &[f64]) -> Self {
+    pub(crate) fn with_scaled_rows(mut self, factors: &[f64]) -> Self {
         let mut start = 0;
         for (end, factor) in self.ends.iter().zip(factors) {
             self.values[start..*end].iter_mut().for_each(|value| *value *= factor);

@@ -137,12 +137,6 @@ pub fn distance_squared(
     area / 36.0 * energies.iter().sum::<f64>()
 }
 
-/// Computes the gradient-weighted sum that is the divergence of one part's linear stress, N/m³.
-pub fn part_divergence(corners: [Vector; 3], part: &[SymTensor2; 3]) -> Vector {
-    let element = fem_core::element::Triangle::new(corners);
-    part.iter().zip(element.gradients).map(|(s, g)| s.apply(g)).sum()
-}
-
 /// The 27×12 matrix of the reference triangle, computed once: the left inverse of the conditions on the
 /// 27 nodal stresses (outer tractions, continuity across the three inner edges, no divergence).
 pub(crate) fn recovery() -> &'static Recovery {
@@ -225,6 +219,12 @@ mod tests {
     use fem_core::material::Hypothesis;
 
     const CORNERS: [Vector; 3] = [Vector::new(0.2, 0.1), Vector::new(1.7, 0.4), Vector::new(0.5, 1.3)];
+
+    /// Computes the gradient-weighted sum that is the divergence of one part's linear stress, N/m³.
+    fn part_divergence(corners: [Vector; 3], part: &[SymTensor2; 3]) -> Vector {
+        let element = fem_core::element::Triangle::new(corners);
+        part.iter().zip(element.gradients).map(|(s, g)| s.apply(g)).sum()
+    }
 
     /// Loads of a linear stress that satisfies div τ + b = 0.
     fn loads_of(stress: impl Fn(Vector) -> SymTensor2) -> CellLoads {

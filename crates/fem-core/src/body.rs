@@ -272,7 +272,7 @@ impl<S: Space> Body<S> {
     }
 
     /// Tells whether nothing but contact holds the body: no support, no rigid side, and it is one piece.
-    pub fn has_no_support(&self) -> bool {
+    pub(crate) fn has_no_support(&self) -> bool {
         self.node_constraints.iter().all(|constraint| constraint.held.is_none())
             && self.rigid_sides.is_empty()
             && self.mesh.topology().pieces().1 == 1
@@ -283,7 +283,7 @@ impl<S: Space> Body<S> {
     ///
     /// # Errors
     /// See [`Self::new`].
-    pub fn reselected(&self) -> Result<Self, BodyError> {
+    pub(crate) fn reselected(&self) -> Result<Self, BodyError> {
         let conditions = &self.conditions;
         let displacements = conditions.displacements.iter().map(|c| &c.edges);
         let others =

@@ -99,7 +99,7 @@ impl Cholesky {
 
     /// Returns the pivot `L_jj²` that is smallest relative to the diagonal entry `K_jj`: its number and that ratio.
     /// A ratio near the machine precision means that the pivot is round-off.
-    pub fn smallest_pivot(&self) -> (usize, f64) {
+    pub(crate) fn smallest_pivot(&self) -> (usize, f64) {
         (self.smallest.pivot, self.smallest.ratio)
     }
 
@@ -124,7 +124,7 @@ impl Cholesky {
     ///
     /// # Panics
     /// If a column is shorter than the dimension.
-    pub fn forward_all(&self, columns: &mut [&mut [f64]]) {
+    pub(crate) fn forward_all(&self, columns: &mut [&mut [f64]]) {
         pulp::Arch::new().dispatch(substitution::Forward { factor: self, columns });
     }
 
@@ -133,7 +133,7 @@ impl Cholesky {
     ///
     /// # Panics
     /// If `x` is shorter than the dimension.
-    pub fn backward(&self, x: &mut [f64], given: usize) {
+    pub(crate) fn backward(&self, x: &mut [f64], given: usize) {
         let end = self.dimension() - given;
         pulp::Arch::new().dispatch(substitution::Backward { factor: self, x, end });
     }

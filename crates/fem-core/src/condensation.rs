@@ -105,7 +105,7 @@ impl<S: Space> CondensedBody<S> {
     ///
     /// # Panics
     /// If the system has other unknowns.
-    pub fn with_loads(self, system: System<S>) -> Self {
+    pub(crate) fn with_loads(self, system: System<S>) -> Self {
         let System { dofs, load, .. } = system;
         let (found, expected) = (dofs.len(), self.dofs.len());
         assert!(found == expected, "a load of {found} unknowns, and a factor of {expected}");

@@ -156,7 +156,7 @@ impl<S: Space> DofMap<S> {
     /// retained directions differ from this map's.
     ///
     /// * `body`: on the same mesh.
-    pub fn with_imposed(&self, body: &Body<S>, side: &InterfaceSide<S>) -> Option<Self> {
+    pub(crate) fn with_imposed(&self, body: &Body<S>, side: &InterfaceSide<S>) -> Option<Self> {
         let Frames { frame_of, frames, fixed, imposed, kept } = Frames::new(body, side);
         let rigid = RigidUnknowns::new(body, self.rigid.first);
         let first = (self.unknowns.len() - self.interface) as u32;
@@ -274,12 +274,12 @@ impl<S: Space> DofMap<S> {
     }
 
     /// Tells whether a rigid side is free to move.
-    pub fn has_rigid(&self) -> bool {
+    pub(crate) fn has_rigid(&self) -> bool {
         !self.rigid.motions.is_empty()
     }
 
     /// Tells whether an unknown belongs to a rigid side, not to a node.
-    pub fn is_rigid(&self, number: usize) -> bool {
+    pub(crate) fn is_rigid(&self, number: usize) -> bool {
         self.rigid.of(number).is_some()
     }
 
@@ -303,7 +303,7 @@ impl<S: Space> DofMap<S> {
     /// Returns the interface unknowns of a displacement, m.
     ///
     /// * `at`: the displacement of a node.
-    pub fn interface_components(&self, at: impl Fn(usize) -> S::Vector) -> Vec<f64> {
+    pub(crate) fn interface_components(&self, at: impl Fn(usize) -> S::Vector) -> Vec<f64> {
         let interface = self.unknowns.len() - self.interface..self.unknowns.len();
         let component = |(node, c): (usize, usize)| self.component(node, c, at(node));
         interface.map(|unknown| component(self.unknown(unknown))).collect()

@@ -45,7 +45,7 @@ impl<S: Space> Element<S> {
 
     /// Computes the blocks of `K_e = A Bᵀ D B` for all corners (rows) and the corner `b` (columns), each by columns.
     #[inline]
-    pub fn stiffness_column(&self, material: &LinearElastic<S>, b: usize) -> S::Corners<Block<S>> {
+    pub(crate) fn stiffness_column(&self, material: &LinearElastic<S>, b: usize) -> S::Corners<Block<S>> {
         let d = material.stiffness();
         let gradient = self.gradients[b] * self.measure;
         // A D B: the stress, times the measure, of a unit displacement of the corner along each axis.
@@ -60,7 +60,7 @@ impl<S: Space> Element<S> {
 
     /// Computes `∫ σ ∇φ_k`, the nodal forces of a constant stress, N/m in the plane, N in space.
     #[inline]
-    pub fn internal_forces(&self, stress: S::Tensor) -> S::Corners<S::Vector> {
+    pub(crate) fn internal_forces(&self, stress: S::Tensor) -> S::Corners<S::Vector> {
         S::corners(|k| S::applied(stress, self.gradients[k]) * self.measure)
     }
 }

@@ -92,7 +92,7 @@ pub fn angle_between(a: Vector, b: Vector) -> f64 {
 /// Computes the unit normal on the right of the path from `from` to `to`: the outward normal of a
 /// body whose boundary is traversed counter-clockwise.
 #[inline]
-pub fn right_normal(from: Vector, to: Vector) -> Vector {
+pub(crate) fn right_normal(from: Vector, to: Vector) -> Vector {
     let t = to - from;
     let length = norm(t);
     Vector::new(t[1] / length, -t[0] / length)

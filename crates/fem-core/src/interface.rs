@@ -39,7 +39,7 @@ use std::ops::{Add, Mul};
 pub use area::ContactArea;
 pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
 pub use error::InterfaceError;
-pub use facing::{FacingSide, facing_edges};
+pub(crate) use facing::{FacingSide, facing_edges};
 pub use friction::{Friction, PairRow, SlipBefore};
 pub use obstacle::{Obstacle, RigidLine};
 pub use partner::Partner;
@@ -394,7 +394,7 @@ impl ContactInterface {
     ///
     /// # Errors
     /// See [`Self::pair`]; surfaces that have other nodes than those measured.
-    pub fn pair_measured(
+    pub(crate) fn pair_measured(
         bodies: [&Body; 2],
         measured: &Measured,
         surfaces: [&str; 2],
@@ -418,7 +418,7 @@ impl ContactInterface {
     /// of length one.
     ///
     /// * `body`: the one of this side, 0 or 1.
-    pub fn polygon_normals(&self, body: &Body, side: usize) -> Vec<Vector> {
+    pub(crate) fn polygon_normals(&self, body: &Body, side: usize) -> Vec<Vector> {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let mut sums = vec![Vector::zeros(); self.pairs.len()];
         for edge in &self.facets {

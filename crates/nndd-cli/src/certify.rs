@@ -2,20 +2,18 @@
 
 use crate::args::{Certify, Format};
 use crate::console;
-use crate::deadline::Deadline;
 use crate::machine::Machine;
 use nndd_report::failure::NOT_CERTIFIED;
 use nndd_report::{Failure, certify, run};
 
 pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
-    let machine = Machine::start();
-    let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
     let for_people = options.format == Format::Human;
-    let mut deadline = Deadline::watch(&case, machine.started, !for_people);
+    let machine = Machine::start(!for_people);
+    let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
     let (problem, notes) = run::build_last(&case, &machine)?;
-    deadline.next("the certificate of the field");
+    run::begins(&case, "the certificate of the field", &machine);
     let found = certify::certify(&case, &problem, &options.displacement)?;
-    deadline.end();
+    machine.has_result();
     if for_people {
         // Nodes that were added or moved so that surfaces match.
         console::notes(&notes);

@@ -2,7 +2,6 @@
 
 use crate::args::{Check, Format};
 use crate::console;
-use crate::deadline::Deadline;
 use crate::machine::Machine;
 use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
@@ -46,16 +45,15 @@ fn components(force: Vector) -> String {
 }
 
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
-    let machine = Machine::start();
+    let machine = Machine::start(options.format == Format::Json);
     let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let mut deadline = Deadline::watch(&case, machine.started, options.format == Format::Json);
     let (problem, mut notes) = run::build(&case, &machine)?;
-    deadline.next("the checks of loads, supports and free motions");
     console::warnings(&case.warnings());
     notes.extend(nndd_report::notes::of_problem(&case, &problem));
     console::notes(&notes);
+    run::begins(&case, "the checks of loads, supports and free motions", &machine);
     let bodies = nndd_report::check::check(&case, &problem)?;
-    deadline.end();
+    machine.has_result();
     if options.format == Format::Json {
         console::print_json(&summary(&case, &problem, &bodies, &notes))?;
         return Ok(0);

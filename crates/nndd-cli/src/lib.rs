@@ -5,7 +5,6 @@ mod args;
 mod certify;
 mod check;
 mod console;
-mod deadline;
 mod help;
 mod machine;
 mod manual;

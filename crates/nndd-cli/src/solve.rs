@@ -1,27 +1,23 @@
 //! `nndd solve`: solves a case, certifies it, writes everything down.
 
 use crate::args::{Format, Solve};
-use crate::deadline::Deadline;
 use crate::machine::{Machine, Showing};
 use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
 use case_io::case::Criterion;
-use certified_contact::Phase;
 use nndd_report::memory_limit;
 use nndd_report::{Event, Failure, Host, RunDirectory, Stopwatch, check, files, memory, run};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
 
 pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
-    let machine = Machine::listen()?;
+    let machine = Machine::listen(options.format == Format::Json)?;
     let mut watch = Stopwatch::start(machine.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
     let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let mut deadline = Deadline::watch(&case, machine.started, options.format == Format::Json);
     let (mut problem, notes) = run::build(&case, &machine)?;
-    deadline.next("the question whether the bodies are held");
+    run::begins(&case, "the question whether the bodies are held", &machine);
     check::held(&case, &mut problem)?;
-    deadline.next("opening the directory of the results");
     let memory_estimate = memory::estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut place = match options.resume {
@@ -37,7 +33,6 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     };
     let mut progress = Progress::start(goal, !options.run.quiet && options.format == Format::Human);
     let show = |event: Event<'_>| {
-        watch_until_result(&mut deadline, &event);
         show(&mut printer, &mut progress, &event);
         Ok(())
     };
@@ -53,20 +48,6 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let (report, files) = (&written.report, &written.files);
     printer.end(options.run.verbose, &case, &solved, report, &path.display().to_string(), files)?;
     Ok(report.status.code)
-}
-
-/// Names the phases for the deadline, and ends it when there is something to keep.
-fn watch_until_result(deadline: &mut Deadline, event: &Event<'_>) {
-    match event {
-        Event::Phase(phase) => deadline.next(match phase {
-            Phase::Assembly => "assembly",
-            Phase::Factorisation => "factorisation",
-            Phase::Iterations => "the first iteration",
-            Phase::Estimate => "the estimate of the error",
-            Phase::Refinement => "refinement",
-        }),
-        _ => deadline.end(),
-    }
 }
 
 /// Shows an event of the run.

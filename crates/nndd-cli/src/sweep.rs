@@ -16,7 +16,7 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     of_library.force = options.run.force;
     let mut width = 0;
     let show = |event: Event<'_>| show(options, &mut width, event);
-    let mut host = Showing { machine: Machine::listen()?, show };
+    let mut host = Showing { machine: Machine::listen(false)?, show };
     let swept = sweep::sweep(&of_library, &mut host)?;
     let signal = host.interrupted();
     let record = &swept.record;

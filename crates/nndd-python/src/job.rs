@@ -4,7 +4,7 @@ use crate::errors::{exception, wrong};
 use crate::json::loads;
 use nndd_report::failure::{self, Failure};
 use nndd_report::memory_limit;
-use nndd_report::{Event, Host, MemoryLimit, adaptive_row, report, without_bound};
+use nndd_report::{Deadline, Event, Host, MemoryLimit, adaptive_row, report, without_bound};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
@@ -57,10 +57,17 @@ pub(crate) fn ask<R: Send + 'static>(
     answered.recv().ok()
 }
 
+/// A part of the program around a run that the thread that called sees too.
+#[derive(Default)]
+struct Shared {
+    interrupted: AtomicBool,
+    deadline: Deadline,
+}
+
 /// The program around a run, as the work sees it.
 pub(crate) struct Caller {
     started: Instant,
-    interrupted: Arc<AtomicBool>,
+    shared: Arc<Shared>,
     tell: Option<Box<dyn Fn(Value) + Send>>,
 }
 
@@ -70,14 +77,19 @@ impl Host for Caller {
     }
 
     fn interrupted(&self) -> Option<u8> {
-        self.interrupted.load(Ordering::Relaxed).then_some(INTERRUPTED)
+        self.shared.interrupted.load(Ordering::Relaxed).then_some(INTERRUPTED)
     }
 
     fn memory_limit(&self) -> Option<MemoryLimit> {
         memory_limit::smallest(rayon::current_num_threads())
     }
 
+    fn begins(&self, step: &'static str, limit: Option<f64>) {
+        self.shared.deadline.begin(step, limit);
+    }
+
     fn event(&mut self, event: Event<'_>) -> Result<(), Failure> {
+        self.shared.deadline.follow(&event);
         if let Some(tell) = &self.tell
             && let Some(value) = described(&event)
         {
@@ -107,7 +119,7 @@ fn described(event: &Event<'_>) -> Option<Value> {
 /// Does some work on new threads, without the lock on the interpreter. Each call has its own threads: a fork leaves none behind
 /// that a later call would wait for.
 ///
-/// After the first Ctrl-C the work ends with what it has; after the second it is left alone. An exception of a callback, a function or another
+/// After the first Ctrl-C the work ends with what it has; after the second it is left alone, as it is at the time limit if it has no result. An exception of a callback, a function or another
 /// handler of a signal ends the work, and passes through.
 ///
 /// * `threads`: 0 for one per core, or as many as `RAYON_NUM_THREADS` says.
@@ -128,11 +140,11 @@ pub(crate) fn run<T: Send + 'static>(
             "lower it, or leave it out",
         ));
     }
-    let interrupted = Arc::new(AtomicBool::new(false));
+    let (started, shared) = (Instant::now(), Arc::<Shared>::default());
     let (sender, receiver) = channel();
     let caller = Caller {
-        started: Instant::now(),
-        interrupted: Arc::clone(&interrupted),
+        started,
+        shared: Arc::clone(&shared),
         tell: callback.is_some().then(|| teller(sender.clone())),
     };
     let pool = ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build();
@@ -152,10 +164,10 @@ pub(crate) fn run<T: Send + 'static>(
             Err(Failure::plain(failure::DEFECT, "a defect of this program: it panicked, see standard error"))
         });
         ASK.set(None);
-        // Nobody listens after the second Ctrl-C.
+        // Nobody listens after the second Ctrl-C, or the time limit.
         let _ = sender.send(Message::Done(done));
     });
-    wait(py, receiver, &interrupted, callback)
+    wait(py, receiver, (started, &shared), callback)
 }
 
 fn teller<T: Send + 'static>(sender: Sender<Message<T>>) -> Box<dyn Fn(Value) + Send> {
@@ -168,7 +180,7 @@ fn teller<T: Send + 'static>(sender: Sender<Message<T>>) -> Box<dyn Fn(Value) + 
 fn wait<T: Send>(
     py: Python<'_>,
     mut receiver: Receiver<Message<T>>,
-    interrupted: &AtomicBool,
+    (started, shared): (Instant, &Shared),
     callback: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<T> {
     // The first exception of a callback, of a function or of another handler of a signal.
@@ -198,9 +210,13 @@ fn wait<T: Send>(
                 ));
             }
         };
+        if let Some(failure) = shared.deadline.exceeded(started.elapsed().as_secs_f64()) {
+            shared.interrupted.store(true, Ordering::Relaxed);
+            return Err(exception(py, &failure));
+        }
         for error in [said, py.check_signals()].into_iter().filter_map(Result::err) {
             let is_signal = error.is_instance_of::<PyKeyboardInterrupt>(py);
-            let is_first = !interrupted.swap(true, Ordering::Relaxed);
+            let is_first = !shared.interrupted.swap(true, Ordering::Relaxed);
             if is_signal && !is_first {
                 return Err(error);
             }

@@ -142,6 +142,7 @@ impl Case {
             let firsts = case.contacts.iter().filter_map(|contact| contact.bodies.first());
             let pairs = firsts.zip(pressures.iter_mut().flatten());
             pairs.for_each(|(body, pressure)| source::to_mesh(&case, *body, pressure, 0.0));
+            run::begins(&case, "the certificate of the field", host);
             let found = certify::of_fields(&case, &problem, &fields, pressures.as_deref())?;
             Ok((certify::summary(&case, &found), found, problem))
         })?;

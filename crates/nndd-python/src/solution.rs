@@ -50,6 +50,7 @@ pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) ->
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
     let case = source.read(&run::overrides(set)?)?;
     let (mut problem, notes) = run::build(&case, host)?;
+    run::begins(&case, "the question whether the bodies are held", host);
     check::held(&case, &mut problem)?;
     let warnings = case.warnings().iter().map(ToString::to_string).collect();
     let mut about = Map::new();
@@ -161,6 +162,7 @@ pub(crate) fn check(source: &dyn Source, set: &[String], host: &dyn Host) -> Res
     let case = source.read(&run::overrides(set)?)?;
     let (problem, mut notes) = run::build(&case, host)?;
     notes.extend(of_problem(&case, &problem));
+    run::begins(&case, "the checks of loads, supports and free motions", host);
     let bodies = nndd_report::check::check(&case, &problem)?;
     Ok(nndd_report::check::summary(&case, &problem, &bodies, &notes))
 }

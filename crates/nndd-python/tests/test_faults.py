@@ -185,6 +185,27 @@ def test_bad_cases_end_as_the_command_ends(file: Path) -> None:
     assert found == expected
 
 
+def test_the_time_limit_ends_work_that_has_no_result() -> None:
+    def block(name: str, x: int, y: int, size: list[int], cells: list[int], held: dict[str, Any]) -> dict[str, Any]:
+        made = {"kind": "block", "origin": [x, y], "size": size, "cells": cells}
+        return {"name": name, "material": "a", "generator": made, "displacement": [held]}
+
+    # Too many to be read and built within a second.
+    count = 20_000
+    names = [f"b{k}" for k in range(count)]
+    small = [block(name, 2 * k, 1, [1, 1], [2, 1], {"on": "left", "ux": 0.0}) for k, name in enumerate(names)]
+    base = block("base", 0, 0, [2 * count, 1], [2 * count, 1], {"on": "bottom", "fixed": True})
+    case = {
+        "schema": 1,
+        "materials": {"a": {"young": 1000.0, "poisson": 0.2}},
+        "body": [base, *small],
+        "contact": [{"bodies": [name, "base"], "surfaces": ["bottom", "top"]} for name in names],
+        "limits": {"time": "0.001s"},
+    }
+    with pytest.raises(nndd.LimitReached, match="in making the bodies"):
+        nndd.check(case)
+
+
 def test_failures_have_their_classes() -> None:
     problem = blocks()
     problem.bodies[1]._lists.clear()

@@ -87,7 +87,7 @@ impl Failure {
     }
 
     /// Makes it one of the command line, wherever it was found.
-    pub fn on_command_line(self) -> Self {
+    pub(crate) fn on_command_line(self) -> Self {
         Self { code: COMMAND_LINE, ..self }
     }
 

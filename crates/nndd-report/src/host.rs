@@ -21,6 +21,15 @@ pub trait Host {
         None
     }
 
+    /// Is told that a step begins that has no result to keep, and may end the run in it if the time limit passes, see [`Deadline`].
+    ///
+    /// * `limit`: of the run, in seconds.
+    ///
+    /// [`Deadline`]: crate::Deadline
+    fn begins(&self, step: &'static str, limit: Option<f64>) {
+        let _ = (step, limit);
+    }
+
     /// Is told what happens.
     ///
     /// # Errors

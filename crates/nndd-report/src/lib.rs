@@ -59,6 +59,7 @@ pub mod check;
 pub mod convert;
 mod corners;
 mod curves;
+mod deadline;
 pub mod failure;
 mod figures;
 pub mod files;
@@ -86,6 +87,7 @@ pub mod view;
 pub mod words;
 
 pub use adapt::{adaptive_row, without_bound};
+pub use deadline::Deadline;
 pub use failure::Failure;
 pub use host::{Event, Host, MemoryLimit};
 pub use outcome::NOT_CONVERGED;

@@ -85,10 +85,16 @@ pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<Case, Fa
 /// # Errors
 /// A problem that makes no sense, or that needs too much memory.
 pub fn build(case: &Case, host: &dyn Host) -> Result<(ContactProblem, Notes), Failure> {
+    begins(case, "making the bodies and their contact lines", host);
     memory::check_counts(case, host)?;
     let (problem, notes) = case.build()?;
     memory::check_problem(case, &problem, host)?;
     Ok((problem, notes))
+}
+
+/// Tells the host that a step of a case begins that has no result to keep.
+pub fn begins(case: &Case, step: &'static str, host: &dyn Host) {
+    host.begins(step, case.limits.time.as_ref().map(|limit| limit.value));
 }
 
 /// Makes the contact problem of a case as [`build`] does, with the factors at the end of its last load step.

@@ -1,5 +1,6 @@
 //! Follows a solve: times its phases, and ends it on request or at the time limit.
 
+use crate::deadline::step_name;
 use crate::failure::Failure;
 use crate::host::{Event, Host};
 use crate::outcome::Ended;
@@ -119,16 +120,5 @@ impl Observer for RunObserver<'_> {
     /// Tells if the run must end now, with or without a certificate.
     fn must_stop(&mut self) -> bool {
         self.end(None, GRACE)
-    }
-}
-
-/// The steps between two checks of the clock.
-fn step_name(phase: Phase) -> &'static str {
-    match phase {
-        Phase::Assembly => "assembly",
-        Phase::Factorisation => "factorisation",
-        Phase::Iterations => "an iteration",
-        Phase::Estimate => "the estimate of the error",
-        Phase::Refinement => "refinement",
     }
 }

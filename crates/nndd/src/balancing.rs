@@ -3,10 +3,11 @@
 //!
 //! ```math
 //! S_A λ = Nᵀ (g − S x₀),   S_A = Nᵀ S N           M = (I − Z C⁺ Zᵀ S_A) Dᵀ S⁺ D,   Z = Dᵀ R,   C = Zᵀ S_A Z
-//! η² = r·M r = Σ ‖w_α‖²,   w_α = S_α⁺ D_α r
+//! η² = r·M r = Σ ‖w_α‖²,   w_α = S_α⁺ D_α r,   0 where the closed rows fix traces
 //! ```
 
 use crate::broken::{Broken, Sparse};
+use crate::fixed_traces::FixedTraces;
 use crate::skeleton::Skeleton;
 use crate::vector::dot;
 use fem_core::each_body;
@@ -25,6 +26,7 @@ const PATIENCE: usize = 10;
 pub(crate) struct Balancing<'a> {
     broken: &'a Broken<'a>,
     pub(crate) skeleton: Skeleton,
+    fixed: FixedTraces,
     /// Columns of `Z`, independent ones, each with energy 1, and of `S_A Z`.
     columns: Vec<(Sparse, Sparse)>,
     /// The Cholesky factor of `C`.
@@ -42,11 +44,23 @@ pub(crate) struct Inner {
     /// `η² = r·M r`, and the direction of the next update of λ, m.
     pub(crate) squared: f64,
     direction: Vec<f64>,
+    /// The forces that hold fixed traces in step 2, N/m.
+    holding: Vec<f64>,
     /// Inner iterations so far.
     pub(crate) count: usize,
     /// The last η² that was half of the one before, and the iterations since.
     mark: f64,
     idle: usize,
+}
+
+/// The answer of step 2.
+struct Step2 {
+    /// `M r`, m.
+    direction: Vec<f64>,
+    /// `η² = r·M r`.
+    squared: f64,
+    /// See [`Inner::holding`].
+    holding: Vec<f64>,
 }
 
 impl Inner {
@@ -59,7 +73,8 @@ impl Inner {
 
 impl<'a> Balancing<'a> {
     pub(crate) fn new(broken: &'a Broken<'a>, skeleton: Skeleton) -> Self {
-        let mut made = Self { broken, skeleton, columns: Vec::new(), factor: DMatrix::zeros(0, 0) };
+        let fixed = FixedTraces::new(broken, |k| skeleton.is_fixed(k));
+        let mut made = Self { broken, skeleton, fixed, columns: Vec::new(), factor: DMatrix::zeros(0, 0) };
         made.coarse_space();
         made
     }
@@ -133,19 +148,22 @@ impl<'a> Balancing<'a> {
             subtract(&mut forces, 1.0, &self.operator(&lambda).0);
         }
         let residual = skeleton.gather(&forces);
-        let (direction, squared) = self.step_2(&residual);
-        Inner { x, forces, residual, squared, direction, count: 0, mark: squared, idle: 0 }
+        let Step2 { direction, squared, holding } = self.step_2(&residual);
+        Inner { x, forces, residual, squared, direction, holding, count: 0, mark: squared, idle: 0 }
     }
 
-    /// Step 2: the Neumann problems of all bodies under their shares of the imbalance, `M r` and `r·M r`.
-    fn step_2(&self, residual: &[f64]) -> (Vec<f64>, f64) {
-        let mut w = self.skeleton.mean(&self.broken.flexibility(&self.skeleton.share(residual)));
+    /// Step 2: the Neumann problems of all bodies under their shares of the imbalance.
+    fn step_2(&self, residual: &[f64]) -> Step2 {
+        let shares = self.skeleton.share(residual);
+        let mut traces = self.broken.flexibility(&shares);
+        let holding = self.fixed.hold(self.broken, &shares, &mut traces);
+        let mut w = self.skeleton.mean(&traces);
         let squared = dot(residual, &w);
         let loads: Vec<f64> = self.columns.iter().map(|(_, moved)| part(moved, &w)).collect();
         for ((z, _), amount) in self.columns.iter().zip(self.coarse(&loads)) {
             z.iter().for_each(|(k, value)| w[*k] -= amount * value);
         }
-        (w, squared)
+        Step2 { direction: w, squared, holding }
     }
 
     /// Takes one inner iteration, the update of λ; `false` if rounding leaves nothing to gain.
@@ -157,7 +175,7 @@ impl<'a> Balancing<'a> {
         }
         let mut residual = inner.residual.clone();
         subtract(&mut residual, theta, &sums);
-        let (correction, squared) = self.step_2(&residual);
+        let Step2 { direction: correction, squared, holding } = self.step_2(&residual);
         // Near round-off an increase is noise, which would grow.
         if !(squared <= inner.squared) && inner.squared <= NOISE * NOISE * inner.energy(self) {
             return false;
@@ -166,7 +184,7 @@ impl<'a> Balancing<'a> {
         subtract(&mut inner.forces, theta, &forces);
         let direction = inner.direction.iter_mut().zip(&correction);
         direction.for_each(|(p, z)| *p = z + squared / inner.squared * *p);
-        (inner.residual, inner.squared) = (residual, squared);
+        (inner.residual, inner.squared, inner.holding) = (residual, squared, holding);
         inner.count += 1;
         inner.idle += 1;
         if squared <= 0.25 * inner.mark {
@@ -175,10 +193,11 @@ impl<'a> Balancing<'a> {
         inner.idle < PATIENCE
     }
 
-    /// Returns the forces on the unknowns that the closed rows press, balanced: `g − S x − D r`, N/m.
+    /// Returns the forces on the unknowns that the closed rows press, balanced: `g − S (x + w)`, N/m.
     pub(crate) fn balanced(&self, inner: &Inner) -> Vec<f64> {
         let mut balanced = inner.forces.clone();
         subtract(&mut balanced, 1.0, &self.skeleton.share(&inner.residual));
+        subtract(&mut balanced, -1.0, &inner.holding);
         balanced
     }
 }

@@ -10,6 +10,7 @@ use fem_core::contact_system::{ContactRow, ContactSystem, Partner, RowMotion};
 use fem_core::each_body;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// Numbers with their values, ascending.
 pub(crate) type Sparse = Vec<(usize, f64)>;
@@ -47,6 +48,8 @@ struct Part<'a> {
     inverse: DMatrix<f64>,
     /// An orthonormal basis of all its free motions, column after column: those that the pairs do not resist keep their springs.
     free: Vec<f64>,
+    /// `S_s⁻¹`, if it was asked for.
+    matrix: OnceLock<Vec<f64>>,
 }
 
 impl<'a> Broken<'a> {
@@ -112,6 +115,17 @@ impl<'a> Broken<'a> {
     /// Computes `S⁺ f`, m, for forces that balance each floating body.
     pub(crate) fn flexibility(&self, f: &[f64]) -> Vec<f64> {
         self.each(f, Part::flexibility)
+    }
+
+    /// Returns `S_s⁻¹` of a body, column-major, m²/N; computed once.
+    pub(crate) fn flexibility_matrix(&self, body: usize) -> &[f64] {
+        let Part { condensed, matrix, .. } = &self.parts[body];
+        matrix.get_or_init(|| condensed.flexibility())
+    }
+
+    /// Returns an orthonormal basis `Q` of the free motions of a body that the pairs resist.
+    pub(crate) fn basis(&self, body: usize) -> &DMatrix<f64> {
+        &self.parts[body].basis
     }
 
     /// Computes `S x` of a vector that few bodies see, N/m.
@@ -252,7 +266,8 @@ impl<'a> Part<'a> {
             condensed.apply_schur(q.as_slice(), to.as_mut_slice());
         }
         let inverse = basis.tr_mul(&moved).try_inverse()?;
-        Some(Self { condensed, unknowns, numbers, motions, basis, moved, inverse, free })
+        let matrix = OnceLock::new();
+        Some(Self { condensed, unknowns, numbers, motions, basis, moved, inverse, free, matrix })
     }
 
     fn stiffness(&self, x: &[f64]) -> Vec<f64> {

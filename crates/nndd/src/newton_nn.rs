@@ -14,12 +14,12 @@ use crate::iterate::{Iterate, IterationRow};
 use crate::iteration::{Start, verdict};
 use crate::newton_state::Contact;
 use crate::paper::{FALLBACK, iteration};
+use crate::set_search::{SetSearch, Turn};
 use crate::settings::{Acceleration, NewtonSettings, NnddSettings};
 use crate::skeleton::Skeleton;
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::stopping::StoppingCriterion;
 use fem_core::contact_system::ContactSystem;
-use std::collections::HashSet;
 
 /// Neumann-Neumann steps that begin.
 const FIRST_STEPS: usize = 2;
@@ -27,11 +27,11 @@ const FIRST_STEPS: usize = 2;
 /// The linear problem of a set that may be wrong is solved to this fraction of its first η.
 const INEXACT: f64 = 0.1;
 
+/// So it is near the set of the exact solution, in which no row may look wrong that is right.
+const ACCURATE: f64 = 1e-6;
+
 /// η below this fraction of the energy norm is rounding.
 const FLOOR: f64 = 1e-14;
-
-/// Newton steps after which the set is taken from the exact solution; so it is if a set comes back.
-const MOST_STEPS: usize = 20;
 
 /// A row that closes at less than this fraction of the fastest one does not.
 const NO_RATE: f64 = 1e-9;
@@ -63,48 +63,32 @@ pub(crate) fn solve(
     let broken = Broken::new(system, &balance.independent.rows)?;
     let mut nearest = NearestForces::new(&balance);
     let mut run = Run { settings, stop, history: Vec::new(), clarabel_calls: 0 };
-    // The first set: of a coarser mesh, else of two steps of the paper's iteration, else all rows.
-    let (mut closed, mut x) = match start {
-        Start { lambda, active: Some(active) } => (
-            active.as_slice().to_vec(),
-            traces_of(&broken, |row| [lambda[row], system.rows.rows[row].gap - lambda[row]]),
-        ),
-        // Bodies that contact alone holds begin with all rows: their programmes cost more than the Newton steps that they save.
-        Start { active: None, .. } if system.rows.motions.iter().any(|of| !of.traces.is_empty()) => {
-            (vec![true; system.rows.len()], vec![0.0; broken.len()])
-        }
-        Start { lambda, active: None } => match run.first_steps((system, &balance), &lambda)? {
-            None => (vec![true; system.rows.len()], vec![0.0; broken.len()]),
-            Some(ended)
-                if ended.status != NnddStatus::MaxIterations || settings.max_iterations <= FIRST_STEPS =>
-            {
-                return Ok(ended);
-            }
-            Some(NnddSolution { last, .. }) => {
-                let [first, second] = last.traces();
-                let traces = traces_of(&broken, |row| [first[row], 0.0 - second[row]]);
-                (last.contact.active.as_slice().to_vec(), traces)
-            }
-        },
+    let (mut closed, mut x) = match run.first_set((system, &balance, &broken), &mut nearest, start)? {
+        First::Set(closed, x) => (closed, x),
+        First::Ended(ended) => return Ok(*ended),
     };
-    let (mut seen, mut step, mut settled) = (HashSet::new(), 0, false);
+    let (mut search, mut step, mut settled) = (SetSearch::default(), 0, false);
     let mut openings = broken.openings(&x);
     loop {
         step += 1;
         // A set that holds no more is repaired: the rows close that are nearest along the free motion.
         hold(&mut nearest, &mut closed, &openings)?;
-        seen.insert(closed.clone());
+        search.see(&closed);
         // Clusters of unknowns, the weights D, and the coarse space of all motions.
         let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings));
         // Step 1: λ imposed on both sides of closed rows (8), all bodies in balance.
         let mut inner = linear.step_1(&x);
         let free = balance.left_by(&linear.skeleton.held(closed.len()))?;
         let floor = FLOOR * FLOOR * inner.energy(&linear);
+        if inner.squared <= floor {
+            inner.squared = 0.0;
+        }
         let mut gains = true;
         loop {
             let is_first = run.history.is_empty();
             // Step 2 (10), (11), and the update of λ: until η has fallen to a tenth; on the right set one at a time.
-            let goal = if inner.count == 0 { INEXACT * INEXACT * inner.squared } else { inner.squared };
+            let part = if search.knows { ACCURATE } else { INEXACT };
+            let goal = if inner.count == 0 { part * part * inner.squared } else { inner.squared };
             // The first iterate of a run is the one that all others are measured against.
             while !is_first && gains && inner.squared >= goal {
                 gains = inner.squared > floor && linear.update(&mut inner);
@@ -112,6 +96,7 @@ pub(crate) fn solve(
             // Forces, openings, wrong signs; P̃ and η_c in the place of η_NNDD (22).
             let contact = Contact::new(&broken, &linear, &inner, (&balance, &free));
             let is_right = contact.wrong.is_empty() || settled;
+            let wrong = contact.wrong.clone();
             (closed, openings, x) = (contact.next(), contact.openings.clone(), contact.x.clone());
             let number = (run.history.len() + 1, step);
             let last = contact.iterate(&broken, (&balance, &mut nearest), &inner, number)?;
@@ -120,18 +105,69 @@ pub(crate) fn solve(
                 return Ok(run.ended(status, last));
             }
             if !is_right && !is_first {
+                // All wrong rows change sides, unless that leads nowhere.
+                match search.turn(&wrong, &closed) {
+                    Turn::All => {}
+                    Turn::Exact => closed = run.exact_set(system)?,
+                    Turn::One(row) => {
+                        wrong.iter().filter(|k| **k != row).for_each(|k| closed[*k] = !closed[*k]);
+                    }
+                    Turn::GiveUp => settled = true,
+                }
                 break;
             }
-        }
-        // A set that comes back, or none that is right: the one of the exact solution is.
-        if seen.contains(&closed) || step >= MOST_STEPS {
-            closed = run.exact_set(system)?;
-            settled = true;
         }
     }
 }
 
+/// How a run begins.
+enum First {
+    /// With a set of closed rows, and traces.
+    Set(Vec<bool>, Vec<f64>),
+    /// It ends in the first steps.
+    Ended(Box<NnddSolution>),
+}
+
 impl Run<'_> {
+    /// Finds the first set: none if nothing presses, else the one of a coarser mesh, of two steps of the paper's iteration, or all rows.
+    fn first_set(
+        &mut self,
+        (system, balance, broken): (&ContactSystem<'_>, &Balance<'_>, &Broken<'_>),
+        nearest: &mut NearestForces,
+        Start { lambda, active }: Start,
+    ) -> Result<First, NnddError> {
+        let rows = system.rows.len();
+        // No forces are needed, and none appear: they are zero, and not what rounding leaves of those before.
+        let x = broken.flexibility(&broken.load);
+        let apart = vec![false; rows];
+        if nearest.left_by(&apart)?.is_none() && broken.openings(&x).iter().all(|o| *o >= 0.0) {
+            return Ok(First::Set(apart, x));
+        }
+        if let Some(active) = active {
+            let traces = |row: usize| [lambda[row], system.rows.rows[row].gap - lambda[row]];
+            return Ok(First::Set(active.as_slice().to_vec(), traces_of(broken, traces)));
+        }
+        // Bodies that contact alone holds begin with all rows: their programmes cost more than the Newton steps that they save.
+        let full = || First::Set(vec![true; rows], vec![0.0; broken.len()]);
+        if system.rows.motions.iter().any(|of| !of.traces.is_empty()) {
+            return Ok(full());
+        }
+        Ok(match self.first_steps((system, balance), &lambda)? {
+            None => full(),
+            Some(ended)
+                if ended.status != NnddStatus::MaxIterations
+                    || self.settings.max_iterations <= FIRST_STEPS =>
+            {
+                First::Ended(Box::new(ended))
+            }
+            Some(NnddSolution { last, .. }) => {
+                let [first, second] = last.traces();
+                let traces = traces_of(broken, |row| [first[row], 0.0 - second[row]]);
+                First::Set(last.contact.active.as_slice().to_vec(), traces)
+            }
+        })
+    }
+
     /// Takes two steps of the paper's iteration; `None` if rows depend on each other, which it does not allow.
     fn first_steps(
         &mut self,
@@ -176,8 +212,7 @@ impl Run<'_> {
     fn exact_set(&mut self, system: &ContactSystem<'_>) -> Result<Vec<bool>, NnddError> {
         let exact = solve_exactly(system, &self.settings.qp)?;
         self.clarabel_calls += exact.clarabel_calls;
-        let openings = exact.opening.concat();
-        Ok(exact.contact_force.concat().iter().zip(openings).map(|(p, o)| *p > 0.0 || o == 0.0).collect())
+        Ok(exact.contact_force.concat().iter().map(|p| *p > 0.0).collect())
     }
 }
 

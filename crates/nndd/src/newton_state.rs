@@ -108,7 +108,11 @@ impl Contact {
             false => BodyField::Traces(x[broken.of_body(b)].to_vec()),
         };
         let bodies: Vec<BodyField> = (0..system.bodies.len()).map(field).collect();
-        let [first, second] = by_role(broken, &forces, &held);
+        // Rounding is no imbalance.
+        let [first, second] = match squared == 0.0 {
+            true => [forces.clone(), forces.clone()],
+            false => by_role(broken, &forces, &held),
+        };
         let exact = ExactSolution {
             fields: BodyFields { bodies: Vec::new(), amounts },
             traces: traces(broken, &x),

@@ -178,6 +178,11 @@ impl Skeleton {
         self.terms.iter().map(|terms| terms.iter().map(|(j, n)| n * lambda[*j]).sum()).collect()
     }
 
+    /// Tells whether the closed rows fix an unknown: no λ moves it.
+    pub(crate) fn is_fixed(&self, unknown: usize) -> bool {
+        self.terms[unknown].is_empty()
+    }
+
     /// Returns `x₀`, m.
     pub(crate) fn constant(&self) -> &[f64] {
         &self.constant

@@ -58,7 +58,6 @@ pub struct SymbolicCholesky {
     child_starts: Vec<u32>,
     roots: Vec<u32>,
     stored_values: usize,
-    peak_values: usize,
 }
 
 impl SymbolicCholesky {
@@ -81,11 +80,9 @@ impl SymbolicCholesky {
             child_starts,
             roots: Vec::new(),
             stored_values: 0,
-            peak_values: 0,
         };
         let mut seen = vec![ROOT; dimension];
         let mut rows = Vec::new();
-        let mut root_peak = 0;
         for (s, front) in fronts.iter().enumerate() {
             symbolic.rows_below(matrix, front, s, &mut seen, &mut rows);
             if front.parent == ROOT && !rows.is_empty() {
@@ -97,12 +94,10 @@ impl SymbolicCholesky {
             symbolic.stored_values = layout.values.end;
             if front.parent == ROOT {
                 symbolic.roots.push(s as u32);
-                root_peak = root_peak.max(layout.peak[0] + layout.peak[1]);
             }
             symbolic.layouts.push(layout);
         }
         symbolic.check_parents(fronts).map_err(fault)?;
-        symbolic.peak_values = symbolic.stored_values + root_peak;
         Ok(symbolic)
     }
 
@@ -196,11 +191,6 @@ impl SymbolicCholesky {
     /// Returns the number of values the factor stores.
     pub fn stored_values(&self) -> usize {
         self.stored_values
-    }
-
-    /// Returns the largest number of values that exist at once while the factor is computed by one thread.
-    pub fn peak_values(&self) -> usize {
-        self.peak_values
     }
 
     /// Returns the number of multiplications and additions of the factorisation.

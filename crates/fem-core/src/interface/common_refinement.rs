@@ -150,7 +150,7 @@ pub fn common_refinement(
 /// surroundings have no node in common. Surfaces that cannot match change nothing.
 ///
 /// Returns the numbers of the pairs that were looked at, ascending, each with what was found.
-pub fn common_refinements(bodies: &mut [Body], pairs: &[Surfaces<'_>]) -> Vec<Looked> {
+pub(crate) fn common_refinements(bodies: &mut [Body], pairs: &[Surfaces<'_>]) -> Vec<Looked> {
     let together = batch::independent(bodies, pairs);
     batch::match_all(bodies, pairs, &together).unwrap_or_else(|fault| match together[..] {
         // The fault of one of several: the first is cut alone.

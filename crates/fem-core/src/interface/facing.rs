@@ -25,7 +25,7 @@ const SAMPLES: usize = 9;
 ///
 /// The angle is 60 degrees, which pairing allows, less half of the largest turn of the two sides: so far the normals at the ends of an
 /// edge are from its own. So coarse rims are not refused for their ends.
-pub fn facing_edges(sides: [&FacingSide; 2]) -> [Vec<FacetId>; 2] {
+pub(crate) fn facing_edges(sides: [&FacingSide; 2]) -> [Vec<FacetId>; 2] {
     let size = sides[0].size.min(sides[1].size);
     let turn = sides.iter().map(|side| side.turn).fold(0.0, f64::max);
     let facing = (FACING - 0.5 * turn).cos();
@@ -46,7 +46,7 @@ pub fn facing_edges(sides: [&FacingSide; 2]) -> [Vec<FacetId>; 2] {
 type Edge = GeomWithData<Line<[f64; 2]>, usize>;
 
 /// A side as a polygon, sorted once for all sides that it may face.
-pub struct FacingSide {
+pub(crate) struct FacingSide {
     numbers: Vec<FacetId>,
     /// The ends of each edge, and its outward normal.
     edges: Vec<([Vector; 2], Vector)>,
@@ -61,7 +61,7 @@ pub struct FacingSide {
 
 impl FacingSide {
     /// Takes a group of edges of a body; a missing one has no edges.
-    pub fn new(body: &Body, group: &str) -> Self {
+    pub(crate) fn new(body: &Body, group: &str) -> Self {
         let mesh = body.mesh();
         let numbers = mesh.group(group).unwrap_or(&[]).to_vec();
         let edges: Vec<_> = numbers.iter().map(|e| (mesh.facet_corners(*e), mesh.facet_normal(*e))).collect();

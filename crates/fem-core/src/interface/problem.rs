@@ -203,7 +203,7 @@ impl<S: Space> ContactProblem<S> {
     }
 
     /// Tells whether a support holds a contact node of one of the bodies along the normal.
-    pub fn has_held_nodes(&self, pair: &ContactPair<S>) -> bool {
+    pub(crate) fn has_held_nodes(&self, pair: &ContactPair<S>) -> bool {
         let held = |(side, b): (usize, usize)| {
             let constraints = self.bodies[b].node_constraints();
             pair.interface.pairs().iter().any(|p| constraints[p.nodes[side]].is_clamped())
@@ -272,7 +272,7 @@ impl<S: Space> ContactProblem<S> {
     }
 
     /// Lists the rows along the normals of each pair.
-    pub fn normal_rows(&self) -> impl Iterator<Item = Range<usize>> {
+    pub(crate) fn normal_rows(&self) -> impl Iterator<Item = Range<usize>> {
         let rows = consecutive(self.contacts.iter().map(ContactPair::<S>::row_count));
         rows.zip(&self.contacts).map(|(rows, pair)| rows.start..rows.start + pair.interface.pairs().len())
     }

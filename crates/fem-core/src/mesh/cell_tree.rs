@@ -68,7 +68,7 @@ impl<'a> CellTree<'a> {
     }
 
     /// Lists the cells that meet a triangle, by ascending number, each with the common area, m².
-    pub fn common_areas(&self, corners: [Vector; 3]) -> Vec<(usize, f64)> {
+    pub(crate) fn common_areas(&self, corners: [Vector; 3]) -> Vec<(usize, f64)> {
         let near = self.tree.locate_in_envelope_intersecting(&envelope(&corners));
         let common = |cell: &Cell| {
             let polygon = intersection(corners, self.mesh.corners(cell.data))?;

@@ -46,7 +46,7 @@ impl RefinementEdges {
     /// only preferred edges are marked, closure adds no edges.
     ///
     /// * `preferred`: one entry per edge.
-    pub fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
+    pub(crate) fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
         let mut edges = Self::longest(mesh);
         for (choice, own) in edges.0.iter_mut().zip(mesh.topology().cell_facets()) {
             if let Some(k) = own.iter().position(|&e| preferred[e]) {
@@ -85,7 +85,7 @@ pub struct Refinement {
     pub parent_nodes: Vec<[NodeId; 2]>,
     /// The new node on each old edge, [`NodeId::NONE`] if the edge is not cut.
     pub middle: Vec<NodeId>,
-    /// New nodes that [`refine_onto`] left on the chord.
+    /// New nodes that `refine_onto` left on the chord.
     pub on_chord: Vec<NodeId>,
 }
 
@@ -186,7 +186,7 @@ pub fn refine(
 ///
 /// # Panics
 /// See [`close`].
-pub fn refine_at(
+pub(crate) fn refine_at(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &[bool],
@@ -203,7 +203,7 @@ pub fn refine_at(
 ///
 /// # Panics
 /// See [`close`].
-pub fn refine_onto(
+pub(crate) fn refine_onto(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &[bool],

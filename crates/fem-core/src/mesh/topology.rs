@@ -182,7 +182,7 @@ impl<S: Space> Topology<S> {
     }
 
     /// Finds the facet that has the given nodes, in any order.
-    pub fn find_facet(&self, nodes: Facet<S>) -> Option<FacetId> {
+    pub(crate) fn find_facet(&self, nodes: Facet<S>) -> Option<FacetId> {
         let (nodes, _) = sorted::<S>(nodes);
         let low = nodes[0].index();
         let range = *self.first_facet.get(low)?..*self.first_facet.get(low + 1)?;
@@ -229,7 +229,7 @@ impl<S: Space> Topology<S> {
 
     /// Returns, for every node, the nodes that share a cell with it, ascending, in compressed form
     /// `(starts, neighbours)`.
-    pub fn node_neighbours(&self) -> (Vec<u32>, Vec<NodeId>) {
+    pub(crate) fn node_neighbours(&self) -> (Vec<u32>, Vec<NodeId>) {
         let nodes = self.node_starts.len() - 1;
         let mut starts = vec![0u32; nodes + 1];
         for n in self.facets.iter().flat_map(|facet| *facet) {
