@@ -32,6 +32,7 @@ pub mod precise;
 pub mod quadratic;
 pub mod random;
 pub mod random_assemblies;
+pub mod random_solids;
 pub mod receding;
 pub mod rings;
 pub mod rollers;

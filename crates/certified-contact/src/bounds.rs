@@ -1,7 +1,8 @@
 //! Bounds of other quantities of the exact solution, from the bound of the energy error.
 
 use crate::contact_force::{NoContactForce, contact_force};
-use cre_estimator::{Estimate, friction};
+use cre_estimator::{Estimate, Recovery, friction};
+use fem_core::geometry::Coordinates;
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
 
@@ -43,16 +44,16 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// * `iterate`, `estimate`: of one iteration.
-    pub(crate) fn new(problem: &PreparedProblem, iterate: &Iterate, estimate: &Estimate) -> Self {
+    /// Computes the bounds of an iterate from its estimate.
+    pub fn new<S: Recovery>(problem: &PreparedProblem<S>, iterate: &Iterate, estimate: &Estimate<S>) -> Self {
         let e = estimate.unchecked().e_cre;
         let energy: f64 = estimate.energy_norm_squared.iter().sum();
         let norm = energy.sqrt();
         let (mut work, mut size) = (0.0, 0.0);
         for (forces, fields) in problem.external_forces().iter().zip(&estimate.pair.bodies) {
             for (f, u) in forces.iter().zip(&fields.displacement) {
-                work += f.dot(u);
-                size += f.dot(u).abs();
+                work += f.times(u);
+                size += f.times(u).abs();
             }
         }
         for (amount, of) in iterate.amounts.iter().zip(problem.rigid_motions()) {

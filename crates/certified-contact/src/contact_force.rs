@@ -17,13 +17,14 @@
 //!
 //! A line on which the normal changes has no such P1 displacement, nor has one with a node that supports hold in both bodies.
 
-use cre_estimator::Estimate;
+use cre_estimator::{Estimate, Recovery};
 use fem_core::each_body;
-use fem_core::element::Triangle;
-use fem_core::geometry::Vector;
+use fem_core::element::Element;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactPair, Partner};
 use fem_core::norm::{energy_norm_squared, from_squared, sum_over_cells};
 use fem_core::prepared::{BodyMotion, PreparedProblem};
+use fem_core::space::Space;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
@@ -77,15 +78,15 @@ struct Displacement {
 ///
 /// # Errors
 /// A pair whose force has no bounds.
-pub(crate) fn contact_force(
-    problem: &PreparedProblem,
-    estimate: &Estimate,
+pub(crate) fn contact_force<S: Recovery>(
+    problem: &PreparedProblem<S>,
+    estimate: &Estimate<S>,
 ) -> Result<[f64; 2], NoContactForce> {
     let contacts = &problem.problem().contacts;
     if contacts.is_empty() {
         return Err(NoContactForce::NoLine);
     }
-    let motions: Vec<Motions> =
+    let motions: Vec<Motions<S>> =
         problem.problem().partners().map(|partner| Motions::new(problem, partner)).collect();
     let forces = estimate.pressure_forces(problem.problem());
     let mut sum = [0.0; 2];
@@ -97,10 +98,10 @@ pub(crate) fn contact_force(
 }
 
 /// Bounds the contact force of one pair, N/m.
-fn of_pair(
-    problem: &PreparedProblem,
-    estimate: &Estimate,
-    (motions, forces): (&[Motions], &[f64]),
+fn of_pair<S: Recovery>(
+    problem: &PreparedProblem<S>,
+    estimate: &Estimate<S>,
+    (motions, forces): (&[Motions<S>], &[f64]),
     k: usize,
 ) -> Result<[f64; 2], NoContactForce> {
     let pair = &problem.problem().contacts[k];
@@ -140,7 +141,11 @@ fn shared(found: &[Displacement]) -> Vec<(f64, Displacement)> {
 /// Computes the interval of a pair from the displacements `w` of its bodies and their shares.
 ///
 /// * `forces`: `∫ p` of each pair, N/m.
-fn interval(estimate: &Estimate, (forces, k): (&[f64], usize), shares: &[(f64, Displacement)]) -> [f64; 2] {
+fn interval<S: Recovery>(
+    estimate: &Estimate<S>,
+    (forces, k): (&[f64], usize),
+    shares: &[(f64, Displacement)],
+) -> [f64; 2] {
     let sum = |of: &dyn Fn(&Displacement) -> f64| shares.iter().map(|(share, w)| share * of(w)).sum::<f64>();
     let squared: f64 = shares.iter().map(|(share, w)| share * share * w.squared).sum();
     let norm = from_squared(squared);
@@ -162,10 +167,10 @@ fn interval(estimate: &Estimate, (forces, k): (&[f64], usize), shares: &[(f64, D
 }
 
 /// Finds the displacements `w` of least energy of the bodies of a pair.
-fn elastic(
-    problem: &PreparedProblem,
-    estimate: &Estimate,
-    pair: &ContactPair,
+fn elastic<S: Recovery>(
+    problem: &PreparedProblem<S>,
+    estimate: &Estimate<S>,
+    pair: &ContactPair<S>,
     k: usize,
 ) -> Vec<Displacement> {
     let mut bodies: Vec<usize> = pair.elastic_sides().map(|(_, b)| b).collect();
@@ -180,7 +185,7 @@ fn elastic(
 }
 
 /// Lists the wanted traces of a body along the rows of its pairs: ∓1 along the normals of pair `k`, 0 along all others.
-fn wanted(problem: &PreparedProblem, partner: Partner, k: usize) -> Vec<Vec<f64>> {
+fn wanted<S: Recovery>(problem: &PreparedProblem<S>, partner: Partner, k: usize) -> Vec<Vec<f64>> {
     let contacts = &problem.problem().contacts;
     let of_side = |(line, side): (usize, usize)| {
         let along = [-1.0, 1.0][side];
@@ -192,7 +197,12 @@ fn wanted(problem: &PreparedProblem, partner: Partner, k: usize) -> Vec<Vec<f64>
 }
 
 /// Computes the `w` of least energy with the wanted traces of a body; `None` if its supports do not allow them.
-fn of_trace(problem: &PreparedProblem, estimate: &Estimate, b: usize, k: usize) -> Option<Displacement> {
+fn of_trace<S: Recovery>(
+    problem: &PreparedProblem<S>,
+    estimate: &Estimate<S>,
+    b: usize,
+    k: usize,
+) -> Option<Displacement> {
     let (body, condensed) = (&problem.problem().bodies[b], &problem.bodies()[b]);
     let wanted = wanted(problem, Partner::Body(b), k);
     let mut unknowns = vec![0.0; condensed.interface().len()];
@@ -218,34 +228,35 @@ fn of_trace(problem: &PreparedProblem, estimate: &Estimate, b: usize, k: usize) 
     let w = condensed.correction_from_trace(&unknowns);
     let (mesh, stress) = (body.mesh(), &estimate.pair.bodies[b].stress);
     let inner = sum_over_cells(mesh.cells().len(), |t| {
-        let strain = Triangle::new(mesh.corners(t)).strain(mesh.cells()[t].map(|n| w[n]));
-        mesh.measure(t) * stress[t].contract(strain)
+        let nodes = &mesh.cells()[t];
+        let strain = Element::<S>::new(mesh.corners(t)).strain(S::corners(|k| w[nodes[k]]));
+        mesh.measure(t) * S::contracted(stress[t], strain)
     });
     let squared = energy_norm_squared(body, &w).max(0.0);
-    let loads = || problem.external_forces()[b].iter().zip(&w).map(|(f, w)| f.dot(w));
+    let loads = || problem.external_forces()[b].iter().zip(&w).map(|(f, w)| f.times(w));
     let size =
         (estimate.energy_norm_squared[b].max(0.0) * squared).sqrt() + loads().map(f64::abs).sum::<f64>();
     Some(Displacement { squared, work: inner - loads().sum::<f64>(), size, defect })
 }
 
 /// The rigid motions of a body or of an obstacle: displacements of its nodes and the load along each.
-struct Motions(Vec<Motion>);
+struct Motions<S: Space>(Vec<Motion<S>>);
 
-struct Motion {
-    moved: Vec<Vector>,
+struct Motion<S: Space> {
+    moved: Vec<S::Vector>,
     load: f64,
     /// The sum of the sizes of the terms of the load.
     size: f64,
 }
 
-impl Motions {
-    fn new(problem: &PreparedProblem, partner: Partner) -> Self {
-        let of = |of: &BodyMotion| {
+impl<S: Recovery> Motions<S> {
+    fn new(problem: &PreparedProblem<S>, partner: Partner) -> Self {
+        let of = |of: &BodyMotion<S>| {
             let moved = problem.moved_by(of);
             let size = match partner {
                 Partner::Obstacle(_) => of.load.abs(),
                 Partner::Body(b) => {
-                    problem.external_forces()[b].iter().zip(&moved).map(|(f, u)| f.dot(u).abs()).sum()
+                    problem.external_forces()[b].iter().zip(&moved).map(|(f, u)| f.times(u).abs()).sum()
                 }
             };
             Motion { moved, load: of.load, size }
@@ -254,16 +265,16 @@ impl Motions {
     }
 
     /// Finds the rigid motion with the wanted traces; `None` if the body has no such motion.
-    fn along(&self, problem: &PreparedProblem, partner: Partner, k: usize) -> Option<Displacement> {
+    fn along(&self, problem: &PreparedProblem<S>, partner: Partner, k: usize) -> Option<Displacement> {
         if self.0.is_empty() {
             return None;
         }
         let wanted = DVector::from_vec(wanted(problem, partner, k).concat());
         let contacts = &problem.problem().contacts;
-        let column = |motion: &Motion| -> Vec<f64> {
+        let column = |motion: &Motion<S>| -> Vec<f64> {
             let sides = problem.problem().sides_of(partner);
             let rows = sides.flat_map(|(line, side)| contacts[line].rows().map(move |row| (row, side)));
-            rows.map(|(row, side)| motion.moved[row.nodes[side].index()].dot(&row.direction)).collect()
+            rows.map(|(row, side)| motion.moved[row.nodes[side].index()].times(&row.direction)).collect()
         };
         let columns: Vec<f64> = self.0.iter().flat_map(column).collect();
         let columns = DMatrix::from_vec(wanted.len(), self.0.len(), columns);
@@ -279,7 +290,7 @@ impl Motions {
             * eigen.eigenvectors.tr_mul(&columns.tr_mul(&wanted));
         let defect = (&columns * &amounts - wanted).amax();
         let amounts = scale * amounts;
-        let sum = |of: &dyn Fn(&Motion) -> f64| -> f64 {
+        let sum = |of: &dyn Fn(&Motion<S>) -> f64| -> f64 {
             self.0.iter().zip(&amounts).map(|(motion, amount)| amount * of(motion)).sum()
         };
         let size = self.0.iter().zip(&amounts).map(|(motion, amount)| amount.abs() * motion.size).sum();

@@ -74,6 +74,7 @@ mod settings;
 mod solution;
 mod solve;
 mod solve_coulomb;
+mod state;
 mod steps;
 mod stopping;
 mod support;
@@ -101,6 +102,7 @@ pub use settings::{Criterion, Imposed, Settings, prefers_exact, suits_iteration}
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
 pub use solve_coulomb::solve_coulomb;
+pub use state::estimate;
 pub use steps::LoadSteps;
 pub use support::{Support, free_motions, support, without_spin};
 

@@ -5,7 +5,7 @@ use crate::error::SolveError;
 use crate::observer::{Observer, Phase};
 use crate::results::results;
 use crate::solve::{Previous, prepare};
-use crate::stopping::state_of;
+use crate::state::state_of;
 use cre_estimator::{Relaxation, estimate_with};
 use fem_core::condensation::CondensedBody;
 use fem_core::contact_system::{ContactSystem, PairRows, RowLaw};

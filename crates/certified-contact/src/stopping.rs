@@ -3,11 +3,10 @@
 use crate::history::IterationRecord;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
+use crate::state::state_of;
 use cre_estimator::{Estimate, Estimator, EstimatorError};
 use fem_core::condensation::InterfaceOperator;
 use fem_core::contact_system::ContactSystem;
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
 use nndd::stopping::{Decision, StoppingCriterion};
@@ -205,22 +204,4 @@ pub(crate) fn enough(estimate: &Estimate, ratio: f64, rounding: f64) -> f64 {
     let mesh = found.eta_dis.min(found.e_cre);
     let beside_mesh = |size: f64| if size >= NEAR_ROUND_OFF * mesh { size } else { 0.0 };
     beside_mesh(estimate.round_off).max(beside_mesh(rounding)).max(ratio * mesh)
-}
-
-/// Puts an iterate together with its displacements.
-pub(crate) fn state_of<'a>(
-    problem: &PreparedProblem,
-    iterate: &'a Iterate,
-    displacement: Vec<&'a [Vector]>,
-) -> ContactState<'a> {
-    let blocks = problem.problem().blocks().zip(problem.problem().tangential_blocks());
-    let (force, opening) = (&iterate.contact.normal_reaction, &iterate.opening);
-    let (friction, slip) = (&iterate.tangential.force, &iterate.tangential.slip);
-    let contacts = blocks.map(|(pairs, tangents)| PairState {
-        contact_force: &force[pairs.clone()],
-        opening: &opening[pairs],
-        friction_force: &friction[tangents.clone()],
-        slip: &slip[tangents],
-    });
-    ContactState { displacement, contacts: contacts.collect() }
 }

@@ -4,22 +4,25 @@
 use crate::balance::{self, Pressure};
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
-use crate::friction::EdgeFriction;
-use crate::lift::{self, Lift, side_sign};
+use crate::friction::{EdgeFriction, tangent};
+use crate::lift::{self, Lift};
+use crate::measures::Accuracy;
 use crate::openings;
 use crate::pressure;
+use crate::recovery::Recovery;
 use crate::relaxation::RelaxationReport;
-use fem_core::body::{Body, FacetCondition};
+use crate::side::side_sign;
+use fem_core::body::FacetCondition;
 use fem_core::condensation::CondensedBody;
 use fem_core::directions::Directions;
 use fem_core::each_body;
 use fem_core::field;
-use fem_core::geometry::{Vector, perpendicular};
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, ContactState, PairState, Partner};
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
-use fem_core::tensor::SymTensor2;
+use fem_core::space::{Plane, Space};
 use std::borrow::Cow;
 
 /// An admissible pair `(û, τ)` for the error in the constitutive relation: displacements `û = u + l`, with which the bodies
@@ -27,13 +30,13 @@ use std::borrow::Cow;
 /// `p ≥ 0` along each contact line.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct AdmissiblePair {
+pub struct AdmissiblePair<S: Space = Plane> {
     /// `u`, `σ(u)` and `τ` of each body.
-    pub bodies: Vec<AdmissibleBody>,
+    pub bodies: Vec<AdmissibleBody<S>>,
     /// The displacement of the points of each obstacle, Cartesian, m.
-    pub obstacles: Vec<Vec<Vector>>,
+    pub obstacles: Vec<Vec<S::Vector>>,
     /// Opening `o`, lift `l` and pressure `p` of each contact line.
-    pub contacts: Vec<AdmissibleContact>,
+    pub contacts: Vec<AdmissibleContact<S>>,
     /// `‖l‖²` of the lifts of all contact lines together, J/m.
     pub lift_energy: f64,
     /// By how much the pressure differs from `r²_i/ℓ_i`, relative: the least change that balances the floating bodies, (31).
@@ -46,13 +49,13 @@ pub struct AdmissiblePair {
 /// The part of one body in an [`AdmissiblePair`]: what is compared cell by cell, `τ` with `σ(u)`.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct AdmissibleBody {
+pub struct AdmissibleBody<S: Space = Plane> {
     /// `u`, the given displacement of every node, Cartesian, m. With the lifts it is kinematically admissible.
-    pub displacement: Vec<Vector>,
+    pub displacement: Vec<S::Vector>,
     /// `σ(u)`, the stress of that displacement, one per triangle, Pa.
-    pub stress: Vec<SymTensor2>,
+    pub stress: Vec<S::Tensor>,
     /// `τ`, in exact equilibrium with the loads and the pressures on the sides of the body, Pa.
-    pub equilibrated: EquilibratedStress,
+    pub equilibrated: EquilibratedStress<S>,
     /// By how much the relaxation lowered the energy of `τ`.
     pub relaxation: RelaxationReport,
 }
@@ -61,7 +64,7 @@ pub struct AdmissibleBody {
 /// product `2∫ p o ds` (J/m) belongs to the bound.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct AdmissibleContact {
+pub struct AdmissibleContact<S: Space = Plane> {
     /// `o`, the opening at each pair of nodes with the lift, ≥ 0, m.
     pub opening: Vec<f64>,
     /// Openings that the lifts of the first and of the second body add, lifts of other contact lines included, ≥ 0, m; empty without a lift.
@@ -72,11 +75,11 @@ pub struct AdmissibleContact {
     pub lift: Lift,
     /// Pressure at each pair, Pa: `r²_i/ℓ_i ≥ 0`, or the nearest one that balances the floating bodies, (31).
     pub pressure: Vec<f64>,
-    /// `p`, the pressure common to both bodies at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
-    pub edge_pressure: Vec<[f64; 2]>,
+    /// `p`, the pressure common to both bodies at the corners of each contact facet, ≥ 0, Pa, see [`crate::pressure::facet_pressure`].
+    pub edge_pressure: Vec<S::Axes<f64>>,
     /// Nodal forces `∫ (p n + q t) φ_i ds` of pressure and friction at each pair of nodes, Cartesian, N/m: on
     /// the second body; the forces on the first are opposite.
-    pub pressure_force: Vec<Vector>,
+    pub pressure_force: Vec<S::Vector>,
     /// Friction at each pair, at most its limit, Pa; empty without friction.
     pub friction: Vec<f64>,
     /// The limit `s` of friction at each pair, Pa: the given one, or `μ p` of this pressure; empty without friction.
@@ -87,29 +90,20 @@ pub struct AdmissibleContact {
     pub edge_friction: EdgeFriction,
 }
 
-impl AdmissiblePair {
+impl<S: Space> AdmissiblePair<S> {
     /// Returns the given displacement of each body, then of the points of each obstacle.
-    pub fn displacements(&self) -> Vec<&[Vector]> {
+    pub fn displacements(&self) -> Vec<&[S::Vector]> {
         let bodies = self.bodies.iter().map(|body| body.displacement.as_slice());
         bodies.chain(self.obstacles.iter().map(Vec::as_slice)).collect()
     }
 }
 
-/// Accuracy of an estimate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Accuracy {
-    /// Neumann problems by the factor alone, residuals in double precision.
-    Double,
-    /// Neumann problems with iterative refinement, residuals in double-double numbers.
-    Refined,
-}
-
 /// Builds the admissible pair of a state that has been checked; its stresses are not yet relaxed.
-pub(crate) fn recovered_pair(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub(crate) fn recovered_pair<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     accuracy: Accuracy,
-) -> Result<AdmissiblePair, EstimatorError> {
+) -> Result<AdmissiblePair<S>, EstimatorError> {
     let problem = prepared.problem();
     let Pressure { by_pair, friction, limit, shift, imbalance } = balance::pressure(prepared, state)?;
     let found = problem
@@ -120,7 +114,7 @@ pub(crate) fn recovered_pair(
     let (lifts, openings): (Vec<Lift>, Vec<Vec<f64>>) = found.unzip();
     let moved = lift::joined(problem, &lifts);
     let lift_energy = lift::total_energy(problem, &lifts, &moved);
-    let contacts: Vec<AdmissibleContact> = by_pair
+    let contacts: Vec<AdmissibleContact<S>> = by_pair
         .into_iter()
         .zip(friction.into_iter().zip(limit))
         .zip(lifts.into_iter().zip(openings))
@@ -137,36 +131,39 @@ pub(crate) fn recovered_pair(
 }
 
 /// Finds the lift of a pair, and the middle openings without it.
-fn lift_of(
-    problem: &ContactProblem,
-    pair: &ContactPair,
-    state: &ContactState<'_>,
+fn lift_of<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &ContactPair<S>,
+    state: &ContactState<'_, S>,
     given: &PairState<'_>,
 ) -> (Lift, Vec<f64>) {
     let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
-    let middle = lift::middle_openings(&pair.interface, displacement);
+    let middle = S::middle_openings(&pair.interface, displacement);
     // The allowance for round-off covers what is smaller.
     let penetrates = openings::penetrate(pair, displacement, given);
     (lift::find(problem, pair, displacement, (given.opening, penetrates, &middle)), middle)
 }
 
-impl AdmissibleContact {
+/// The lifts of all nodes of each body, see [`lift::joined`].
+type Moved<S> = [Option<Vec<<S as Space>::Vector>>];
+
+impl<S: Recovery> AdmissibleContact<S> {
     /// Computes the openings of pair `k` and what belongs to its pressure.
     ///
     /// * `friction`: friction and its limit at the pairs, Pa.
     /// * `lift`: of the pair, with the middle openings without it, and [`lift::joined`].
     fn new(
-        problem: &ContactProblem,
+        problem: &ContactProblem<S>,
         k: usize,
-        state: &ContactState<'_>,
+        state: &ContactState<'_, S>,
         pressure: Vec<f64>,
         (friction, friction_limit): (Vec<f64>, Vec<f64>),
-        (lift, found, moved): (Lift, Vec<f64>, &[Option<Vec<Vector>>]),
+        (lift, found, moved): (Lift, Vec<f64>, &Moved<S>),
     ) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;
         let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
-        let edge_pressure = pressure::edge_pressure(interface, &pressure);
+        let edge_pressure = pressure::facet_pressure(interface, &pressure);
         let mut pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
         // The lifts of other pairs move nodes of this one, too.
         let moved = problem.places_of(pair).map(|b| moved.get(b).and_then(Option::as_deref));
@@ -175,16 +172,16 @@ impl AdmissibleContact {
         } else {
             let lifted = [0, 1].map(|side: usize| match moved[side] {
                 Some(l) => {
-                    Cow::from(displacement[side].iter().zip(l).map(|(u, l)| u + l).collect::<Vec<_>>())
+                    Cow::from(displacement[side].iter().zip(l).map(|(u, l)| *u + *l).collect::<Vec<_>>())
                 }
                 None => Cow::from(displacement[side]),
             });
-            lift::middle_openings(interface, [&lifted[0], &lifted[1]])
+            S::middle_openings(interface, [&lifted[0], &lifted[1]])
         };
         let tractions = [&friction[..], &friction_limit];
-        let edge_friction = EdgeFriction::new(pair, tractions, &edge_pressure, displacement, moved);
+        let edge_friction = S::edge_friction(pair, tractions, &edge_pressure, displacement, moved);
         if pair.friction.acts() {
-            let forces = edge_friction.nodal_forces(interface);
+            let forces = S::friction_forces(&edge_friction, interface);
             pressure_force.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
         }
         // Fields that are recovered from forces have these openings to round-off, which the checks measure.
@@ -210,13 +207,13 @@ impl AdmissibleContact {
 }
 
 /// Recovers the equilibrated stress of one body under its loads and the pressure on its sides, not yet relaxed.
-fn recover(
-    prepared: &PreparedProblem,
+fn recover<S: Recovery>(
+    prepared: &PreparedProblem<S>,
     b: usize,
-    displacement: &[Vector],
-    contacts: &[AdmissibleContact],
+    displacement: &[S::Vector],
+    contacts: &[AdmissibleContact<S>],
     accuracy: Accuracy,
-) -> AdmissibleBody {
+) -> AdmissibleBody<S> {
     let problem = prepared.problem();
     let body = &problem.bodies[b];
     let conditions = with_pressure(problem, b, contacts);
@@ -231,13 +228,13 @@ fn recover(
 
 /// Solves a body's Neumann problem with the consistent loads of the pressures, `−p n` on the first body of a pair and `+p n`
 /// on the second, and returns its stress.
-fn neumann_stress(
-    problem: &ContactProblem,
-    condensed: &CondensedBody,
+fn neumann_stress<S: Recovery>(
+    problem: &ContactProblem<S>,
+    condensed: &CondensedBody<S>,
     b: usize,
-    contacts: &[AdmissibleContact],
+    contacts: &[AdmissibleContact<S>],
     accuracy: Accuracy,
-) -> Vec<SymTensor2> {
+) -> Vec<S::Tensor> {
     let body = &problem.bodies[b];
     let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_facets();
     let forces = pressure_forces(problem, b, contacts);
@@ -263,7 +260,10 @@ fn neumann_stress(
 }
 
 /// Computes the consistent loads of pressure and friction on a straight contact line, by row, N/m.
-pub(crate) fn consistent_forces(interface: &ContactInterface, contact: &AdmissibleContact) -> Vec<f64> {
+pub(crate) fn consistent_forces<S: Recovery>(
+    interface: &ContactInterface<S>,
+    contact: &AdmissibleContact<S>,
+) -> Vec<f64> {
     let mut forces = interface.mass(&contact.pressure);
     if !contact.friction.is_empty() {
         forces.extend(interface.mass(&contact.friction));
@@ -272,98 +272,73 @@ pub(crate) fn consistent_forces(interface: &ContactInterface, contact: &Admissib
 }
 
 /// Lists the nodal forces of the pressures on a body, Cartesian, N/m.
-pub(crate) fn pressure_forces(
-    problem: &ContactProblem,
+pub(crate) fn pressure_forces<S: Recovery>(
+    problem: &ContactProblem<S>,
     b: usize,
-    contacts: &[AdmissibleContact],
-) -> Vec<(NodeId, Vector)> {
+    contacts: &[AdmissibleContact<S>],
+) -> Vec<(NodeId, S::Vector)> {
     on_body(problem, b, |k| &contacts[k].pressure_force)
 }
 
 /// Applies forces at the node pairs to the contact nodes of a body.
 ///
 /// * `forces`: of a pair, on its second body, Cartesian, N/m.
-pub(crate) fn on_body<'a>(
-    problem: &ContactProblem,
+pub(crate) fn on_body<'a, S: Recovery>(
+    problem: &ContactProblem<S>,
     b: usize,
-    forces: impl Fn(usize) -> &'a [Vector],
-) -> Vec<(NodeId, Vector)> {
+    forces: impl Fn(usize) -> &'a [S::Vector],
+) -> Vec<(NodeId, S::Vector)> {
     let mut all = Vec::new();
     for (k, side) in problem.sides_of(Partner::Body(b)) {
         let nodes = problem.contacts[k].interface.pairs().iter().map(|pair| pair.nodes[side]);
-        all.extend(nodes.zip(forces(k)).map(|(node, force)| (node, side_sign(side) * *force)));
+        all.extend(nodes.zip(forces(k)).map(|(node, force)| (node, *force * side_sign(side))));
     }
     all
 }
 
 /// Applies pressures and friction to a body's contact edges: traction `−p n − q t` on the first body of a pair, `+p n + q t` on the
-/// second, per length of the contact line, scaled to the length of the body's own edge.
-fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleContact]) -> Vec<FacetCondition> {
-    let body = &problem.bodies[b];
-    let mut conditions = body.facet_conditions().to_vec();
-    for (k, side) in problem.sides_of(Partner::Body(b)) {
+/// second.
+fn with_pressure<S: Recovery>(
+    problem: &ContactProblem<S>,
+    b: usize,
+    contacts: &[AdmissibleContact<S>],
+) -> Vec<FacetCondition<S>> {
+    pressure::conditions(problem, b, |[k, edge, end], scale| {
         let interface = &problem.contacts[k].interface;
-        let sign = side_sign(side);
-        for_contact_edges(body, interface, side, |place, contact, reversed| {
-            let edge = &interface.facets()[contact];
-            let stretch = edge.measure / body.mesh().facet_measure(edge.facets[side]);
-            let end = |e: usize| {
-                let normal = interface.pairs()[edge.pairs[e] as usize].normal;
-                let pressure = sign * contacts[k].edge_pressure[contact][e] * stretch * normal;
-                match contacts[k].edge_friction.friction.get(contact) {
-                    None => pressure,
-                    Some(friction) => pressure + sign * friction[e] * stretch * perpendicular(normal),
-                }
-            };
-            let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
-            // An edge may be in two pairs.
-            for (sum, more) in conditions[place].traction.iter_mut().zip(traction) {
-                *sum += more;
-            }
-        });
-    }
-    conditions
+        let normal = interface.pairs()[interface.facets()[edge].pairs[end] as usize].normal;
+        let pressure = normal * (contacts[k].edge_pressure[edge][end] * scale);
+        match contacts[k].edge_friction.friction.get(edge) {
+            None => pressure,
+            Some(friction) => pressure + tangent::<S>(normal) * (friction[end] * scale),
+        }
+    })
 }
 
 /// Sets the conditions of an imposed λ on all contact edges of a body: the normal traction is a reaction, the tangential one is zero, or a
 /// reaction as well if there is friction.
-pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<FacetCondition> {
+pub(crate) fn with_imposed_normal<S: Recovery>(
+    problem: &ContactProblem<S>,
+    b: usize,
+) -> Vec<FacetCondition<S>> {
     let body = &problem.bodies[b];
     let mut conditions = body.facet_conditions().to_vec();
     for (k, side) in problem.sides_of(Partner::Body(b)) {
         let interface = &problem.contacts[k].interface;
-        for_contact_edges(body, interface, side, |place, contact, _| {
-            let normal = interface.pairs()[interface.facets()[contact].pairs[0] as usize].normal;
+        for edge in interface.facets() {
+            let normal = interface.pairs()[edge.pairs[0] as usize].normal;
             let friction = problem.contacts[k].friction.acts();
             let reaction = if friction { Directions::ALL } else { Directions::along(normal) };
-            conditions[place] = FacetCondition { reaction, traction: [Vector::zeros(); 2] };
-        });
+            let place = body.mesh().topology().boundary_place(edge.facets[side]);
+            conditions[place] = FacetCondition { reaction, traction: S::ZEROS };
+        }
     }
     conditions
 }
 
-/// Calls `act` with the place of each contact edge among the boundary edges, its number among the contact edges, and
-/// whether the mesh's edge runs against it.
-fn for_contact_edges(
-    body: &Body,
-    interface: &ContactInterface,
-    side: usize,
-    mut act: impl FnMut(usize, usize, bool),
-) {
-    let topology = body.mesh().topology();
-    for (number, contact) in interface.facets().iter().enumerate() {
-        let edge = contact.facets[side];
-        let place = topology.boundary_place(edge);
-        let end = contact.free_corners().next().unwrap_or(0);
-        let node = interface.pairs()[contact.pairs[end] as usize].nodes[side];
-        act(place, number, node != topology.facets()[edge][end]);
-    }
-}
-
 /// Checks the sizes of a state and that its numbers are finite.
-pub(crate) fn check_state(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub(crate) fn check_state<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
 ) -> Result<(), EstimatorError> {
     let problem = prepared.problem();
     let counts = [
@@ -378,7 +353,7 @@ pub(crate) fn check_state(
     for (b, (u, expected)) in state.displacement.iter().zip(nodes.chain(points)).enumerate() {
         let what = || format!("the displacement of body {}", b + 1);
         check_length(what, u.len(), expected)?;
-        check_finite(what, u.iter().flatten())?;
+        check_finite(what, u.iter().flat_map(Coordinates::entries))?;
     }
     let several = problem.contacts.len() > 1;
     for (k, (given, pair)) in state.contacts.iter().zip(&problem.contacts).enumerate() {

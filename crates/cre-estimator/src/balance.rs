@@ -9,10 +9,13 @@
 //! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance.
 
 use crate::error::EstimatorError;
+use crate::friction::tangent;
 use crate::imposed_slip;
 use crate::pressure;
+use crate::recovery::Recovery;
+use crate::size::length;
 use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
-use fem_core::geometry::{Vector, perpendicular};
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{
     ContactFacet, ContactInterface, ContactPair, ContactProblem, ContactState, PairState, Partner,
 };
@@ -44,7 +47,11 @@ pub(crate) struct Pressure {
 
 impl Pressure {
     /// Takes the tractions of all rows, Pa.
-    fn new(prepared: &PreparedProblem, tractions: &[f64], [shift, imbalance]: [f64; 2]) -> Self {
+    fn new<S: Recovery>(
+        prepared: &PreparedProblem<S>,
+        tractions: &[f64],
+        [shift, imbalance]: [f64; 2],
+    ) -> Self {
         let contacts = &prepared.problem().contacts;
         let (mut by_pair, mut friction, mut limit) = (Vec::new(), Vec::new(), Vec::new());
         for (of, mut pressure) in contacts.iter().zip(split(prepared, tractions)) {
@@ -63,21 +70,25 @@ impl Pressure {
 
 /// Computes the largest friction of an admissible stress at the pairs of a contact line, Pa: on a bent edge, on which friction is the mean of its
 /// ends, at most the smaller limit of its ends.
-fn admissible_limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &[f64]) -> Vec<f64> {
+fn admissible_limits<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    pair: &ContactPair<S>,
+    pressure: &[f64],
+) -> Vec<f64> {
     let mut found = limits(prepared, pair, pressure);
     // Means of `|q| ≤ μ p` are within `μ` times the mean of `p`.
     if pair.friction.coulomb().is_none() && !found.is_empty() {
         let given = found.clone();
         for edge in pair.interface.facets().iter().filter(|edge| edge.bent) {
             let least = edge.corners(&given).into_iter().fold(f64::INFINITY, f64::min);
-            edge.pairs.iter().for_each(|k| found[*k as usize] = found[*k as usize].min(least));
+            edge.pairs.as_ref().iter().for_each(|k| found[*k as usize] = found[*k as usize].min(least));
         }
     }
     found
 }
 
 /// Computes the limit of friction at the pairs of a contact line, Pa: the given one, or `μ p`; nothing without friction.
-fn limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &[f64]) -> Vec<f64> {
+fn limits<S: Recovery>(prepared: &PreparedProblem<S>, pair: &ContactPair<S>, pressure: &[f64]) -> Vec<f64> {
     if let Some(mu) = pair.friction.coulomb() {
         return pressure.iter().map(|p| mu * p).collect();
     }
@@ -85,8 +96,11 @@ fn limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &[f64]) -> V
 }
 
 /// Computes the limit of the friction force at the pairs of each contact line of a state, N/m: `ℓ s`, or `μ P` of the given forces.
-pub(crate) fn force_limits(prepared: &PreparedProblem, state: &ContactState<'_>) -> Vec<Vec<f64>> {
-    let of_pair = |(pair, given): (&ContactPair, &PairState<'_>)| -> Vec<f64> {
+pub(crate) fn force_limits<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
+) -> Vec<Vec<f64>> {
+    let of_pair = |(pair, given): (&ContactPair<S>, &PairState<'_>)| -> Vec<f64> {
         let nodes = pair.interface.pairs();
         let pressure = pressure::nodal_pressure(&pair.interface, given.contact_force);
         let limits = limits(prepared, pair, &pressure);
@@ -100,9 +114,9 @@ pub(crate) fn force_limits(prepared: &PreparedProblem, state: &ContactState<'_>)
 ///
 /// # Errors
 /// A programme that is rejected.
-pub(crate) fn pressure(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub(crate) fn pressure<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
 ) -> Result<Pressure, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let (mut pressures, mut friction, mut limits) = (Vec::new(), Vec::new(), Vec::new());
@@ -120,11 +134,11 @@ pub(crate) fn pressure(
         return Ok(Pressure::new(prepared, &target, [0.0; 2]));
     }
     let weights = lengths(prepared);
-    let work = |k: usize, motion: &[Vector]| {
+    let work = |k: usize, motion: &[S::Vector]| {
         let interface = &contacts[k].interface;
         let mut work = traction_work(interface, motion, |normal| normal);
         if contacts[k].friction.acts() {
-            work.extend(traction_work(interface, motion, perpendicular));
+            work.extend(traction_work(interface, motion, tangent::<S>));
         }
         work
     };
@@ -150,7 +164,11 @@ pub(crate) fn pressure(
 /// The bounds of pressure and friction by row, Pa, or of their forces, N/m.
 ///
 /// * `limits`: of friction, by pair; `allowed`: which rows along normals may be positive; `None`: all.
-fn bounds(prepared: &PreparedProblem, limits: &[Vec<f64>], allowed: Option<&[bool]>) -> [Vec<f64>; 2] {
+fn bounds<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    limits: &[Vec<f64>],
+    allowed: Option<&[bool]>,
+) -> [Vec<f64>; 2] {
     let (mut lower, mut upper): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     for (pair, limits) in prepared.problem().contacts.iter().zip(limits) {
         for _ in pair.interface.pairs() {
@@ -165,9 +183,9 @@ fn bounds(prepared: &PreparedProblem, limits: &[Vec<f64>], allowed: Option<&[boo
 }
 
 /// Finds the nearest tractions in balance within given limits of friction, (31), by row; `None` if nothing is in balance.
-fn nearest(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+fn nearest<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     (target, weights): (&[f64], &[f64]),
     Rows { independent: (matrix, loads), .. }: &Rows,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
@@ -182,9 +200,9 @@ fn nearest(
     let cost = |pressure: &[f64]| -> f64 {
         let of_pair = |(k, p): (usize, Vec<f64>)| -> f64 {
             let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
-            let mean = |edge: &ContactFacet| 0.5 * edge.openings(opening).iter().sum::<f64>();
+            let mean = |facet: &ContactFacet<S>| facet.mean_opening(opening);
             let middle: Vec<f64> = interface.facets().iter().map(mean).collect();
-            let edge_pressure = pressure::edge_pressure(interface, &p);
+            let edge_pressure = pressure::facet_pressure(interface, &p);
             pressure::contact_terms(interface, &edge_pressure, opening, &middle).iter().sum()
         };
         split(prepared, pressure).into_iter().enumerate().map(of_pair).sum()
@@ -201,8 +219,8 @@ fn nearest(
 
 /// Finds the nearest tractions in balance within the cones of Coulomb friction: with `p = α + β`, `q = μ (α − β)` and `α, β ≥ 0` a
 /// programme with bounds. `None` if nothing is in balance.
-fn nearest_in_cones(
-    prepared: &PreparedProblem,
+fn nearest_in_cones<S: Recovery>(
+    prepared: &PreparedProblem<S>,
     (target, weights): (&[f64], &[f64]),
     Rows { independent: (matrix, loads), .. }: &Rows,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
@@ -281,9 +299,9 @@ fn in_cones(columns: &SparseRows, cones: &[(usize, usize, f64)]) -> SparseRows {
 ///
 /// # Errors
 /// A programme that is rejected.
-pub(crate) fn forces(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub(crate) fn forces<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
 ) -> Result<Vec<Vec<f64>>, EstimatorError> {
     let limits = force_limits(prepared, state);
     let given = |(pair, limits): (&PairState<'_>, &Vec<f64>)| -> Vec<f64> {
@@ -297,8 +315,8 @@ pub(crate) fn forces(
     let contacts = &prepared.problem().contacts;
     let target: Vec<f64> = given.iter().flatten().copied().collect();
     let weights: Vec<f64> = lengths(prepared).iter().map(|l| 1.0 / l).collect();
-    let along = |k: usize, motion: &[Vector]| -> Vec<f64> {
-        contacts[k].rows().map(|row| motion[row.pair].dot(&row.direction)).collect()
+    let along = |k: usize, motion: &[S::Vector]| -> Vec<f64> {
+        contacts[k].rows().map(|row| motion[row.pair].times(&row.direction)).collect()
     };
     let rows = Rows::new(prepared, along)?;
     let near = |allowed: Option<&[bool]>| {
@@ -314,13 +332,13 @@ pub(crate) fn forces(
 }
 
 /// Lists the tributary lengths of all rows, m.
-fn lengths(prepared: &PreparedProblem) -> Vec<f64> {
+fn lengths<S: Recovery>(prepared: &PreparedProblem<S>) -> Vec<f64> {
     let contacts = prepared.problem().contacts.iter();
     contacts.flat_map(|of| of.rows().map(|row| of.interface.pairs()[row.pair].weight)).collect()
 }
 
 /// Sorts one value per row by pair.
-fn split(prepared: &PreparedProblem, values: &[f64]) -> Vec<Vec<f64>> {
+fn split<S: Recovery>(prepared: &PreparedProblem<S>, values: &[f64]) -> Vec<Vec<f64>> {
     let mut rest = values;
     let of_pair = |count: usize| {
         let (own, others) = rest.split_at(count.min(rest.len()));
@@ -333,36 +351,41 @@ fn split(prepared: &PreparedProblem, values: &[f64]) -> Vec<Vec<f64>> {
 /// Computes the work of a unit traction at each pair on a motion, per unit traction.
 ///
 /// * `motion`: at the pairs, m; `direction`: of the traction, from the normal.
-fn traction_work(
-    interface: &ContactInterface,
-    motion: &[Vector],
-    direction: impl Fn(Vector) -> Vector,
+fn traction_work<S: Recovery>(
+    interface: &ContactInterface<S>,
+    motion: &[S::Vector],
+    direction: impl Fn(S::Vector) -> S::Vector,
 ) -> Vec<f64> {
     let mut work = vec![0.0; motion.len()];
-    for edge in interface.facets() {
-        let [i, j] = edge.pairs.map(|k| k as usize);
-        let [a, b] = [i, j].map(|k| direction(interface.pairs()[k].normal));
-        let mut moved = [motion[i], motion[j]];
-        if let Some(clamped) = edge.clamped {
-            moved[clamped.end] = Vector::zeros();
+    for facet in interface.facets() {
+        let pairs = S::axes(|corner| facet.pairs[corner] as usize);
+        let mut moved = S::axes(|corner| motion[pairs[corner]]);
+        if let Some(clamped) = facet.clamped {
+            moved[clamped.end] = S::Vector::ZERO;
         }
-        // ∫ (p_i n_i φ_i + p_j n_j φ_j)·u, as in the nodal forces of the pressure.
-        let at = [
-            edge.measure / 6.0 * a.dot(&(2.0 * moved[0] + moved[1])),
-            edge.measure / 6.0 * b.dot(&(moved[0] + 2.0 * moved[1])),
-        ];
-        // A bent edge carries the mean of its two ends.
-        let at = if edge.bent { [0.5 * (at[0] + at[1]); 2] } else { at };
-        work[i] += at[0];
-        work[j] += at[1];
+        // ∫ (Σ p_i n_i φ_i)·u, as in the nodal forces of the pressure.
+        let mut at = S::axes(|corner| {
+            let others = (0..S::DIM).filter(|other| *other != corner);
+            let sum = others.fold(moved[corner] * 2.0, |sum, other| sum + moved[other]);
+            facet.measure / (S::DIM * (S::DIM + 1)) as f64
+                * direction(interface.pairs()[pairs[corner]].normal).times(&sum)
+        });
+        // A bent facet carries the mean of its corners.
+        if facet.bent {
+            let mean = at.as_ref().iter().sum::<f64>() / S::DIM as f64;
+            at = S::axes(|_| mean);
+        }
+        for corner in 0..S::DIM {
+            work[pairs[corner]] += at[corner];
+        }
     }
     work
 }
 
 /// Lists the first row of each pair.
-fn starts(problem: &ContactProblem) -> Vec<usize> {
+fn starts<S: Recovery>(problem: &ContactProblem<S>) -> Vec<usize> {
     let after =
-        |start: &mut usize, pair: &ContactPair| Some(std::mem::replace(start, *start + pair.row_count()));
+        |start: &mut usize, pair: &ContactPair<S>| Some(std::mem::replace(start, *start + pair.row_count()));
     problem.contacts.iter().scan(0, after).collect()
 }
 
@@ -378,9 +401,9 @@ struct Rows {
 
 impl Rows {
     /// * `work`: of unit values in the rows of contact line `k` on a motion of the contact nodes.
-    fn new(
-        prepared: &PreparedProblem,
-        work: impl Fn(usize, &[Vector]) -> Vec<f64>,
+    fn new<S: Recovery>(
+        prepared: &PreparedProblem<S>,
+        work: impl Fn(usize, &[S::Vector]) -> Vec<f64>,
     ) -> Result<Self, EstimatorError> {
         let problem = prepared.problem();
         let (mut matrix, mut loads) = (SparseRows::new(prepared.rows()), Vec::new());
@@ -390,7 +413,7 @@ impl Rows {
             let mut line = Vec::new();
             for &(k, side) in &sides[of.partner.place(problem.bodies.len())] {
                 let pairs = problem.contacts[k].interface.pairs();
-                let motion: Vec<Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
+                let motion: Vec<S::Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
                 // The pressure acts against the normal on the first body.
                 let sign = if side == 0 { 1.0 } else { -1.0 };
                 let entries = work(k, &motion).into_iter().enumerate();
@@ -409,7 +432,7 @@ impl Rows {
     /// Computes the largest resultant of a floating body, over the sum of the sizes of all forces on it.
     ///
     /// * `pressure`: pressure and friction by row, Pa.
-    fn imbalance(&self, prepared: &PreparedProblem, pressure: &[f64]) -> f64 {
+    fn imbalance<S: Recovery>(&self, prepared: &PreparedProblem<S>, pressure: &[f64]) -> f64 {
         let problem = prepared.problem();
         let lengths = lengths(prepared);
         let (sides, starts) = (problem.sides(), starts(problem));
@@ -421,13 +444,13 @@ impl Rows {
                 Partner::Obstacle(_) => load.abs(),
                 Partner::Body(body) => {
                     let forces = prepared.external_forces()[body].iter().zip(&moved);
-                    forces.map(|(f, u)| f.norm() * u.norm()).sum()
+                    forces.map(|(f, u)| length(*f) * length(*u)).sum()
                 }
             };
             for &(k, side) in &sides[of.partner.place(problem.bodies.len())] {
                 let forces = lengths[starts[k]..].iter().zip(&pressure[starts[k]..]);
                 let terms = problem.contacts[k].rows().zip(forces);
-                size += terms.map(|(row, (l, p))| l * p.abs() * moved[row.nodes[side]].norm()).sum::<f64>();
+                size += terms.map(|(row, (l, p))| l * p.abs() * length(moved[row.nodes[side]])).sum::<f64>();
             }
             let rest = (product - load).abs();
             found.push((rest, size));

@@ -3,8 +3,9 @@
 use crate::admissible::{check_finite, check_length};
 use crate::error::EstimatorError;
 use crate::estimate::{Estimate, estimate_with};
-use crate::lift::{self, side_sign};
+use crate::lift;
 use crate::relaxation::Relaxation;
+use crate::side::side_sign;
 use fem_core::body::Body;
 use fem_core::field::nodal_residual;
 use fem_core::geometry::{Vector, norm};

@@ -1,21 +1,19 @@
 //! Checks of admissibility, as numbers: the basis of a certificate.
 
-mod forces;
-
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissibleContact, AdmissiblePair};
-use crate::cre::CellMeasures;
+use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 use crate::equilibrated::EquilibratedStress;
 use crate::lift;
+use crate::measures::{Accuracy, Against, CellMeasures, Forces};
 use crate::openings;
+use crate::recovery::Recovery;
 use crate::round_off::Noise;
 pub use crate::size::SIGN_TOLERANCE;
-use crate::size::{larger, largest_displacement, largest_of};
+use crate::size::{larger, largest_displacement, largest_of, length};
 use fem_core::body::{Body, RigidMotion, RigidSide};
 use fem_core::each_body;
-use fem_core::geometry::Vector;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
-use fem_core::mesh::TriMesh;
-use forces::{Against, edge_tractions, forces};
+use fem_core::mesh::Mesh;
 use std::borrow::Cow;
 
 /// Force residuals up to this are round-off; larger ones invalidate a certificate.
@@ -102,39 +100,35 @@ impl Admissibility {
     }
 }
 
-/// Length of a vector by its square: the guard of `hypot` against overflow costs more than the whole check.
-fn norm(a: Vector) -> f64 {
-    a.dot(&a).sqrt()
-}
-
 /// Checks an admissible pair.
-pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
+pub fn check<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePair<S>) -> Admissibility {
     checked(problem, pair, &Noise::of_bodies(problem), None).0
 }
 
 /// [`check`], with what the bound needs of every triangle of each body: the distances of [`cell_distances`], and the mean stress.
 ///
 /// [`cell_distances`]: crate::cre::cell_distances
-pub(crate) fn check_and_measure(
-    problem: &ContactProblem,
-    pair: &AdmissiblePair,
+pub(crate) fn check_and_measure<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &AdmissiblePair<S>,
     noise: &[Noise],
     accuracy: Accuracy,
-) -> (Admissibility, Vec<CellMeasures>) {
+) -> (Admissibility, Vec<CellMeasures<S>>) {
     checked(problem, pair, noise, Some(accuracy))
 }
 
-fn checked(
-    problem: &ContactProblem,
-    pair: &AdmissiblePair,
+fn checked<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &AdmissiblePair<S>,
     noise: &[Noise],
     measured: Option<Accuracy>,
-) -> (Admissibility, Vec<CellMeasures>) {
-    let mut displacement: Vec<Cow<'_, [Vector]>> = pair.displacements().into_iter().map(Cow::from).collect();
+) -> (Admissibility, Vec<CellMeasures<S>>) {
+    let mut displacement: Vec<Cow<'_, [S::Vector]>> =
+        pair.displacements().into_iter().map(Cow::from).collect();
     let moved = lift::joined(problem, pair.contacts.iter().map(|contact| &contact.lift));
     for (u, l) in displacement.iter_mut().zip(&moved) {
         if let Some(l) = l {
-            u.to_mut().iter_mut().zip(l).for_each(|(u, l)| *u += l);
+            u.to_mut().iter_mut().zip(l).for_each(|(u, l)| *u += *l);
         }
     }
     let of_body = |b: usize| {
@@ -164,9 +158,9 @@ fn checked(
     for (of, contact) in problem.contacts.iter().zip(&pair.contacts) {
         let displacement = problem.places_of(of).map(|b| &*displacement[b]);
         found.penetration = larger(found.penetration, penetration(&of.interface, contact, displacement));
-        let edge_pressure = contact.edge_pressure.as_flattened();
-        let largest = edge_pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
-        let negative = edge_pressure.iter().fold(0.0, |m, p| larger(m, -p));
+        let pressure = || contact.edge_pressure.iter().flat_map(|p| p.as_ref());
+        let largest = pressure().fold(0.0, |m, p| larger(m, p.abs()));
+        let negative = pressure().fold(0.0, |m, p| larger(m, -p));
         found.pressure_sign = larger(found.pressure_sign, relative(negative, largest));
         found.friction_cone = larger(found.friction_cone, friction_cone(of, contact, displacement));
     }
@@ -177,10 +171,10 @@ fn checked(
 /// the bound and of the fields themselves, relative to the largest displacement of the two bodies.
 ///
 /// * `displacement`: of the first and the second body of the pair, with the lift, m.
-fn penetration(
-    interface: &ContactInterface,
-    contact: &AdmissibleContact,
-    displacement: [&[Vector]; 2],
+fn penetration<S: Recovery>(
+    interface: &ContactInterface<S>,
+    contact: &AdmissibleContact<S>,
+    displacement: [&[S::Vector]; 2],
 ) -> f64 {
     let mut penetration = 0.0;
     for (p, stated) in interface.pairs().iter().zip(&contact.opening) {
@@ -189,11 +183,14 @@ fn penetration(
         penetration = larger(penetration, (opening - stated).abs());
     }
     // Between the pairs, where the normal changes.
-    let middle = lift::middle_openings(interface, displacement);
+    let middle = S::middle_openings(interface, displacement);
     for ((edge, opening), stated) in interface.facets().iter().zip(middle).zip(&contact.middle_opening) {
         if edge.bent {
             let ends = edge.openings(&contact.opening);
-            penetration = larger(penetration, larger(lift::depth(opening, ends), lift::depth(*stated, ends)));
+            penetration = larger(
+                penetration,
+                larger(lift::depth(opening, ends.as_ref()), lift::depth(*stated, ends.as_ref())),
+            );
             penetration = larger(penetration, (opening - stated).abs());
         }
     }
@@ -203,7 +200,11 @@ fn penetration(
 /// Computes by how much friction is beyond its limit, and the given slip differs from the slip of the fields, both relative.
 ///
 /// * `displacement`: of the first and the second body of the pair, m.
-fn friction_cone(pair: &ContactPair, contact: &AdmissibleContact, displacement: [&[Vector]; 2]) -> f64 {
+fn friction_cone<S: Recovery>(
+    pair: &ContactPair<S>,
+    contact: &AdmissibleContact<S>,
+    displacement: [&[S::Vector]; 2],
+) -> f64 {
     let edges = &contact.edge_friction;
     let friction = || edges.friction.as_flattened().iter().zip(edges.limit.as_flattened());
     let largest = friction().fold(0.0, |m, (q, s)| larger(m, larger(q.abs(), *s)));
@@ -223,28 +224,23 @@ fn friction_cone(pair: &ContactPair, contact: &AdmissibleContact, displacement: 
 }
 
 /// Computes the mean rotation of a body that its supports leave free to move, radians; 0 for a held one.
-fn rotation(body: &Body, displacement: &[Vector]) -> f64 {
+fn rotation<S: Recovery>(body: &Body<S>, displacement: &[S::Vector]) -> f64 {
     if body.free_motion().is_none() {
         return 0.0;
     }
     let mesh = body.mesh();
-    let (mut turned, mut area) = (0.0, 0.0);
+    let (mut turned, mut measure) = (S::Spin::default(), 0.0);
     for (t, nodes) in mesh.cells().iter().enumerate() {
-        // ∮ u·ds = 2 ω A, with u linear along the edges.
-        let (corners, u) = (mesh.corners(t), nodes.map(|n| displacement[n]));
-        let along = |k: usize| {
-            let next = (k + 1) % 3;
-            0.5 * (u[k] + u[next]).dot(&(corners[next] - corners[k]))
-        };
-        turned += 0.5 * (along(0) + along(1) + along(2));
-        area += mesh.measure(t);
+        turned += S::twist(&mesh.corners(t), &S::corners(|k| displacement[nodes[k]]));
+        measure += mesh.measure(t);
     }
-    (turned / area).abs()
+    let motion = S::motion(S::Vector::ZERO, turned / measure);
+    motion.as_ref().iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Compares the tractions on the rigid sides of a body with the loads of these sides: the largest difference of the work
 /// along a free motion, over the sum of the sizes of all its terms.
-fn rigid_sides(body: &Body, fields: &AdmissibleBody, noise: Noise) -> f64 {
+fn rigid_sides<S: Recovery>(body: &Body<S>, fields: &AdmissibleBody<S>, noise: Noise) -> f64 {
     if body.rigid_sides().is_empty() {
         return 0.0;
     }
@@ -256,9 +252,9 @@ fn rigid_sides(body: &Body, fields: &AdmissibleBody, noise: Noise) -> f64 {
     for side in body.rigid_sides() {
         for motion in &side.motions {
             let (mut work, mut size) = (0.0, noise * motion_size(motion, side, mesh));
-            let mut add = |force: Vector, moved: Vector| {
-                work += force.dot(&moved);
-                size += norm(force) * norm(moved);
+            let mut add = |force: S::Vector, moved: S::Vector| {
+                work += force.times(&moved);
+                size += length(force) * length(moved);
             };
             for (&node, force) in side.nodes.iter().zip(&side.forces) {
                 add(-*force, motion.at(mesh.points()[node]));
@@ -266,12 +262,10 @@ fn rigid_sides(body: &Body, fields: &AdmissibleBody, noise: Noise) -> f64 {
             for &edge in &side.edges {
                 let t = topology.facet_cells()[edge][0] as usize;
                 let k = topology.facet_in(t, edge);
-                let forces = edge_tractions(body, &stress.cell(body, t), t)[k];
-                let corners = mesh.corners(t);
-                let [a, b] = [corners[k], corners[(k + 1) % 3]].map(|x| motion.at(x));
-                // ∫ F·u of linear functions, from the tractions times length.
-                add(1.0 / 6.0 * (2.0 * forces[0] + forces[1]), a);
-                add(1.0 / 6.0 * (forces[0] + 2.0 * forces[1]), b);
+                let (forces, corners) = (S::facet_forces(body, stress, t, k), mesh.corners(t));
+                for (force, corner) in forces.as_ref().iter().zip(S::facet(k).as_ref()) {
+                    add(*force, motion.at(corners[*corner]));
+                }
             }
             largest = larger(largest, relative(work.abs(), size));
         }
@@ -280,13 +274,13 @@ fn rigid_sides(body: &Body, fields: &AdmissibleBody, noise: Noise) -> f64 {
 }
 
 /// Computes the largest displacement of a rigid side's nodes in a motion.
-fn motion_size(motion: &RigidMotion, side: &RigidSide, mesh: &TriMesh) -> f64 {
-    side.nodes.iter().map(|n| norm(motion.at(mesh.points()[*n]))).fold(0.0, larger)
+fn motion_size<S: Recovery>(motion: &RigidMotion<S>, side: &RigidSide<S>, mesh: &Mesh<S>) -> f64 {
+    side.nodes.iter().map(|n| length(motion.at(mesh.points()[*n]))).fold(0.0, larger)
 }
 
 /// Compares a displacement with the values that the supports impose: the largest difference over the largest
 /// displacement.
-fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
+fn displaced_support<S: Recovery>(body: &Body<S>, displacement: &[S::Vector]) -> f64 {
     let difference = |n: usize| {
         let constraint = &body.node_constraints()[n];
         if constraint.rigid_side.is_some() { 0.0 } else { constraint.violation(displacement[n]) }
@@ -298,24 +292,35 @@ fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
 
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure
 /// are zero.
-pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
-    forces(body, stress, None).0.residuals(0.0)
+pub fn check_stress<S: Recovery>(body: &Body<S>, stress: &EquilibratedStress<S>) -> Admissibility {
+    residuals(S::measured(body, stress, None).0, 0.0)
 }
 
 /// [`check_stress`], with the scale of a displaced body, and what the bound needs of every triangle.
 ///
 /// * `displacement`: of the body, with the effects of its rounding.
 /// * `measured`: the stresses to which the distances are measured, Pa, one per triangle, and how accurate the means are.
-pub(crate) fn check_stress_and_measure(
-    body: &Body,
-    (displacement, noise): (&[Vector], Noise),
-    stress: &EquilibratedStress,
-    measured: Option<(Against<'_>, Accuracy)>,
-) -> (Admissibility, CellMeasures) {
-    let (found, cells) = forces(body, stress, measured);
-    (found.residuals(noise.force(displacement)), cells)
+pub(crate) fn check_stress_and_measure<S: Recovery>(
+    body: &Body<S>,
+    (displacement, noise): (&[S::Vector], Noise),
+    stress: &EquilibratedStress<S>,
+    measured: Option<(Against<'_, S>, Accuracy)>,
+) -> (Admissibility, CellMeasures<S>) {
+    let (found, cells) = S::measured(body, stress, measured);
+    (residuals(found, noise.force(displacement)), cells)
 }
 
 fn relative(x: f64, scale: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x / scale }
+}
+
+/// Relates the residuals of forces to their scale, or to one at which `noise` alone just passes.
+fn residuals(found: Forces, noise: f64) -> Admissibility {
+    let scale = larger(found.scale.sqrt(), noise / FORCE_TOLERANCE);
+    Admissibility {
+        equilibrium: relative(found.equilibrium.sqrt(), scale),
+        traction_jump: relative(found.jump.sqrt(), scale),
+        boundary_traction: relative(found.boundary.sqrt(), scale),
+        ..Admissibility::default()
+    }
 }

@@ -3,14 +3,13 @@
 //! Sources: for contact, Coorevits, Hild and Pelle 2000; for contact solved by domain decomposition, Gallimard and Sassi 2010.
 
 use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
-use crate::johnson_mercier::{self, CellStress};
 use crate::pressure;
+use crate::recovery::Recovery;
 use fem_core::body::Body;
-use fem_core::double_double::DoubleDouble;
 use fem_core::each_body;
 use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::norm::{from_squared, sum_over_cells};
-use fem_core::tensor::SymTensor2;
+use fem_core::space::Space;
 use rayon::prelude::*;
 
 /// The constitutive relation error, J/m, (15), and its contributions, (17):
@@ -54,10 +53,17 @@ impl Cre {
 ///
 /// The split has no cross term, because `τ − σ̂` is orthogonal to every FE strain that vanishes on Γ_D. Both
 /// sides of it are computed independently: [`Cre::split_defect`] compares them.
-pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePair) -> Cre {
+pub fn constitutive_relation_error<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &AdmissiblePair<S>,
+) -> Cre {
     let of_body = |b: usize| {
         let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
-        let of_cell = |t: usize| cell_distances(body, fields, t, &fields.equilibrated.cell(body, t)).into();
+        let of_cell = |t: usize| {
+            let to =
+                |stress: &[S::Tensor]| S::cell_distance_squared(body, &fields.equilibrated, t, stress[t]);
+            (to(&fields.stress), to(&fields.equilibrated.finite_element))
+        };
         let (to_given, to_finite_element) =
             (0..body.mesh().cells().len()).into_par_iter().with_min_len(512).map(of_cell).unzip();
         [to_given, to_finite_element]
@@ -65,34 +71,24 @@ pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePa
     Cre::from_cells(problem, pair, each_body(problem.bodies.len(), of_body))
 }
 
-/// Computes `‖τ − σ(v)‖²` and `‖τ − σ̂‖²` of one triangle, J/m.
-pub(crate) fn cell_distances(body: &Body, fields: &AdmissibleBody, t: usize, tau: &CellStress) -> [f64; 2] {
-    [&fields.stress, &fields.equilibrated.finite_element].map(|stress| cell_distance(body, t, tau, stress))
-}
-
-/// Computes `‖τ − σ‖²` of one triangle for a stress that is constant in the triangles, J/m.
-#[inline(always)]
-fn cell_distance(body: &Body, t: usize, tau: &CellStress, stress: &[SymTensor2]) -> f64 {
-    johnson_mercier::distance_squared(tau, stress[t], body.mesh().measure(t), body.material(t))
-}
-
 impl Cre {
-    /// Sums up [`cell_distances`] of all triangles of each body.
-    pub(crate) fn from_cells(
-        problem: &ContactProblem,
-        pair: &AdmissiblePair,
+    /// Sums up `‖τ − σ(v)‖²` and `‖τ − σ̂‖²` of all cells of each body.
+    pub(crate) fn from_cells<S: Recovery>(
+        problem: &ContactProblem<S>,
+        pair: &AdmissiblePair<S>,
         distances: Vec<[Vec<f64>; 2]>,
     ) -> Self {
         let mut by_contact_edge = contact_terms(problem, pair);
-        let friction =
-            |(of, contact): (&ContactPair, &AdmissibleContact)| contact.edge_friction.terms(&of.interface);
+        let friction = |(of, contact): (&ContactPair<S>, &AdmissibleContact<S>)| {
+            contact.edge_friction.terms(&of.interface)
+        };
         let friction_by_contact_edge: Vec<Vec<f64>> =
             problem.contacts.iter().zip(&pair.contacts).map(friction).collect();
         for (sums, terms) in by_contact_edge.iter_mut().zip(&friction_by_contact_edge) {
             sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
         }
         let contact: f64 = by_contact_edge.iter().flatten().sum();
-        let algebraic = |(body, fields): (&Body, &AdmissibleBody)| {
+        let algebraic = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
             distance_squared(body, &fields.equilibrated.finite_element, &fields.stress)
         };
         let (by_cell, discretisation_by_cell): (Vec<_>, Vec<_>) =
@@ -126,16 +122,20 @@ pub(crate) fn of_cells(cells: &[f64]) -> f64 {
 }
 
 /// Computes `2∫ p o` and the share of `‖l‖²` of every contact edge, J/m.
-fn contact_terms(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<Vec<f64>> {
-    let of_pair = |(of, contact): (&ContactPair, &AdmissibleContact)| {
+fn contact_terms<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePair<S>) -> Vec<Vec<f64>> {
+    let of_pair = |(of, contact): (&ContactPair<S>, &AdmissibleContact<S>)| {
         let AdmissibleContact { edge_pressure, opening, middle_opening, .. } = contact;
         pressure::contact_terms(&of.interface, edge_pressure, opening, middle_opening)
     };
     let mut terms: Vec<Vec<f64>> = problem.contacts.iter().zip(&pair.contacts).map(of_pair).collect();
     if pair.lift_energy > 0.0 {
-        let weights = |(of, contact): (&ContactPair, &AdmissibleContact)| -> Vec<f64> {
+        let weights = |(of, contact): (&ContactPair<S>, &AdmissibleContact<S>)| -> Vec<f64> {
             let square = |k: u32| contact.lift.by_pair[k as usize].powi(2);
-            of.interface.facets().iter().map(|edge| edge.pairs.map(square).iter().sum()).collect()
+            of.interface
+                .facets()
+                .iter()
+                .map(|edge| edge.pairs.as_ref().iter().map(|k| square(*k)).sum())
+                .collect()
         };
         let weights: Vec<Vec<f64>> = problem.contacts.iter().zip(&pair.contacts).map(weights).collect();
         let whole: f64 = weights.iter().flatten().sum();
@@ -146,21 +146,16 @@ fn contact_terms(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<Vec<f64
     terms
 }
 
-/// The results of a pass over the triangles of a body.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct CellMeasures {
-    /// `‖τ − σ‖²` for the stresses of [`crate::check::check_stress_and_measure`], J/m; empty for one that is not given.
-    pub(crate) distances: [Vec<f64>; 2],
-    /// Mean of τ, Pa.
-    pub(crate) mean: Vec<SymTensor2>,
-    /// The same without rounding, xx, yy, xy; empty in double precision.
-    pub(crate) exact_mean: Vec<[DoubleDouble; 3]>,
-}
-
 /// Computes `‖σ − τ‖²` for two stresses constant in the triangles, J/m.
-pub(crate) fn distance_squared(body: &Body, a: &[SymTensor2], b: &[SymTensor2]) -> f64 {
+pub(crate) fn distance_squared<S: Recovery>(body: &Body<S>, a: &[S::Tensor], b: &[S::Tensor]) -> f64 {
     sum_over_cells(a.len(), |t| {
-        let d = a[t].minus(b[t]);
+        let d = minus::<S>(a[t], b[t]);
         body.mesh().measure(t) * body.material(t).complementary(d, d)
     })
+}
+
+/// Subtracts two tensors.
+pub(crate) fn minus<S: Space>(a: S::Tensor, b: S::Tensor) -> S::Tensor {
+    let [a, b]: [S::Components<f64>; 2] = [a.into(), b.into()];
+    S::components(|k| a[k] - b[k]).into()
 }

@@ -1,27 +1,28 @@
 //! The whole computation of a certificate, in one call.
 
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissibleContact, AdmissiblePair, check_state};
+use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair, check_state};
 use crate::balance;
 use crate::check::{Admissibility, FORCE_TOLERANCE, check_and_measure};
 use crate::cre::Cre;
 use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared, state_residuals};
+use crate::measures::Accuracy;
 use crate::openings;
 use crate::parts::{Parts, parts};
+use crate::recovery::Recovery;
 use crate::relaxation::Relaxation;
 use crate::relaxed::{KeptStars, pair_and_frozen};
 use crate::round_off::{self, Noise};
 use crate::size::{larger, largest_of};
-use crate::star_relaxation::bytes_of_stars;
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
-use fem_core::element::Triangle;
+use fem_core::element::Element;
 use fem_core::geometry::norm;
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, PairState};
 use fem_core::memory::fits_in_memory;
 use fem_core::norm::{from_squared, sum_over_cells};
 use fem_core::prepared::PreparedProblem;
-use fem_core::tensor::SymTensor2;
+use fem_core::space::{Plane, Space};
 use rayon::prelude::*;
 
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
@@ -39,9 +40,9 @@ const ROUNDING_OF_A_SUM: f64 = 1e-12;
 /// [`Self::certificate`] returns the bound if its checks pass. [`Self::unchecked`] is for reports of failures.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Estimate {
+pub struct Estimate<S: Space = Plane> {
     /// The admissible pair on which the bound is based.
-    pub pair: AdmissiblePair,
+    pub pair: AdmissiblePair<S>,
     /// The constitutive relation error and its split.
     pub cre: Cre,
     /// Residuals of admissibility, each the larger one of the stress of the bound and the stress of `η_dis`.
@@ -54,7 +55,7 @@ pub struct Estimate {
     /// The energy norm of each body up to which its displacements may be rigid motions and rounding, square root of J/m.
     energy_rounding: Vec<f64>,
     /// The mean of `τ` in every triangle of each body, Pa.
-    pub mean_stress: Vec<Vec<SymTensor2>>,
+    pub mean_stress: Vec<Vec<S::Tensor>>,
     indicators: Indicators,
     /// True if a limit of friction is `μ p` of the estimate itself.
     coulomb: bool,
@@ -74,7 +75,7 @@ pub struct Indicators {
     pub parts: Parts,
 }
 
-impl Estimate {
+impl<S: Space> Estimate<S> {
     /// Computes the energy norm of the state's displacements, `√Σ a`, square root of J/m.
     pub fn energy_norm(&self) -> f64 {
         self.energy_norm_squared.iter().sum::<f64>().sqrt()
@@ -108,10 +109,11 @@ impl Estimate {
     /// Computes `∫ p ds` of the pressure of the equilibrated stress along each contact line, N/m.
     ///
     /// * `problem`: the one that was estimated.
-    pub fn pressure_forces(&self, problem: &ContactProblem) -> Vec<f64> {
-        let of_pair = |(of, contact): (&ContactPair, &AdmissibleContact)| -> f64 {
-            let edges = of.interface.facets().iter().zip(&contact.edge_pressure);
-            edges.map(|(edge, [p, q])| 0.5 * edge.measure * (p + q)).sum()
+    pub fn pressure_forces(&self, problem: &ContactProblem<S>) -> Vec<f64> {
+        let of_pair = |(of, contact): (&ContactPair<S>, &AdmissibleContact<S>)| -> f64 {
+            let facets = of.interface.facets().iter().zip(&contact.edge_pressure);
+            let sum = |p: &S::Axes<f64>| p.as_ref().iter().sum::<f64>();
+            facets.map(|(facet, p)| facet.measure / S::DIM as f64 * sum(p)).sum()
         };
         problem.contacts.iter().zip(&self.pair.contacts).map(of_pair).collect()
     }
@@ -139,7 +141,10 @@ impl Estimate {
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite.
-pub fn estimate(prepared: &PreparedProblem, state: &ContactState<'_>) -> Result<Estimate, EstimatorError> {
+pub fn estimate<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
+) -> Result<Estimate<S>, EstimatorError> {
     estimate_with(prepared, state, Relaxation::NONE)
 }
 
@@ -147,30 +152,30 @@ pub fn estimate(prepared: &PreparedProblem, state: &ContactState<'_>) -> Result<
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite, a lack of memory.
-pub fn estimate_with(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub fn estimate_with<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     relaxation: Relaxation,
-) -> Result<Estimate, EstimatorError> {
+) -> Result<Estimate<S>, EstimatorError> {
     Estimator::new(prepared, relaxation).estimate(state)
 }
 
 /// Estimates the errors of several states of one problem. It keeps the stars of the relaxation: of small bodies from the
 /// first estimate on, of large bodies from the second one.
-pub struct Estimator<'a> {
-    prepared: &'a PreparedProblem,
+pub struct Estimator<'a, S: Recovery = Plane> {
+    prepared: &'a PreparedProblem<S>,
     relaxation: Relaxation,
     /// Of each body, from the first estimate on.
     noise: Vec<Noise>,
-    stars: KeptStars<'a>,
+    stars: KeptStars<'a, S>,
 }
 
-impl<'a> Estimator<'a> {
+impl<'a, S: Recovery> Estimator<'a, S> {
     /// Creates an estimator.
     ///
     /// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
     ///   steps make it sharper.
-    pub fn new(prepared: &'a PreparedProblem, relaxation: Relaxation) -> Self {
+    pub fn new(prepared: &'a PreparedProblem<S>, relaxation: Relaxation) -> Self {
         Self { prepared, relaxation, noise: Vec::new(), stars: KeptStars::default() }
     }
 
@@ -181,13 +186,13 @@ impl<'a> Estimator<'a> {
     ///
     /// # Errors
     /// Arrays of the wrong length, values that are not finite, a lack of memory.
-    pub fn estimate(&mut self, state: &ContactState<'_>) -> Result<Estimate, EstimatorError> {
+    pub fn estimate(&mut self, state: &ContactState<'_, S>) -> Result<Estimate<S>, EstimatorError> {
         let prepared = self.prepared;
         check_state(prepared, state)?;
         if self.relaxation.max_steps() > 0 {
             let bodies = prepared.problem().bodies.iter().enumerate();
             let missing = bodies.filter(|(b, _)| !self.stars.has(*b));
-            let bytes: usize = missing.map(|(_, body)| bytes_of_stars(body.mesh())).sum();
+            let bytes: usize = missing.map(|(_, body)| S::bytes_of_relaxation(body.mesh())).sum();
             if bytes > 0 && !fits_in_memory(bytes) {
                 return Err(EstimatorError::OutOfMemory { bytes });
             }
@@ -216,10 +221,10 @@ impl<'a> Estimator<'a> {
 
     fn estimate_once(
         &mut self,
-        state: &ContactState<'_>,
+        state: &ContactState<'_, S>,
         balanced: &[Vec<f64>],
         accuracy: Accuracy,
-    ) -> Result<Measured, EstimatorError> {
+    ) -> Result<Measured<S>, EstimatorError> {
         let Self { prepared, relaxation, ref noise, ref mut stars } = *self;
         let problem = prepared.problem();
         let (pair, frozen) = pair_and_frozen(prepared, state, (relaxation, accuracy), stars)?;
@@ -249,7 +254,7 @@ impl<'a> Estimator<'a> {
         let mut eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
         let mut eta_dis = from_squared(dis.squared) + allowance(&frozen);
         let mut pairs = problem.contacts.iter().zip(&state.contacts);
-        let of = |pair: &ContactPair| problem.places_of(pair).map(|place| state.displacement[place]);
+        let of = |pair: &ContactPair<S>| problem.places_of(pair).map(|place| state.displacement[place]);
         if pairs.any(|(pair, given)| openings::penetrate(pair, of(pair), given)) {
             // Both are for displacements that penetrate at no node.
             let lift = from_squared(pair.lift_energy);
@@ -296,14 +301,14 @@ impl ResidualNorms {
     /// Computes them from the residuals of each body, with one substitution for all of a body.
     ///
     /// * `frozen`: `None` in bodies whose stress of the bound is also the stress of `η_dis`.
-    fn new(
-        prepared: &PreparedProblem,
+    fn new<S: Recovery>(
+        prepared: &PreparedProblem<S>,
         stress: Vec<Vec<f64>>,
         frozen: Vec<Option<Vec<f64>>>,
         state: Vec<Vec<f64>>,
     ) -> Self {
         let all: Vec<_> = stress.into_iter().zip(state).zip(frozen).collect();
-        let of_body = |(body, ((stress, state), frozen)): (&CondensedBody, ((_, _), Option<_>))| {
+        let of_body = |(body, ((stress, state), frozen)): (&CondensedBody<S>, ((_, _), Option<_>))| {
             body.residual_energies([stress, state].into_iter().chain(frozen).collect())
         };
         let all: Vec<Vec<[f64; 2]>> =
@@ -318,29 +323,34 @@ impl ResidualNorms {
 }
 
 /// An estimate, and the measured part of its round-off.
-struct Measured {
-    estimate: Estimate,
+struct Measured<S: Space> {
+    estimate: Estimate<S>,
     residual: f64,
 }
 
 /// Computes `64 ε √(Σ A tr(E) (Σ_k |u_k| |∇φ_k|)²)` of the triangles of each body: the energy norm without the cancellation of a rigid
 /// motion.
-fn energy_rounding(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<f64> {
-    let energy = |(body, fields): (&Body, &AdmissibleBody)| {
+fn energy_rounding<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePair<S>) -> Vec<f64> {
+    let energy = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
         let mesh = body.mesh();
         sum_over_cells(fields.stress.len(), |t| {
-            let element = Triangle::new(mesh.corners(t));
-            let corners = mesh.cells()[t].iter().zip(&element.gradients);
+            let element = Element::<S>::new(mesh.corners(t));
+            let corners = mesh.cells()[t].as_ref().iter().zip(element.gradients.as_ref());
             let strain: f64 = corners.map(|(n, g)| norm(fields.displacement[*n]) * norm(*g)).sum();
-            element.measure * body.material(t).stiffness().trace() * strain * strain
+            let stiffness = body.material(t).stiffness();
+            let trace = (1..S::COMPONENTS).fold(stiffness[(0, 0)], |sum, k| sum + stiffness[(k, k)]);
+            element.measure * trace * strain * strain
         })
     };
     problem.bodies.iter().zip(&pair.bodies).map(|of| 64.0 * f64::EPSILON * energy(of).sqrt()).collect()
 }
 
 /// Computes `a(u, u)` of each body.
-fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<Vec<f64>, EstimatorError> {
-    let energy = |(body, fields): (&Body, &AdmissibleBody)| {
+fn energies<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &AdmissiblePair<S>,
+) -> Result<Vec<f64>, EstimatorError> {
+    let energy = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
         sum_over_cells(fields.stress.len(), |t| {
             let s = fields.stress[t];
             body.mesh().measure(t) * body.material(t).complementary(s, s)
@@ -348,10 +358,10 @@ fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<Vec<f64>,
     };
     let energies: Vec<f64> = problem.bodies.iter().zip(&pair.bodies).map(energy).collect();
     // Squares of smaller numbers underflow, and the checks with them.
-    let largest = |fields: &AdmissibleBody| {
+    let largest = |fields: &AdmissibleBody<S>| {
         largest_of(fields.stress.len(), |t| {
-            let s = fields.stress[t];
-            larger(s.xx.abs(), larger(s.yy.abs(), s.xy.abs()))
+            let s: S::Components<f64> = fields.stress[t].into();
+            s.as_ref().iter().fold(0.0, |most, s| larger(most, s.abs()))
         })
     };
     let stress = pair.bodies.iter().map(largest).fold(0.0, larger);

@@ -6,9 +6,10 @@
 //! with the slip `w = (u^a − u^b)·t` of the load step, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
 //! edge, `q` is constant there, as the pressure is, so that `q t` is linear, and the slip is a quadratic.
 
-use crate::lift::side_sign;
+use crate::side::side_sign;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, NodePair};
+use fem_core::space::Space;
 
 /// Friction on the edges of a contact line; empty without friction.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -77,7 +78,7 @@ impl EdgeFriction {
     }
 
     /// Computes what friction adds to the bound on every contact edge, J/m, (32) and (36); nothing without friction.
-    pub(crate) fn terms(&self, interface: &ContactInterface) -> Vec<f64> {
+    pub(crate) fn terms<S: Space>(&self, interface: &ContactInterface<S>) -> Vec<f64> {
         let mut terms = work(interface, &self.limit, &self.friction, &self.slip);
         for lifted in &self.lifted {
             let lifted = work(interface, &self.limit, &self.friction, lifted);
@@ -85,6 +86,11 @@ impl EdgeFriction {
         }
         terms
     }
+}
+
+/// Returns the tangent along which friction acts at a pair of nodes, of the length of its normal.
+pub(crate) fn tangent<S: Space>(normal: S::Vector) -> S::Vector {
+    S::complement(&[normal])[0]
 }
 
 /// Computes the Bernstein coefficients of the slip along every contact edge, m.
@@ -105,7 +111,7 @@ fn slips(pair: &ContactPair, jump: impl Fn(&NodePair, Option<Vector>) -> Vector)
 }
 
 /// Computes `∫ s|w| ds` along a contact line, J/m: what friction at its limit takes of the potential energy; 0 without friction.
-pub fn sliding_work(pair: &ContactPair, friction: &EdgeFriction) -> f64 {
+pub fn sliding_work<S: Space>(pair: &ContactPair<S>, friction: &EdgeFriction) -> f64 {
     let EdgeFriction { limit, slip, .. } = friction;
     let none = vec![[0.0; 2]; slip.len()];
     0.5 * work(&pair.interface, limit, &none, slip).iter().sum::<f64>()
@@ -115,7 +121,7 @@ pub fn sliding_work(pair: &ContactPair, friction: &EdgeFriction) -> f64 {
 /// slides, and the work of the nodal forces. 0 without friction and on straight lines.
 ///
 /// * `forces`: friction forces `Q` on each body of the pair at the pairs of nodes, N/m.
-pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: [&[f64]; 2]) -> f64 {
+pub fn work_of_lift<S: Space>(pair: &ContactPair<S>, friction: &EdgeFriction, forces: [&[f64]; 2]) -> f64 {
     let of_side = |(lifted, forces): (&Vec<[f64; 3]>, &[f64])| {
         let none = vec![[0.0; 2]; lifted.len()];
         let mut nodal = vec![0.0; forces.len()];
@@ -129,7 +135,12 @@ pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: [&[f64]
 }
 
 /// Computes `2 ∫ (s|w| − q w) ds` on every contact edge, J/m.
-fn work(interface: &ContactInterface, s: &[[f64; 2]], q: &[[f64; 2]], w: &[[f64; 3]]) -> Vec<f64> {
+fn work<S: Space>(
+    interface: &ContactInterface<S>,
+    s: &[[f64; 2]],
+    q: &[[f64; 2]],
+    w: &[[f64; 3]],
+) -> Vec<f64> {
     let edges = interface.facets().iter().zip(s).zip(q).zip(w);
     edges.map(|(((edge, s), q), w)| 2.0 * edge.measure * mean(*s, *q, *w)).collect()
 }

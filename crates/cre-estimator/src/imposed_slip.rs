@@ -8,10 +8,11 @@
 //! ```
 //! the limit where the line slides.
 
+use crate::recovery::Recovery;
+use crate::size::length;
 use fem_core::directions::Directions;
 use fem_core::interface::{ContactState, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
-use fem_core::space::Plane;
 
 /// A support along a direction holds the tangent if the sine of their angle is at most this.
 const PARALLEL: f64 = 1e-10;
@@ -19,19 +20,19 @@ const PARALLEL: f64 = 1e-10;
 /// Replaces friction at pairs of nodes whose slip supports impose.
 ///
 /// * `friction`: at the pairs of each contact line, Pa, within `limits`, Pa; both empty without friction.
-pub(crate) fn continued(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub(crate) fn continued<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     friction: &mut [Vec<f64>],
     limits: &[Vec<f64>],
 ) {
     let problem = prepared.problem();
     let moves = |partner: Partner| prepared.rigid_motions().iter().any(|of| of.partner == partner);
-    let holds = |partner: Partner, side: usize, pair: &NodePair| match partner {
+    let holds = |partner: Partner, side: usize, pair: &NodePair<S>| match partner {
         Partner::Obstacle(_) => !moves(partner),
         Partner::Body(body) => {
             let held = problem.bodies[body].node_constraints()[pair.nodes[side]].supported();
-            let tangents = Directions::<Plane>::along(pair.normal / pair.normal.norm()).complement();
+            let tangents = Directions::<S>::along(pair.normal / length(pair.normal)).complement();
             tangents.basis().iter().all(|tangent| held.contains(*tangent, PARALLEL))
         }
     };
@@ -45,9 +46,9 @@ pub(crate) fn continued(
         let sign = |i: usize| if slip[i] == 0.0 { 0.0 } else { slip[i].signum() };
         let mut most = vec![0.0f64; friction.len()];
         for edge in of.interface.facets() {
-            let [a, b] = edge.pairs.map(|k| k as usize);
+            let corners = || edge.pairs.as_ref().iter().map(|k| *k as usize);
             // A clamped end is no pair.
-            for (i, j) in [(a, b), (b, a)].into_iter().filter(|(i, j)| i != j) {
+            for (i, j) in corners().flat_map(|i| corners().map(move |j| (i, j))).filter(|(i, j)| i != j) {
                 most[i] = most[i].max(sign(i) * friction[j]);
             }
         }

@@ -1,16 +1,18 @@
 //! The indicators: of the mesh, for a frozen λ_p, and of the iteration.
 
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, on_body};
+use crate::admissible::{AdmissibleBody, AdmissiblePair, on_body};
 use crate::balance;
 use crate::check::{Admissibility, check_stress_and_measure};
 use crate::cre::{Cre, of_cells};
 use crate::equilibrated::EquilibratedStress;
+use crate::measures::Accuracy;
+use crate::recovery::Recovery;
 use crate::relaxation::Relaxation;
 use crate::relaxed::{FrozenStresses, freezes_lambda, frozen_stress};
 use crate::round_off::{Noise, less, less_rough, stress_residual};
 use fem_core::each_body;
 use fem_core::field;
-use fem_core::geometry::Vector;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactPair, ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
@@ -45,16 +47,16 @@ pub(crate) struct EtaDis {
 ///
 /// * `noise`: of each body.
 /// * `frozen`: the stresses for a frozen λ that are known already. If one of them is not admissible, it is recovered again with refinement.
-pub(crate) fn eta_dis(
-    prepared: &PreparedProblem,
-    pair: &AdmissiblePair,
+pub(crate) fn eta_dis<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    pair: &AdmissiblePair<S>,
     cre: &Cre,
     (relaxation, accuracy): (Relaxation, Accuracy),
-    frozen: FrozenStresses,
+    frozen: FrozenStresses<S>,
     noise: &[Noise],
 ) -> EtaDis {
     let problem = prepared.problem();
-    let of_body = |(b, known): (usize, Option<EquilibratedStress>)| {
+    let of_body = |(b, known): (usize, Option<EquilibratedStress<S>>)| {
         if !problem.carries_lambda(b) {
             (of_cells(&cre.by_cell[b]), None)
         } else if freezes_lambda(problem, b) {
@@ -100,9 +102,9 @@ struct Frozen {
 }
 
 /// Measures the stress of a body for a frozen λ.
-fn measure(
-    (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
-    stress: &EquilibratedStress,
+fn measure<S: Recovery>(
+    (prepared, b, fields): (&PreparedProblem<S>, usize, &AdmissibleBody<S>),
+    stress: &EquilibratedStress<S>,
     accuracy: Accuracy,
     noise: Noise,
 ) -> Frozen {
@@ -118,16 +120,16 @@ fn measure(
 /// Computes the residuals from which `η_NNDD` is computed, `R^α = K_α u^α_p − f^α ± r n` along the unknowns of each body, N/m.
 ///
 /// * `balanced`: the forces `r` by row, in balance with the loads of floating bodies, N/m.
-pub(crate) fn state_residuals(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub(crate) fn state_residuals<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     balanced: &[Vec<f64>],
     accuracy: Accuracy,
 ) -> Vec<Vec<f64>> {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
-    let nodal_forces = |(pair, forces): (&ContactPair, &Vec<f64>)| -> Vec<Vector> {
-        let mut sums = vec![Vector::zeros(); pair.interface.pairs().len()];
-        pair.rows().zip(forces).for_each(|(row, r)| sums[row.pair] += *r * row.direction);
+    let nodal_forces = |(pair, forces): (&ContactPair<S>, &Vec<f64>)| -> Vec<S::Vector> {
+        let mut sums = vec![S::Vector::ZERO; pair.interface.pairs().len()];
+        pair.rows().zip(forces).for_each(|(row, r)| sums[row.pair] += row.direction * *r);
         sums
     };
     let forces: Vec<_> = problem.contacts.iter().zip(balanced).map(nodal_forces).collect();
@@ -136,9 +138,11 @@ pub(crate) fn state_residuals(
         let forces = on_body(problem, b, |k| &forces[k]);
         match accuracy {
             Accuracy::Double => {
-                bodies[b].rough_along_unknowns(&less_rough(field::nodal_residual(body, u), &forces))
+                bodies[b].rough_along_unknowns(&less_rough::<S>(field::nodal_residual(body, u), &forces))
             }
-            Accuracy::Refined => bodies[b].along_unknowns(&less(residual::of_displacement(body, u), &forces)),
+            Accuracy::Refined => {
+                bodies[b].along_unknowns(&less::<S>(residual::of_displacement(body, u), &forces))
+            }
         }
     };
     each_body(problem.bodies.len(), of_body)
@@ -157,9 +161,9 @@ pub(crate) fn state_residuals(
 /// * `interior`, `interface`: the parts of `R·K⁻¹ R` of all bodies' [`state_residuals`] `R^α`, J/m.
 ///
 /// Returns the squares, J/m: the part on the interface, and the remainder, which is rounding.
-pub(crate) fn eta_nndd_squared(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub(crate) fn eta_nndd_squared<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     balanced: &[Vec<f64>],
     [interior, interface]: [f64; 2],
 ) -> [f64; 2] {

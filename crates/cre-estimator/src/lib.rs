@@ -40,7 +40,7 @@
 //!
 //! Stresses in equilibrium exist in space, too ([`Recovery`]): on tetrahedra by graph Laplacians around the vertices, four parts in a cell, and
 //! bars and wrenches instead of Airy functions. `examples/solid.rs` certifies a solid body, `examples/solids.rs` of `certified-contact` the contact of
-//! two; [`estimate()`] is planar.
+//! two.
 //!
 //! [`estimate_with()`] does all of it for a [`fem_core::interface::ContactState`] and returns an [`Estimate`];
 //! [`Estimator`] serves several states of one problem, [`estimate()`] omits the relaxation. `examples/certify.rs` certifies a displacement field read from a file.
@@ -86,6 +86,7 @@ pub mod johnson_mercier;
 mod lanes;
 pub mod lift;
 pub mod marking;
+mod measures;
 mod openings;
 pub mod parts;
 mod plane;
@@ -95,6 +96,7 @@ mod recovery;
 mod relaxation;
 mod relaxed;
 mod round_off;
+mod side;
 mod size;
 mod solid;
 mod star;

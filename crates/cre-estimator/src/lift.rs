@@ -15,12 +15,16 @@
 //! ```
 //! All lines are tested on the final displacements by [`crate::check()`].
 
+use crate::recovery::Recovery;
+use crate::side::side_sign;
 use crate::size::larger;
 use fem_core::body::{Body, NodeConstraint};
-use fem_core::element::Triangle;
-use fem_core::geometry::{Vector, cross, norm};
+use fem_core::directions::Directions;
+use fem_core::element::Element;
+use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem, NodePair, Partner};
 use fem_core::mesh::id::NodeId;
+use fem_core::space::Space;
 use std::collections::HashMap;
 
 /// A node whose motion opens one of its edges by less than this fraction is not moved; the checks reject a remaining
@@ -30,6 +34,8 @@ const SMALLEST_GAIN: f64 = 0.1;
 const LONGEST: f64 = 100.0;
 /// An opening below one by less than this is one.
 const ONE: f64 = 1e-9;
+/// Normals whose sine is smaller are one.
+const PARALLEL: f64 = 1e-9;
 /// The lift that makes all coefficients positive is twice the least one at most. From its half it grows by this factor.
 const GROWTH: f64 = 1.05;
 
@@ -55,17 +61,21 @@ impl Lift {
     /// Returns the moved nodes of [`Self::body`] and their displacement `l`, m. A node of two stretches of the pair moves by the larger amount.
     ///
     /// * `interface`: of the pair.
-    pub fn field(&self, problem: &ContactProblem, interface: &ContactInterface) -> Vec<(NodeId, Vector)> {
+    pub fn field<S: Recovery>(
+        &self,
+        problem: &ContactProblem<S>,
+        interface: &ContactInterface<S>,
+    ) -> Vec<(NodeId, S::Vector)> {
         let sign = side_sign(self.side);
         let pairs = interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
-        let mut moved: Vec<(NodeId, Vector)> = Vec::new();
+        let mut moved: Vec<(NodeId, S::Vector)> = Vec::new();
         let mut places = HashMap::new();
         for (pair, lift) in pairs {
             let Some(direction) = direction(problem, self.body, self.side, pair) else { continue };
-            let (node, l) = (pair.nodes[self.side], sign * lift * direction);
+            let (node, l) = (pair.nodes[self.side], direction * (sign * lift));
             let place = *places.entry(node).or_insert(moved.len());
             match moved.get_mut(place) {
-                Some((_, largest)) if l.dot(&l) > largest.dot(largest) => *largest = l,
+                Some((_, largest)) if l.times(&l) > largest.times(largest) => *largest = l,
                 Some(_) => {}
                 None => moved.push((node, l)),
             }
@@ -76,12 +86,12 @@ impl Lift {
     /// Returns a displacement of [`Self::body`] with the lift added, m.
     ///
     /// * `interface`: of the pair.
-    pub fn added_to(
+    pub fn added_to<S: Recovery>(
         &self,
-        problem: &ContactProblem,
-        interface: &ContactInterface,
-        displacement: &[Vector],
-    ) -> Vec<Vector> {
+        problem: &ContactProblem<S>,
+        interface: &ContactInterface<S>,
+        displacement: &[S::Vector],
+    ) -> Vec<S::Vector> {
         let mut lifted = displacement.to_vec();
         for (node, l) in self.field(problem, interface) {
             lifted[node] += l;
@@ -94,16 +104,16 @@ impl Lift {
 /// several lines move has one direction, and the largest of their amounts.
 ///
 /// * `lifts`: one per pair.
-pub(crate) fn joined<'a>(
-    problem: &ContactProblem,
+pub(crate) fn joined<'a, S: Recovery>(
+    problem: &ContactProblem<S>,
     lifts: impl IntoIterator<Item = &'a Lift>,
-) -> Vec<Option<Vec<Vector>>> {
-    let mut joined: Vec<Option<Vec<Vector>>> = vec![None; problem.bodies.len()];
+) -> Vec<Option<Vec<S::Vector>>> {
+    let mut joined: Vec<Option<Vec<S::Vector>>> = vec![None; problem.bodies.len()];
     for (pair, lift) in problem.contacts.iter().zip(lifts).filter(|(_, lift)| lift.largest() > 0.0) {
         let nodes = problem.bodies[lift.body].mesh().points().len();
-        let all = joined[lift.body].get_or_insert_with(|| vec![Vector::zeros(); nodes]);
+        let all = joined[lift.body].get_or_insert_with(|| vec![S::Vector::ZERO; nodes]);
         for (node, l) in lift.field(problem, &pair.interface) {
-            if l.dot(&l) > all[node].dot(&all[node]) {
+            if l.times(&l) > all[node].times(&all[node]) {
                 all[node] = l;
             }
         }
@@ -114,64 +124,68 @@ pub(crate) fn joined<'a>(
 /// Computes the opening that the lifts of one side add at each pair of nodes, m; empty without a lift.
 ///
 /// * `moved`: of the body of that side, see [`joined`].
-pub(crate) fn added(interface: &ContactInterface, side: usize, moved: Option<&[Vector]>) -> Vec<f64> {
-    let of = |l: &[Vector], pair: &NodePair| side_sign(side) * l[pair.nodes[side].index()].dot(&pair.normal);
+pub(crate) fn added<S: Recovery>(
+    interface: &ContactInterface<S>,
+    side: usize,
+    moved: Option<&[S::Vector]>,
+) -> Vec<f64> {
+    let of = |l: &[S::Vector], pair: &NodePair<S>| {
+        side_sign(side) * l[pair.nodes[side].index()].times(&pair.normal)
+    };
     moved.map(|l| interface.pairs().iter().map(|pair| of(l, pair)).collect()).unwrap_or_default()
 }
 
 /// Computes by how much a bent edge penetrates between its ends, m: `−o_m − √(o_i o_j)`, negative if it does not.
 ///
 /// * `ends`: the openings at its ends.
-pub(crate) fn depth(middle: f64, ends: [f64; 2]) -> f64 {
-    -middle - (ends[0].max(0.0) * ends[1].max(0.0)).sqrt()
+pub(crate) fn depth(middle: f64, ends: &[f64]) -> f64 {
+    match ends {
+        [a, b] => -middle - (a.max(0.0) * b.max(0.0)).sqrt(),
+        _ => 0.0,
+    }
 }
 
 /// Computes `‖l‖²` of the lifts of all contact lines together, J/m: the lifts of two lines may move neighbouring nodes.
 ///
 /// * `lifts`: one per pair; `joined`: see [`joined`].
-pub(crate) fn total_energy(problem: &ContactProblem, lifts: &[Lift], joined: &[Option<Vec<Vector>>]) -> f64 {
+pub(crate) fn total_energy<S: Recovery>(
+    problem: &ContactProblem<S>,
+    lifts: &[Lift],
+    joined: &[Option<Vec<S::Vector>>],
+) -> f64 {
     let lifts: Vec<_> = lifts.iter().filter(|lift| lift.energy > 0.0).collect();
     if let [lift] = lifts.as_slice() {
         return lift.energy;
     }
-    let of_body = |(body, sum): (&Body, &Option<Vec<Vector>>)| {
-        let moved = sum.iter().flatten().enumerate().filter(|(_, l)| **l != Vector::zeros());
+    let of_body = |(body, sum): (&Body<S>, &Option<Vec<S::Vector>>)| {
+        let moved = sum.iter().flatten().enumerate().filter(|(_, l)| **l != S::Vector::ZERO);
         energy(body, &moved.map(|(node, l)| (NodeId::new(node), *l)).collect::<Vec<_>>())
     };
     problem.bodies.iter().zip(joined).map(of_body).sum()
 }
 
-/// Computes the middle Bernstein coefficient of the opening along every contact edge, m.
-pub(crate) fn middle_openings(interface: &ContactInterface, displacement: [&[Vector]; 2]) -> Vec<f64> {
-    let jump = |k: usize| {
-        let [a, b] = interface.pairs()[k].nodes;
-        displacement[0][a] - displacement[1][b]
-    };
-    interface.facets().iter().map(|edge| interface.middle_opening(edge, jump)).collect()
-}
-
 /// Computes the middle openings of displacements with a lift, m.
 ///
 /// * `displacement`: of the first and the second body of the pair.
-pub(crate) fn lifted_middle_openings(
-    problem: &ContactProblem,
-    pair: &ContactPair,
-    displacement: [&[Vector]; 2],
+pub(crate) fn lifted_middle_openings<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &ContactPair<S>,
+    displacement: [&[S::Vector]; 2],
     lift: &Lift,
 ) -> Vec<f64> {
     let lifted = lift.added_to(problem, &pair.interface, displacement[lift.side]);
     let fields = if lift.side == 0 { [&lifted, displacement[1]] } else { [displacement[0], &lifted] };
-    middle_openings(&pair.interface, fields)
+    S::middle_openings(&pair.interface, fields)
 }
 
 /// Finds the lift of a pair for the openings of a displacement: it moves the body that costs less energy.
 ///
 /// * `displacement`: of the first and the second body of the pair; `opening`: at its pairs of nodes, `middle`: the middle ones along its
 ///   edges, m; `penetrates`: whether openings at nodes are negative by more than round-off.
-pub(crate) fn find(
-    problem: &ContactProblem,
-    pair: &ContactPair,
-    displacement: [&[Vector]; 2],
+pub(crate) fn find<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &ContactPair<S>,
+    displacement: [&[S::Vector]; 2],
     (opening, penetrates, middle): (&[f64], bool, &[f64]),
 ) -> Lift {
     let interface = &pair.interface;
@@ -184,11 +198,11 @@ pub(crate) fn find(
     let mut moves: Vec<bool> = least.iter().map(|least| *least > 0.0).collect();
     let negative = interface.facets().iter().zip(middle).filter(|(edge, middle)| edge.bent && **middle < 0.0);
     for (edge, _) in negative {
-        edge.pairs.iter().for_each(|k| moves[*k as usize] = true);
+        edge.pairs.as_ref().iter().for_each(|k| moves[*k as usize] = true);
     }
     let of_side = |(side, body): (usize, usize)| {
         let all = interface.pairs().iter().zip(&moves);
-        let directions: Vec<Option<Vector>> =
+        let directions: Vec<Option<S::Vector>> =
             all.map(|(of, moves)| if *moves { direction(problem, body, side, of) } else { None }).collect();
         let mut stuck = 0.0f64;
         let mut most = by_pair(interface, &directions, middle);
@@ -220,65 +234,91 @@ pub(crate) fn find(
 }
 
 /// Computes the largest [`depth`] along the bent edges of a line, m.
-fn depth_between(interface: &ContactInterface, opening: &[f64], middle: &[f64]) -> f64 {
+fn depth_between<S: Recovery>(interface: &ContactInterface<S>, opening: &[f64], middle: &[f64]) -> f64 {
     let edges = interface.facets().iter().zip(middle).filter(|(edge, _)| edge.bent);
-    edges.fold(0.0, |most, (edge, middle)| larger(most, depth(*middle, edge.openings(opening))))
-}
-
-/// The sign of the pressure's forces on a side: −1 on the first, from which the normal points.
-pub(crate) fn side_sign(side: usize) -> f64 {
-    if side == 0 { -1.0 } else { 1.0 }
+    edges.fold(0.0, |most, (edge, middle)| larger(most, depth(*middle, edge.openings(opening).as_ref())))
 }
 
 /// Returns the direction `d` in which the node of a body moves to open its pair, `d·n ≥ 1`, with the sign of the normal: the shortest one
 /// that its supports leave free and that opens every pair of the node by at least one. `None` if it cannot move, or if that would close a bent
 /// edge of the node: nodes of rigid sides, and those held along the normal.
-pub(crate) fn direction(
-    problem: &ContactProblem,
+pub(crate) fn direction<S: Recovery>(
+    problem: &ContactProblem<S>,
     body: usize,
     side: usize,
-    pair: &NodePair,
-) -> Option<Vector> {
+    pair: &NodePair<S>,
+) -> Option<S::Vector> {
     let node = pair.nodes[side];
     let (mut normals, mut beside) = (Vec::new(), Vec::new());
     for (k, side) in problem.sides_of(Partner::Body(body)) {
         let interface = &problem.contacts[k].interface;
         let (pairs, outward) = (interface.pairs(), -side_sign(side));
-        normals.extend(pairs.iter().filter(|of| of.nodes[side] == node).map(|of| outward * of.normal));
+        normals.extend(pairs.iter().filter(|of| of.nodes[side] == node).map(|of| of.normal * outward));
         for edge in interface.facets().iter().filter(|edge| edge.bent) {
-            let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
-            for (of, other) in [(i, j), (j, i)] {
-                if of.nodes[side] == node {
-                    beside.push(outward * other.normal);
+            let corners = || edge.pairs.as_ref().iter().map(|k| &pairs[*k as usize]);
+            for (of, other) in corners().flat_map(|of| corners().map(move |other| (of, other))) {
+                if of.nodes[side] == node && other.nodes != of.nodes {
+                    beside.push(other.normal * outward);
                 }
             }
         }
     }
     let away = shortest(&normals, &problem.bodies[body].node_constraints()[node])?;
-    beside.iter().all(|n| away.dot(n) > SMALLEST_GAIN).then(|| -side_sign(side) * away)
+    beside.iter().all(|n| away.times(n) > SMALLEST_GAIN).then(|| away * -side_sign(side))
 }
 
 /// Finds the shortest displacement that a support leaves free with a part of at least one along all normals.
-fn shortest(normals: &[Vector], constraint: &NodeConstraint) -> Option<Vector> {
-    let candidates: Vec<Vector> = match constraint.held.complement().basis() {
+fn shortest<S: Space>(normals: &[S::Vector], constraint: &NodeConstraint<S>) -> Option<S::Vector> {
+    let free = constraint.held.complement();
+    let candidates: Vec<S::Vector> = match free.basis() {
         [] => Vec::new(),
-        [free] => normals.iter().map(|n| 1.0 / free.dot(n) * free).collect(),
+        [free] => normals.iter().map(|n| *free * (1.0 / free.times(n))).collect(),
         _ => {
-            let alone = normals.iter().map(|n| 1.0 / n.dot(n) * n);
-            let crossings = normals.iter().enumerate().flat_map(|(k, a)| {
-                normals[k + 1..].iter().map(|b| 1.0 / cross(*a, *b) * Vector::new(b[1] - a[1], a[0] - b[0]))
-            });
-            alone.chain(crossings).collect()
+            let normals: Vec<S::Vector> = normals.iter().map(|n| free.project(*n)).collect();
+            let alone = normals.iter().map(|n| *n * (1.0 / n.times(n)));
+            alone.chain(crossings::<S>(&normals, free.count())).collect()
         }
     };
-    let opens = |d: &Vector| normals.iter().all(|n| n.dot(d) >= 1.0 - ONE) && norm(*d) <= LONGEST;
-    candidates.into_iter().filter(opens).min_by(|a, b| a.dot(a).total_cmp(&b.dot(b)))
+    let opens = |d: &S::Vector| normals.iter().all(|n| n.times(d) >= 1.0 - ONE) && norm(*d) <= LONGEST;
+    candidates.into_iter().filter(opens).min_by(|a, b| a.times(a).total_cmp(&b.times(b)))
+}
+
+/// Computes the vectors with a part of one along two or more normals, up to the number of free directions, and no part beside these.
+fn crossings<S: Space>(normals: &[S::Vector], free: usize) -> Vec<S::Vector> {
+    let mut found = Vec::new();
+    let mut sets: Vec<Vec<usize>> = (0..normals.len()).map(|k| vec![k]).collect();
+    while let Some(set) = sets.pop() {
+        if set.len() >= 2 {
+            let span = set
+                .iter()
+                .fold(Directions::<S>::NONE, |span, k| span.with(normals[*k] / norm(normals[*k]), PARALLEL));
+            let beside = span.complement();
+            if span.count() == set.len() {
+                let vectors = S::axes(|k| match set.get(k) {
+                    Some(k) => normals[*k],
+                    None => beside.basis()[k - set.len()],
+                });
+                let across = S::across(&vectors);
+                let sum = (1..set.len()).fold(across[0], |sum, k| sum + across[k]);
+                found.push(sum * (1.0 / across[0].times(&vectors[0])));
+            }
+        }
+        if set.len() < free {
+            let last = set.last().copied().unwrap_or(0);
+            sets.extend((last + 1..normals.len()).map(|k| [set.as_slice(), &[k]].concat()));
+        }
+    }
+    found
 }
 
 /// Computes the added opening of each pair, `ε ≥ 0`, m, that makes all Bernstein coefficients non-negative. Zero on straight edges.
 ///
 /// * `directions`: in which the nodes move, see [`direction`].
-fn by_pair(interface: &ContactInterface, directions: &[Option<Vector>], middle: &[f64]) -> Vec<f64> {
+fn by_pair<S: Recovery>(
+    interface: &ContactInterface<S>,
+    directions: &[Option<S::Vector>],
+    middle: &[f64],
+) -> Vec<f64> {
     let mut lift = vec![0.0f64; directions.len()];
     for (edge, &middle) in interface.facets().iter().zip(middle) {
         if middle >= 0.0 || !edge.bent {
@@ -287,7 +327,7 @@ fn by_pair(interface: &ContactInterface, directions: &[Option<Vector>], middle: 
         let gains = gains(interface, directions, edge);
         // If one node cannot move, the other one moves by the whole amount.
         let movable = gains.iter().filter(|g| **g > 0.0).count() as f64;
-        for (k, gain) in edge.pairs.iter().zip(gains).filter(|(_, gain)| *gain > 0.0) {
+        for (k, gain) in edge.pairs.as_ref().iter().zip(gains).filter(|(_, gain)| *gain > 0.0) {
             let lift = &mut lift[*k as usize];
             *lift = lift.max(-2.0 * middle / (movable * gain));
         }
@@ -297,18 +337,23 @@ fn by_pair(interface: &ContactInterface, directions: &[Option<Vector>], middle: 
 
 /// Computes by how much the middle coefficient of an edge grows per lift of its ends, twice: it grows by `½ (ε_i d_i·n_j + ε_j d_j·n_i)`. Zero
 /// for a node that does not move.
-fn gains(interface: &ContactInterface, directions: &[Option<Vector>], edge: &ContactFacet) -> [f64; 2] {
-    let [i, j] = edge.pairs.map(|k| k as usize);
-    [(i, j), (j, i)].map(|(k, other)| directions[k].map_or(0.0, |d| d.dot(&interface.pairs()[other].normal)))
+fn gains<S: Recovery>(
+    interface: &ContactInterface<S>,
+    directions: &[Option<S::Vector>],
+    edge: &ContactFacet<S>,
+) -> [f64; 2] {
+    let [i, j] = [0, 1].map(|k| edge.pairs[k] as usize);
+    [(i, j), (j, i)]
+        .map(|(k, other)| directions[k].map_or(0.0, |d| d.times(&interface.pairs()[other].normal)))
 }
 
 /// Lessens a lift that makes all Bernstein coefficients non-negative to one with which no edge penetrates: it grows from its half where an edge
 /// still does.
 ///
 /// * `opening`, `middle`: without a lift, m; `least`: what nodes need that penetrate themselves; `most`: the lift.
-fn sharpened(
-    interface: &ContactInterface,
-    directions: &[Option<Vector>],
+fn sharpened<S: Recovery>(
+    interface: &ContactInterface<S>,
+    directions: &[Option<S::Vector>],
     (opening, middle): (&[f64], &[f64]),
     (least, most): (&[f64], Vec<f64>),
 ) -> Vec<f64> {
@@ -317,10 +362,10 @@ fn sharpened(
     loop {
         let mut grows = vec![false; lift.len()];
         for (edge, middle) in interface.facets().iter().zip(middle).filter(|(edge, _)| edge.bent) {
-            let [i, j] = edge.pairs.map(|k| k as usize);
+            let [i, j] = [0, 1].map(|k| edge.pairs[k] as usize);
             let [gain_i, gain_j] = gains(interface, directions, edge);
             let middle = middle + 0.5 * (lift[i] * gain_i + lift[j] * gain_j);
-            if depth(middle, [i, j].map(|k| opening[k] + lift[k])) > 0.0 {
+            if depth(middle, &[i, j].map(|k| opening[k] + lift[k])) > 0.0 {
                 (grows[i], grows[j]) = (true, true);
             }
         }
@@ -336,7 +381,7 @@ fn sharpened(
 }
 
 /// Computes `‖l‖²` of a P1 field that vanishes at all nodes but the given ones, J/m.
-fn energy(body: &Body, field: &[(NodeId, Vector)]) -> f64 {
+fn energy<S: Recovery>(body: &Body<S>, field: &[(NodeId, S::Vector)]) -> f64 {
     let mesh = body.mesh();
     let mut triangles: Vec<u32> =
         field.iter().flat_map(|(n, _)| mesh.topology().cells_around(*n).iter().copied()).collect();
@@ -345,12 +390,13 @@ fn energy(body: &Body, field: &[(NodeId, Vector)]) -> f64 {
     let mut nodes = field.to_vec();
     nodes.sort_unstable_by_key(|(n, _)| *n);
     let at = |n: NodeId| {
-        nodes.binary_search_by_key(&n, |(m, _)| *m).map_or(Vector::zeros(), |place| nodes[place].1)
+        nodes.binary_search_by_key(&n, |(m, _)| *m).map_or(S::Vector::ZERO, |place| nodes[place].1)
     };
     let of_cell = |t: u32| {
         let t = t as usize;
-        let strain = Triangle::new(mesh.corners(t)).strain(mesh.cells()[t].map(at));
-        mesh.measure(t) * body.material(t).stress(strain).contract(strain)
+        let nodes = &mesh.cells()[t];
+        let strain = Element::<S>::new(mesh.corners(t)).strain(S::corners(|k| at(nodes[k])));
+        mesh.measure(t) * S::contracted(body.material(t).stress(strain), strain)
     };
     triangles.into_iter().map(of_cell).sum()
 }
@@ -360,10 +406,12 @@ mod tests {
     use super::*;
     use fem_core::body::Body;
     use fem_core::boundary::BoundaryConditions;
+    use fem_core::geometry::Vector;
     use fem_core::interface::{ContactInterface, Gap, Obstacle, RigidLine};
     use fem_core::material::{Hypothesis, LinearElastic};
     use fem_core::mesh::generate::{block, ring};
     use fem_core::norm::energy_norm_squared;
+    use fem_core::space::Plane;
 
     #[test]
     fn the_lift_closes_what_penetrates_where_a_support_is_oblique_too() {
@@ -449,7 +497,7 @@ mod tests {
                 .iter()
                 .map(|pair| {
                     let [a, b] = fields(pair, &u);
-                    let middle = middle_openings(&pair.interface, [&a, &b]);
+                    let middle = Plane::middle_openings(&pair.interface, [&a, &b]);
                     let of = |p: &NodePair| p.gap - u[p.nodes[0]].dot(&p.normal);
                     let opening: Vec<f64> = pair.interface.pairs().iter().map(|p| of(p).max(0.0)).collect();
                     let lift = find(&problem, pair, [&a, &b], (&opening, false, &middle));
@@ -478,8 +526,11 @@ mod tests {
                 let opening: Vec<f64> =
                     pair.interface.pairs().iter().map(|p| p.gap - a[p.nodes[0]].dot(&p.normal)).collect();
                 assert!(opening.iter().all(|o| *o >= -1e-14), "{number}: {opening:?}");
-                let deepest =
-                    depth_between(&pair.interface, &opening, &middle_openings(&pair.interface, [&a, &b]));
+                let deepest = depth_between(
+                    &pair.interface,
+                    &opening,
+                    &Plane::middle_openings(&pair.interface, [&a, &b]),
+                );
                 assert!(deepest <= 1e-8, "{number}: {deepest:e}");
             }
         }

@@ -4,7 +4,9 @@
 //! The contribution of the iteration is not used: it falls with further iterations, not with finer cells. Source: Dörfler
 //! 1996.
 
+use crate::cre::minus;
 use crate::estimate::Estimate;
+use crate::recovery::Recovery;
 use fem_core::interface::ContactProblem;
 
 /// `‖σ̂ − σ(u)‖²` from this fraction of `e_CRE²` on is reduced as well, if the iteration is at most this fraction of it.
@@ -16,7 +18,7 @@ const CONTACT_PART: f64 = 0.1;
 /// The contact term belongs to the mesh once the iteration has converged: it is nonzero only where contact ends
 /// within an edge. So does `‖σ̂ − σ(u)‖²`, which is then what the pressure of the bound differs from the forces at the nodes; it is
 /// added if it is a large part of the bound.
-pub fn contributions(problem: &ContactProblem, estimate: &Estimate) -> Vec<Vec<f64>> {
+pub fn contributions<S: Recovery>(problem: &ContactProblem<S>, estimate: &Estimate<S>) -> Vec<Vec<f64>> {
     let cre = &estimate.cre;
     let mut by_cell = cre.discretisation_by_cell.clone();
     let [contact, iteration] =
@@ -25,7 +27,7 @@ pub fn contributions(problem: &ContactProblem, estimate: &Estimate) -> Vec<Vec<f
         for ((body, fields), cells) in problem.bodies.iter().zip(&estimate.pair.bodies).zip(&mut by_cell) {
             let stresses = fields.equilibrated.finite_element.iter().zip(&fields.stress);
             for (t, ((recovered, computed), cell)) in stresses.zip(cells).enumerate() {
-                let difference = recovered.minus(*computed);
+                let difference = minus::<S>(*recovered, *computed);
                 *cell += body.mesh().measure(t) * body.material(t).complementary(difference, difference);
             }
         }

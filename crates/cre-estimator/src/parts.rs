@@ -2,8 +2,9 @@
 
 use crate::admissible::{AdmissiblePair, consistent_forces};
 use crate::cre::Cre;
-use crate::lift::{self, side_sign};
 use crate::pressure;
+use crate::recovery::Recovery;
+use crate::side::side_sign;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactFacet, ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;
@@ -67,10 +68,10 @@ struct ContactTerm {
 ///
 /// * `balanced`: the contact forces of the state by row, in balance with the loads of floating bodies, N/m.
 /// * `eta_nndd`: `η_NNDD` of the state, square root of J/m.
-pub(crate) fn parts(
-    prepared: &PreparedProblem,
-    (state, balanced): (&ContactState<'_>, &[Vec<f64>]),
-    (pair, cre): (&AdmissiblePair, &Cre),
+pub(crate) fn parts<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    (state, balanced): (&ContactState<'_, S>, &[Vec<f64>]),
+    (pair, cre): (&AdmissiblePair<S>, &Cre),
     eta_nndd: f64,
     round_off: f64,
 ) -> Parts {
@@ -100,14 +101,14 @@ pub(crate) fn parts(
 
 /// Computes `‖a‖²`, J/m: the energy of the difference between the consistent loads of the pressures and the nodal forces,
 /// by row.
-fn lumping(prepared: &PreparedProblem, forces: &[Vec<f64>], pair: &AdmissiblePair) -> f64 {
+fn lumping<S: Recovery>(prepared: &PreparedProblem<S>, forces: &[Vec<f64>], pair: &AdmissiblePair<S>) -> f64 {
     let problem = prepared.problem();
     let difference = |k: usize| -> Vec<f64> {
         let consistent = consistent_forces(&problem.contacts[k].interface, &pair.contacts[k]);
         consistent.iter().zip(&forces[k]).map(|(m, r)| m - r).collect()
     };
     let differences: Vec<Vec<f64>> = (0..problem.contacts.len()).map(difference).collect();
-    let energy = |(b, body): (usize, &CondensedBody)| {
+    let energy = |(b, body): (usize, &CondensedBody<S>)| {
         let signed = |(k, side): (usize, usize)| -> Vec<f64> {
             differences[k].iter().map(|d| side_sign(side) * d).collect()
         };
@@ -121,17 +122,17 @@ fn lumping(prepared: &PreparedProblem, forces: &[Vec<f64>], pair: &AdmissiblePai
 }
 
 /// Splits the contact terms, edge by edge.
-fn contact_terms(
-    problem: &ContactProblem,
-    state: &ContactState<'_>,
-    pair: &AdmissiblePair,
+fn contact_terms<S: Recovery>(
+    problem: &ContactProblem<S>,
+    state: &ContactState<'_, S>,
+    pair: &AdmissiblePair<S>,
     cre: &Cre,
 ) -> ContactTerm {
     let mut sum = ContactTerm::default();
     for (k, of) in problem.contacts.iter().enumerate() {
         let (interface, opening) = (&of.interface, state.contacts[k].opening);
-        let found = lift::middle_openings(interface, problem.places_of(of).map(|b| state.displacement[b]));
-        let middle = |e: &ContactFacet| 0.5 * e.openings(opening).iter().sum::<f64>();
+        let found = S::middle_openings(interface, problem.places_of(of).map(|b| state.displacement[b]));
+        let middle = |facet: &ContactFacet<S>| facet.mean_opening(opening);
         let linear: Vec<f64> = interface.facets().iter().map(middle).collect();
         let terms = |middle: &[f64]| {
             pressure::contact_terms(interface, &pair.contacts[k].edge_pressure, opening, middle)

@@ -1,12 +1,19 @@
 //! The recovery of stresses in exact equilibrium, in any space.
 
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
+use crate::friction::EdgeFriction;
+use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::relaxation::{Relaxation, RelaxationReport};
 use fem_core::body::{Body, FacetCondition};
+use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
+use fem_core::mesh::Mesh;
 use fem_core::space::Space;
 
 /// The recovery of stresses in exact equilibrium: all that differs by idea between the plane and solid bodies.
 pub trait Recovery: Space {
+    /// What relaxes several stresses of one body.
+    type Stars<'a>: Send;
+
     /// Computes facet moments in equilibrium with an FE stress that is in FE equilibrium with the conditions.
     ///
     /// * `stress`: of each cell, Pa; `conditions`: of each boundary facet, in the order of
@@ -18,14 +25,90 @@ pub trait Recovery: Space {
     ) -> FacetMoments<Self>;
 
     /// Lowers `‖τ − σ̂‖` in place; loads and given tractions stay the same to the last digit.
-    fn relax(
-        body: &Body<Self>,
+    ///
+    /// * `stars`: of the body, made if they are missing and worth keeping; `used`: of another body, whose memory serves again.
+    fn relax_with<'a>(
+        body: &'a Body<Self>,
         stress: &mut EquilibratedStress<Self>,
         relaxation: Relaxation,
+        stars: &mut Option<Self::Stars<'a>>,
+        used: Option<Self::Stars<'_>>,
     ) -> RelaxationReport;
+
+    /// Counts the bytes of the relaxation of a body.
+    fn bytes_of_relaxation(mesh: &Mesh<Self>) -> usize;
 
     /// Computes `‖τ − σ̂‖²` over a body, J/m in the plane, J in space. It does not depend on the number of threads.
     fn distance_squared(body: &Body<Self>, stress: &EquilibratedStress<Self>) -> f64;
+
+    /// Computes the distance² to a stress that is constant in a cell, in the complementary norm.
+    fn cell_distance_squared(
+        body: &Body<Self>,
+        stress: &EquilibratedStress<Self>,
+        cell: usize,
+        constant: Self::Tensor,
+    ) -> f64;
+
+    /// Finds the force residuals of a body, and measures its cells if `measured` says against what and how accurately.
+    #[doc(hidden)]
+    fn measured(
+        body: &Body<Self>,
+        stress: &EquilibratedStress<Self>,
+        measured: Option<(Against<'_, Self>, Accuracy)>,
+    ) -> (Forces, CellMeasures<Self>);
+
+    /// Computes the moments `∫ F φ_j` of the tractions on facet `k` of a cell, from the stress itself, in the order of [`Space::facet`].
+    #[doc(hidden)]
+    fn facet_forces(
+        body: &Body<Self>,
+        stress: &EquilibratedStress<Self>,
+        cell: usize,
+        k: usize,
+    ) -> Self::Axes<Self::Vector>;
+
+    /// Measures what determines the rounding errors in a cell.
+    #[doc(hidden)]
+    fn shape(corners: &Self::Corners<Self::Vector>, measure: f64) -> Shape;
+
+    /// Integrates the rotation of a linear displacement over a cell, times the measure.
+    #[doc(hidden)]
+    fn twist(corners: &Self::Corners<Self::Vector>, displacement: &Self::Corners<Self::Vector>)
+    -> Self::Spin;
+
+    /// Computes the middle Bernstein coefficient of the opening along every contact facet, m: counts on bent facets only.
+    #[doc(hidden)]
+    fn middle_openings(interface: &ContactInterface<Self>, _displacement: [&[Self::Vector]; 2]) -> Vec<f64> {
+        vec![0.0; interface.facets().len()]
+    }
+
+    /// Computes `∫ p o` on a contact facet.
+    #[doc(hidden)]
+    fn contact_work(
+        facet: &ContactFacet<Self>,
+        pressure: &Self::Axes<f64>,
+        opening: &Self::Axes<f64>,
+        _middle: f64,
+    ) -> f64 {
+        facet.flat_work(pressure, opening)
+    }
+
+    /// Takes friction and slip of a pair, see [`EdgeFriction`]; none in space.
+    #[doc(hidden)]
+    fn edge_friction(
+        _pair: &ContactPair<Self>,
+        _tractions: [&[f64]; 2],
+        _pressure: &[Self::Axes<f64>],
+        _displacement: [&[Self::Vector]; 2],
+        _moved: [Option<&[Self::Vector]>; 2],
+    ) -> EdgeFriction {
+        EdgeFriction::default()
+    }
+
+    /// Computes the nodal forces of friction at the pairs; none in space.
+    #[doc(hidden)]
+    fn friction_forces(_friction: &EdgeFriction, _interface: &ContactInterface<Self>) -> Vec<Self::Vector> {
+        Vec::new()
+    }
 }
 
 impl<S: Recovery> EquilibratedStress<S> {
@@ -62,5 +145,5 @@ pub fn relax<S: Recovery>(
     stress: &mut EquilibratedStress<S>,
     relaxation: Relaxation,
 ) -> RelaxationReport {
-    S::relax(body, stress, relaxation)
+    S::relax_with(body, stress, relaxation, &mut None, None)
 }

@@ -1,20 +1,18 @@
 //! The admissible pair with relaxed stresses, and the stresses for a frozen λ.
 
-use crate::admissible::{
-    Accuracy, AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal,
-};
+use crate::admissible::{AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal};
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::error::EstimatorError;
-use crate::recovery::relax;
+use crate::measures::Accuracy;
+use crate::recovery::{Recovery, relax};
 use crate::relaxation::{LEAST, Relaxation};
-use crate::star_relaxation::{StarRelaxation, relax_with_stars};
 use fem_core::interface::{ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use rayon::prelude::*;
 
 /// The equilibrated stress of each body for a frozen λ; `None` if it has none, or if it is not known yet.
-pub(crate) type FrozenStresses = Vec<Option<EquilibratedStress>>;
+pub(crate) type FrozenStresses<S> = Vec<Option<EquilibratedStress<S>>>;
 
 /// Builds the admissible pair of a contact state.
 ///
@@ -26,11 +24,11 @@ pub(crate) type FrozenStresses = Vec<Option<EquilibratedStress>>;
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite.
-pub fn admissible_pair(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+pub fn admissible_pair<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     relaxation: Relaxation,
-) -> Result<AdmissiblePair, EstimatorError> {
+) -> Result<AdmissiblePair<S>, EstimatorError> {
     check_state(prepared, state)?;
     let mut pair = recovered_pair(prepared, state, Accuracy::Double)?;
     relax_bodies(prepared, &mut pair, relaxation, &mut KeptStars::default(), &|_, _, _| None);
@@ -41,30 +39,35 @@ pub fn admissible_pair(
 /// of a body.
 ///
 /// * `kept`: the stars of estimates before.
-pub(crate) fn pair_and_frozen<'a>(
-    prepared: &'a PreparedProblem,
-    state: &ContactState<'_>,
+pub(crate) fn pair_and_frozen<'a, S: Recovery>(
+    prepared: &'a PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     (relaxation, accuracy): (Relaxation, Accuracy),
-    kept: &mut KeptStars<'a>,
-) -> Result<(AdmissiblePair, FrozenStresses), EstimatorError> {
+    kept: &mut KeptStars<'a, S>,
+) -> Result<(AdmissiblePair<S>, FrozenStresses<S>), EstimatorError> {
     let mut pair = recovered_pair(prepared, state, accuracy)?;
     let frozen = relax_bodies(prepared, &mut pair, relaxation, kept, &|b, fields, found| {
-        let counts = found.is_some() && freezes_lambda(prepared.problem(), b);
-        counts.then(|| frozen_stress((prepared, b, fields), (relaxation, accuracy), found))
+        let counts = freezes_lambda(prepared.problem(), b);
+        counts.then(|| frozen_stress((prepared, b, fields), (relaxation, accuracy), Some(found)))
     });
     Ok((pair, frozen))
 }
 
 /// The stars of each body of a problem, for several estimates. Large bodies keep theirs from the second one on: in the first one they share
 /// their memory, because the first access to new memory is slow, and most problems have one estimate.
-#[derive(Default)]
-pub(crate) struct KeptStars<'a> {
-    of_body: Vec<Option<StarRelaxation<'a>>>,
+pub(crate) struct KeptStars<'a, S: Recovery> {
+    of_body: Vec<Option<S::Stars<'a>>>,
     /// True after the first estimate.
     estimated: bool,
 }
 
-impl KeptStars<'_> {
+impl<S: Recovery> Default for KeptStars<'_, S> {
+    fn default() -> Self {
+        Self { of_body: Vec::new(), estimated: false }
+    }
+}
+
+impl<S: Recovery> KeptStars<'_, S> {
     /// Tells whether a body has its stars.
     pub(crate) fn has(&self, body: usize) -> bool {
         self.of_body.get(body).is_some_and(Option::is_some)
@@ -74,38 +77,39 @@ impl KeptStars<'_> {
 /// Bodies with no more vertices than this are relaxed at the same time, each by one thread: their bands are too few for several.
 const SMALL: usize = 2048;
 
-/// The stars of a body, and what they added to the edge moments of its stress.
-pub(crate) type Found<'s, 'b> = (&'s mut StarRelaxation<'b>, FacetMoments);
+/// The stars of a body, if it has any, and what the relaxation added to the facet moments of its stress.
+pub(crate) type Found<'s, 'b, S> = (&'s mut Option<<S as Recovery>::Stars<'b>>, FacetMoments<S>);
 
-/// The function that [`relax_bodies`] calls with a body and its stars, if there are any.
-type Then<'t> =
-    dyn Fn(usize, &AdmissibleBody, Option<Found<'_, '_>>) -> Option<EquilibratedStress> + Sync + 't;
+/// The function that [`relax_bodies`] calls with a body and its stars.
+type Then<'t, 'a, S> =
+    dyn Fn(usize, &AdmissibleBody<S>, Found<'_, 'a, S>) -> Option<EquilibratedStress<S>> + Sync + 't;
 
 /// Relaxes the stresses of each body, and calls `then` with it. Large bodies follow one after the other, each in parallel.
-fn relax_bodies<'a>(
-    prepared: &'a PreparedProblem,
-    pair: &mut AdmissiblePair,
+fn relax_bodies<'a, S: Recovery>(
+    prepared: &'a PreparedProblem<S>,
+    pair: &mut AdmissiblePair<S>,
     relaxation: Relaxation,
-    kept: &mut KeptStars<'a>,
-    then: &Then<'_>,
-) -> FrozenStresses {
+    kept: &mut KeptStars<'a, S>,
+    then: &Then<'_, 'a, S>,
+) -> FrozenStresses<S> {
     let problem = prepared.problem();
     let is_small = |b: usize| problem.bodies[b].mesh().points().len() <= SMALL;
     kept.of_body.resize_with(problem.bodies.len(), || None);
     // Relaxes one body with its stars, which are made if they are missing.
-    let relax = |b: usize, fields: &mut AdmissibleBody, stars: &mut Option<StarRelaxation<'a>>, used| {
+    let relax = |b: usize, fields: &mut AdmissibleBody<S>, stars: &mut Option<S::Stars<'a>>, used| {
         let before = fields.equilibrated.facet_moments.clone();
         fields.relaxation =
-            relax_with_stars(&problem.bodies[b], &mut fields.equilibrated, relaxation, stars, used);
+            S::relax_with(&problem.bodies[b], &mut fields.equilibrated, relaxation, stars, used);
         let mut added = before;
-        let moments = added.as_flattened_mut().iter_mut();
-        moments.zip(fields.equilibrated.facet_moments.as_flattened()).for_each(|(m, now)| *m = now - *m);
-        then(b, fields, stars.as_mut().map(|stars| (stars, added)))
+        let moments = added.iter_mut().flat_map(|of| of.as_mut());
+        let now = fields.equilibrated.facet_moments.iter().flat_map(|of| of.as_ref());
+        moments.zip(now).for_each(|(m, now)| *m = *now - *m);
+        then(b, fields, (stars, added))
     };
     let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).enumerate();
     let small =
         bodies.map(|(b, (fields, stars))| if is_small(b) { relax(b, fields, stars, None) } else { None });
-    let mut frozen: FrozenStresses = small.collect();
+    let mut frozen: FrozenStresses<S> = small.collect();
     let mut used = None;
     for b in problem.by_role().into_iter().rev().filter(|b| !is_small(*b)) {
         frozen[b] = relax(b, &mut pair.bodies[b], &mut kept.of_body[b], used.take());
@@ -118,7 +122,7 @@ fn relax_bodies<'a>(
 }
 
 /// Tells whether a body carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts.
-pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
+pub(crate) fn freezes_lambda<S: Recovery>(problem: &ContactProblem<S>, b: usize) -> bool {
     let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == Partner::Body(b);
     let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_facets();
     let sides = || problem.sides_of(Partner::Body(b));
@@ -132,11 +136,11 @@ pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
 ///
 /// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. The moments that they added to the
 ///   stress of the bound are in equilibrium with a frozen λ as well. A relaxation to a tolerance begins with them: little is left to gain then.
-pub(crate) fn frozen_stress(
-    (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
+pub(crate) fn frozen_stress<'a, S: Recovery>(
+    (prepared, b, fields): (&'a PreparedProblem<S>, usize, &AdmissibleBody<S>),
     (relaxation, accuracy): (Relaxation, Accuracy),
-    found: Option<Found<'_, '_>>,
-) -> EquilibratedStress {
+    found: Option<Found<'_, 'a, S>>,
+) -> EquilibratedStress<S> {
     let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
     let stress = match accuracy {
         Accuracy::Double => fields.stress.clone(),
@@ -157,11 +161,11 @@ pub(crate) fn frozen_stress(
     match found {
         Some((stars, added)) => {
             if let Relaxation::Tolerance { .. } = relaxation {
-                let moments = recovered.facet_moments.as_flattened_mut().iter_mut();
-                moments.zip(added.as_flattened()).for_each(|(moment, added)| *moment += added);
+                let moments = recovered.facet_moments.iter_mut().flat_map(|of| of.as_mut());
+                let added = added.iter().flat_map(|of| of.as_ref());
+                moments.zip(added).for_each(|(moment, added)| *moment += *added);
             }
-            stars.restate(&recovered.conditions);
-            stars.relax(&mut recovered, relaxation);
+            S::relax_with(body, &mut recovered, relaxation, stars, None);
         }
         None => {
             relax(body, &mut recovered, relaxation);

@@ -1,22 +1,23 @@
 //! Effects of rounding on forces, strains and energies: the scale below which the checks detect nothing, and the
 //! allowance of the bound for it.
 
-use crate::admissible::{Accuracy, AdmissibleContact, AdmissiblePair, pressure_forces};
-use crate::cre::CellMeasures;
+use crate::admissible::{AdmissibleContact, AdmissiblePair, pressure_forces};
 use crate::lift;
+use crate::measures::{Accuracy, CellMeasures, Shape};
+use crate::recovery::Recovery;
 use crate::size::{larger, largest_displacement};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
 use fem_core::each_body;
 use fem_core::field;
-use fem_core::geometry::Vector;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::each_task;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
-use fem_core::tensor::SymTensor2;
+use fem_core::space::Matrix;
 
 /// Rounding errors of a strain, in units of ε: of one term `u ∇φ` of its sum.
 ///
@@ -47,17 +48,17 @@ pub(crate) struct Noise {
 
 impl Noise {
     /// Computes them from the triangles of a body.
-    pub(crate) fn of(body: &Body) -> Self {
-        let triangles = body.mesh().cells().len();
+    pub(crate) fn of<S: Recovery>(body: &Body<S>) -> Self {
+        let (triangles, dim) = (body.mesh().cells().len(), S::DIM as f64);
         let chunks = each_task(triangles.div_ceil(CHUNK), |k| {
             let (mut force, mut energy) = (0.0, 0.0);
             for t in k * CHUNK..triangles.min((k + 1) * CHUNK) {
-                let shape = Shape::of(body, t);
-                let flatness = shape.flatness();
-                let traction = shape.stiffness * shape.perimeter;
-                force = larger(force, traction * shape.longest / (2.0 * shape.area) * flatness);
+                let measure = body.mesh().measure(t);
+                let Shape { boundary, largest, flatness } = S::shape(&body.mesh().corners(t), measure);
+                let traction = body.material(t).stiffness().largest() * boundary;
+                force = larger(force, traction * largest / (dim * measure) * flatness);
                 // No partial product is much larger or smaller than the result.
-                energy += traction * softness(body, t) * traction / (4.0 * shape.area) * flatness.powi(3);
+                energy += traction * softness(body, t) * traction / (dim * dim * measure) * flatness.powi(3);
             }
             (force, energy)
         });
@@ -68,14 +69,14 @@ impl Noise {
     }
 
     /// [`Self::of`] each body of a problem.
-    pub(crate) fn of_bodies(problem: &ContactProblem) -> Vec<Self> {
+    pub(crate) fn of_bodies<S: Recovery>(problem: &ContactProblem<S>) -> Vec<Self> {
         problem.bodies.iter().map(Self::of).collect()
     }
 
     /// Computes the edge forces that rounding of the displacements causes, N/m: a body that is moved without strain
     /// has no other forces. `δ C |u| Σ|∇φ|` of stress on the longest edge of a triangle, with `Σ|∇φ|` its perimeter over
     /// twice its area, times its flatness.
-    pub(crate) fn force(self, displacement: &[Vector]) -> f64 {
+    pub(crate) fn force<V: Coordinates>(self, displacement: &[V]) -> f64 {
         largest_displacement(displacement) * self.force
     }
 
@@ -88,49 +89,18 @@ impl Noise {
     /// them, on the softest one, which matters if a material is nearly incompressible. In flat triangles the `R_i` are
     /// larger by the flatness, and their squares by the flatness over the diagonal of `K` that goes with the area: its
     /// third power in all.
-    fn energy(self, displacement: &[Vector]) -> f64 {
+    fn energy<V: Coordinates>(self, displacement: &[V]) -> f64 {
         largest_displacement(displacement) * self.energy
     }
 }
 
-/// Computes the trace of the compliance in a triangle, 1/Pa: at least the compliance of the softest direction.
-fn softness(body: &Body, t: usize) -> f64 {
-    let unit = |xx, yy, xy| {
-        let s = SymTensor2 { xx, yy, xy };
-        body.material(t).complementary(s, s)
+/// Computes the trace of the compliance in a cell, 1/Pa: at least the compliance of the softest direction.
+fn softness<S: Recovery>(body: &Body<S>, cell: usize) -> f64 {
+    let unit = |component: usize| {
+        let s = S::components(|k| if k == component { 1.0 } else { 0.0 }).into();
+        body.material(cell).complementary(s, s)
     };
-    unit(1.0, 0.0, 0.0) + unit(0.0, 1.0, 0.0) + unit(0.0, 0.0, 1.0)
-}
-
-/// The quantities of a triangle that determine its rounding errors.
-struct Shape {
-    perimeter: f64,
-    longest: f64,
-    area: f64,
-    stiffness: f64,
-}
-
-impl Shape {
-    /// The longest edge's square over four times the area: 1 in half a square, half the ratio of length to height in a
-    /// flat triangle; not less than 1.
-    fn flatness(&self) -> f64 {
-        larger(1.0, self.longest * self.longest / (4.0 * self.area))
-    }
-
-    fn of(body: &Body, t: usize) -> Self {
-        let c = body.mesh().corners(t);
-        // By the square: the guard of `hypot` against overflow costs more than all the rest.
-        let lengths = [0, 1, 2].map(|k| {
-            let side = c[(k + 1) % 3] - c[k];
-            side.dot(&side).sqrt()
-        });
-        Self {
-            perimeter: lengths.iter().sum(),
-            longest: lengths.iter().fold(0.0, |m, l| larger(m, *l)),
-            area: body.mesh().measure(t),
-            stiffness: body.material(t).stiffness().amax(),
-        }
-    }
+    (1..S::COMPONENTS).fold(unit(0), |sum, component| sum + unit(component))
 }
 
 /// Safety factor on measured rounding: the factorised matrix is the stiffness only to its own rounding, and
@@ -139,10 +109,10 @@ const MARGIN: f64 = 2.0;
 
 /// Computes the residual of the FE equilibrium of each body's equilibrated stress, along its unknowns, N/m. The bound contains
 /// `2 √(Rᵀ K⁻¹ R)` (27), square root of J/m.
-pub(crate) fn residuals(
-    prepared: &PreparedProblem,
-    pair: &AdmissiblePair,
-    cells: &[CellMeasures],
+pub(crate) fn residuals<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    pair: &AdmissiblePair<S>,
+    cells: &[CellMeasures<S>],
     accuracy: Accuracy,
 ) -> Vec<Vec<f64>> {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
@@ -156,35 +126,41 @@ pub(crate) fn residuals(
 /// Computes `R_i = ∫ τ : ε(φ_i) − f(φ_i)` of a measured stress under the body's loads and further nodal forces, along the unknowns, N/m: from the
 /// stress itself, in double-double numbers if the solves were refined, and before that in double precision, whose own rounding
 /// makes it larger.
-pub(crate) fn stress_residual(
-    body: &Body,
-    condensed: &CondensedBody,
-    (cells, accuracy): (&CellMeasures, Accuracy),
-    forces: &[(NodeId, Vector)],
+pub(crate) fn stress_residual<S: Recovery>(
+    body: &Body<S>,
+    condensed: &CondensedBody<S>,
+    (cells, accuracy): (&CellMeasures<S>, Accuracy),
+    forces: &[(NodeId, S::Vector)],
 ) -> Vec<f64> {
     match accuracy {
         Accuracy::Double => {
             let residual = field::stress_residual(body, &cells.mean);
-            condensed.rough_along_unknowns(&less_rough(residual, forces))
+            condensed.rough_along_unknowns(&less_rough::<S>(residual, forces))
         }
         Accuracy::Refined => {
             let residual = residual::of_stress(body, &cells.exact_mean);
-            condensed.along_unknowns(&less(residual, forces))
+            condensed.along_unknowns(&less::<S>(residual, forces))
         }
     }
 }
 
 /// Subtracts nodal forces from a residual.
-pub(crate) fn less(mut residual: Vec<PreciseVector>, forces: &[(NodeId, Vector)]) -> Vec<PreciseVector> {
+pub(crate) fn less<S: Recovery>(
+    mut residual: Vec<PreciseVector<S>>,
+    forces: &[(NodeId, S::Vector)],
+) -> Vec<PreciseVector<S>> {
     for &(node, force) in forces {
         let r = &mut residual[node];
-        *r = [r[0] + -force[0], r[1] + -force[1]];
+        *r = S::axes(|c| r[c] + -force[c]);
     }
     residual
 }
 
 /// [`less`] in double precision.
-pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(NodeId, Vector)]) -> Vec<Vector> {
+pub(crate) fn less_rough<S: Recovery>(
+    mut residual: Vec<S::Vector>,
+    forces: &[(NodeId, S::Vector)],
+) -> Vec<S::Vector> {
     for &(node, force) in forces {
         residual[node] -= force;
     }
@@ -192,7 +168,7 @@ pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(NodeId, Vector)])
 }
 
 /// Models the rounding in each body, see [`Noise::energy`].
-pub(crate) fn model(noise: &[Noise], pair: &AdmissiblePair) -> Vec<f64> {
+pub(crate) fn model<S: Recovery>(noise: &[Noise], pair: &AdmissiblePair<S>) -> Vec<f64> {
     noise.iter().zip(&pair.bodies).map(|(noise, fields)| noise.energy(&fields.displacement)).collect()
 }
 
@@ -202,9 +178,9 @@ pub(crate) fn model(noise: &[Noise], pair: &AdmissiblePair) -> Vec<f64> {
 ///
 /// * `energy`: of all bodies, J/m.
 /// * `noise`: for each body [`model`] and `√(Rᵀ K⁻¹ R)` of [`residuals`]. The larger one is used.
-pub(crate) fn allowance<'a>(
-    problem: &ContactProblem,
-    pair: &AdmissiblePair,
+pub(crate) fn allowance<'a, S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &AdmissiblePair<S>,
     energy: f64,
     noise: impl Iterator<Item = (f64, &'a f64)>,
 ) -> f64 {
@@ -216,14 +192,14 @@ pub(crate) fn allowance<'a>(
 }
 
 /// Computes the work of the pressure on openings that are negative, J/m.
-fn work_of_penetration(interface: &ContactInterface, contact: &AdmissibleContact) -> f64 {
+fn work_of_penetration<S: Recovery>(interface: &ContactInterface<S>, contact: &AdmissibleContact<S>) -> f64 {
     let pairs = interface.pairs().iter().zip(&contact.opening).zip(&contact.pressure);
     let at_pairs: f64 = pairs.map(|((of, o), p)| (-o).max(0.0) * p.abs() * of.weight).sum();
     let edges = interface.facets().iter().zip(&contact.middle_opening).zip(&contact.edge_pressure);
     let between: f64 = edges
         .filter(|((edge, _), _)| edge.bent)
         .map(|((edge, o), p)| {
-            lift::depth(*o, edge.openings(&contact.opening)).max(0.0) * p[0].abs() * edge.measure
+            lift::depth(*o, edge.openings(&contact.opening).as_ref()).max(0.0) * p[0].abs() * edge.measure
         })
         .sum();
     at_pairs + between

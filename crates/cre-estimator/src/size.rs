@@ -1,6 +1,6 @@
 //! The size of fields, and what is round-off compared with it.
 
-use fem_core::geometry::{Vector, norm};
+use fem_core::geometry::{Coordinates, norm};
 use fem_core::parallel::each_task;
 
 /// Penetration, negative pressure and displaced supports up to this, relative, are round-off.
@@ -12,9 +12,14 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// Computes the largest displacement, m: by squares, which are cheap, unless they underflow or overflow.
-pub(crate) fn largest_displacement(displacement: &[Vector]) -> f64 {
-    let square = largest_of(displacement.len(), |n| displacement[n].dot(&displacement[n]));
+pub(crate) fn largest_displacement<V: Coordinates>(displacement: &[V]) -> f64 {
+    let square = largest_of(displacement.len(), |n| displacement[n].times(&displacement[n]));
     if square.is_normal() { square.sqrt() } else { largest_of(displacement.len(), |n| norm(displacement[n])) }
+}
+
+/// Computes the length of a vector by its square: the guard of `hypot` against overflow costs more than what it is used for.
+pub(crate) fn length<V: Coordinates>(a: V) -> f64 {
+    a.times(&a).sqrt()
 }
 
 /// Indices of [`largest_of`] in one task.
@@ -29,6 +34,7 @@ pub(crate) fn largest_of(count: usize, number: impl Fn(usize) -> f64 + Sync) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fem_core::geometry::Vector;
 
     #[test]
     fn the_largest_displacement_is_found_at_any_size() {

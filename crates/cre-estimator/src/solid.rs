@@ -6,6 +6,7 @@
 mod cell;
 mod clusters;
 mod eet;
+mod forces;
 mod potentials;
 mod relaxation;
 mod rings;
@@ -13,19 +14,26 @@ mod rings;
 mod tests;
 
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
+use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
+use crate::size::larger;
 use cell::{CellMap, CellMoments, CellStress};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
+use fem_core::mesh::TetMesh;
 use fem_core::norm::sum_over_cells;
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
 use nalgebra::Vector3;
 use relaxation::EdgeStars;
+use std::convert::Infallible;
 
 impl Recovery for Solid {
+    /// The blocks of large bodies are too large to be kept.
+    type Stars<'a> = Infallible;
+
     fn facet_moments(
         body: &Body<Self>,
         stress: &[SymTensor3],
@@ -34,10 +42,12 @@ impl Recovery for Solid {
         eet::facet_moments(body, stress, conditions)
     }
 
-    fn relax(
+    fn relax_with(
         body: &Body<Self>,
         stress: &mut EquilibratedStress<Self>,
         relaxation: Relaxation,
+        _: &mut Option<Infallible>,
+        _: Option<Infallible>,
     ) -> RelaxationReport {
         if relaxation.max_steps() == 0 {
             return RelaxationReport::unrelaxed(stress.distance_squared(body));
@@ -45,23 +55,65 @@ impl Recovery for Solid {
         EdgeStars::new(body, stress).relax(stress, relaxation)
     }
 
+    fn bytes_of_relaxation(mesh: &TetMesh) -> usize {
+        relaxation::bytes(mesh)
+    }
+
     fn distance_squared(body: &Body<Self>, stress: &EquilibratedStress<Self>) -> f64 {
-        stress.distance_squared_to(body, &stress.finite_element)
+        let of_cell =
+            |cell: usize| Self::cell_distance_squared(body, stress, cell, stress.finite_element[cell]);
+        sum_over_cells(body.mesh().cells().len(), of_cell)
+    }
+
+    fn cell_distance_squared(
+        body: &Body<Self>,
+        stress: &EquilibratedStress<Self>,
+        cell: usize,
+        constant: SymTensor3,
+    ) -> f64 {
+        cell::distance_squared(&stress.cell(body, cell), constant, body.mesh().measure(cell), |s| {
+            body.material(cell).strain(s)
+        })
+    }
+
+    fn measured(
+        body: &Body<Self>,
+        stress: &EquilibratedStress<Self>,
+        measured: Option<(Against<'_, Self>, Accuracy)>,
+    ) -> (Forces, CellMeasures<Self>) {
+        forces::forces(body, stress, measured)
+    }
+
+    fn facet_forces(
+        body: &Body<Self>,
+        stress: &EquilibratedStress<Self>,
+        cell: usize,
+        k: usize,
+    ) -> [Vector3<f64>; 3] {
+        let forces = forces::face_tractions(&body.mesh().corners(cell), &stress.cell(body, cell))[k];
+        let sum = forces[0] + forces[1] + forces[2];
+        forces.map(|force| (sum + force) / 12.0)
+    }
+
+    fn shape(corners: &[Vector3<f64>; 4], volume: f64) -> Shape {
+        let faces = [0, 1, 2, 3].map(|k| Self::facet_measure(&Self::facet(k).map(|c| corners[c])));
+        let largest = faces.iter().fold(0.0, |m, area| larger(m, *area));
+        let edges = (0..4).flat_map(|i| (0..i).map(move |j| (corners[i] - corners[j]).length()));
+        let longest = edges.fold(0.0, larger);
+        // √54 in a sixth of a cube.
+        let flatness = larger(1.0, longest * largest / (54.0f64.sqrt() * volume));
+        Shape { boundary: faces.iter().sum(), largest, flatness }
+    }
+
+    fn twist(corners: &[Vector3<f64>; 4], displacement: &[Vector3<f64>; 4]) -> Vector3<f64> {
+        // Half of the curl.
+        let element = Element::<Self>::new(*corners);
+        let curls = element.gradients.iter().zip(displacement).map(|(g, u)| g.cross(u));
+        curls.sum::<Vector3<f64>>() * (0.5 * element.measure)
     }
 }
 
 impl EquilibratedStress<Solid> {
-    /// Computes the distance² to a stress that is constant in every tetrahedron, in the complementary norm, J.
-    pub fn distance_squared_to(&self, body: &Body<Solid>, constant: &[SymTensor3]) -> f64 {
-        let mesh = body.mesh();
-        sum_over_cells(mesh.cells().len(), |cell| {
-            let stress = self.cell(body, cell);
-            cell::distance_squared(&stress, constant[cell], mesh.measure(cell), |s| {
-                body.material(cell).strain(s)
-            })
-        })
-    }
-
     /// Computes `‖σ̂‖²`, J.
     fn finite_element_energy(&self, body: &Body<Solid>) -> f64 {
         let of_cell = |cell: usize| {
@@ -69,30 +121,6 @@ impl EquilibratedStress<Solid> {
             body.mesh().measure(cell) * body.material(cell).complementary(stress, stress)
         };
         sum_over_cells(body.mesh().cells().len(), of_cell)
-    }
-
-    /// Computes the largest force and moment by which a tetrahedron is out of equilibrium, relative to the sum of the forces on its faces; the moment
-    /// about its centroid over its size.
-    pub fn imbalance(&self, body: &Body<Solid>) -> f64 {
-        let mesh = body.mesh();
-        let of_cell = |cell: usize| {
-            let corners = mesh.corners(cell);
-            let middle = corners.iter().sum::<Vector3<f64>>() / 4.0;
-            let element = Element::<Solid>::new(corners);
-            let mut force = body.body_force() * element.measure;
-            let mut turn = Vector3::zeros();
-            let (mut size, mut arm) = (force.length(), 0.0f64);
-            for (k, moments) in self.cell_moments(body, cell).iter().enumerate() {
-                for (corner, moment) in Solid::facet(k).iter().zip(moments) {
-                    force += moment;
-                    turn += (corners[*corner] - middle).cross(moment);
-                    size += moment.length();
-                    arm = arm.max((corners[*corner] - middle).length());
-                }
-            }
-            if size > 0.0 { force.length().max(turn.length() / arm) / size } else { 0.0 }
-        };
-        (0..mesh.cells().len()).map(of_cell).fold(0.0, f64::max)
     }
 
     /// The moments of the tractions that act on a cell, N.

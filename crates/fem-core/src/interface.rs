@@ -2,6 +2,7 @@
 //!
 //! Its types have a [`Space`] as parameter. Arc lengths, curves, common refinement, clamped ends and friction are those of the plane.
 
+mod area;
 mod clamped_ends;
 pub mod common_refinement;
 mod contacts;
@@ -35,6 +36,7 @@ use outline::Radial;
 use profile::Profile;
 use std::ops::{Add, Mul};
 
+pub use area::ContactArea;
 pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
 pub use error::InterfaceError;
 pub(crate) use facing::{FacingSide, facing_edges};
@@ -121,6 +123,13 @@ impl<S: Space> ContactFacet<S> {
         corners
     }
 
+    /// Computes the mean of the openings at its corners, m.
+    ///
+    /// * `by_pair`: opening of each pair, m.
+    pub fn mean_opening(&self, by_pair: &[f64]) -> f64 {
+        self.openings(by_pair).as_ref().iter().sum::<f64>() / S::DIM as f64
+    }
+
     /// Lists the corners that are pairs, by number: all, or those that are not clamped.
     pub fn free_corners(&self) -> impl Iterator<Item = usize> + use<S> {
         let clamped = self.clamped.map(|clamped| clamped.end);
@@ -153,6 +162,18 @@ impl<S: Space> ContactFacet<S> {
         let sum = others.fold(values[corner] * 2.0, |sum, other| sum + values[other]);
         sum * (self.measure / (S::DIM * (S::DIM + 1)) as f64)
     }
+
+    /// Computes `∫ p o ds` of a linear pressure and a linear opening, J/m in the plane, J in space: with the mass matrix of [`Self::moment`].
+    ///
+    /// * `pressure`, `opening`: at the corners, Pa and m.
+    pub fn flat_work(&self, pressure: &S::Axes<f64>, opening: &S::Axes<f64>) -> f64 {
+        let at = |corner: usize| {
+            let others = (0..S::DIM).filter(|other| *other != corner);
+            pressure[corner] * others.fold(2.0 * opening[corner], |sum, other| sum + opening[other])
+        };
+        self.measure / (S::DIM * (S::DIM + 1)) as f64
+            * (1..S::DIM).fold(at(0), |sum, corner| sum + at(corner))
+    }
 }
 
 impl ContactFacet {
@@ -163,11 +184,11 @@ impl ContactFacet {
     ///
     /// * `pressure`: see [`Self::pressure`]; `opening`: at its ends, m; `middle`: see [`ContactInterface::middle_opening`].
     pub fn work(&self, pressure: [f64; 2], opening: [f64; 2], middle: f64) -> f64 {
-        let ([p, q], [o, r]) = (pressure, opening);
         if self.bent {
+            let ([p, _], [o, r]) = (pressure, opening);
             return self.measure / 3.0 * p * (o + middle + r);
         }
-        self.measure / 6.0 * (p * (2.0 * o + r) + q * (o + 2.0 * r))
+        self.flat_work(&pressure, &opening)
     }
 }
 
@@ -284,6 +305,11 @@ impl<S: Space> ContactInterface<S> {
         forces
     }
 
+    /// Tells whether no pair was removed at an end that both bodies clamp.
+    pub fn is_whole(&self) -> bool {
+        self.whole.is_none()
+    }
+
     /// Tells whether the normal changes along any facet.
     pub fn has_bent_facets(&self) -> bool {
         self.facets.iter().any(|facet| facet.bent)
@@ -376,11 +402,6 @@ impl ContactInterface {
         normal: ContactNormal,
     ) -> Result<Self, InterfaceError> {
         pairing::pair(bodies, surfaces, gap, normal, Some(measured))
-    }
-
-    /// Tells whether no pair was removed at an end that both bodies clamp.
-    pub fn is_whole(&self) -> bool {
-        self.whole.is_none()
     }
 
     /// Returns the arc length at each pair along the surface of the body that was the first when they were paired, m; stretches are consecutive.

@@ -102,6 +102,7 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
         InterfaceError::NotFlat { .. } => {
             ("two flat surfaces", "choose a flat part of the side, or make the surface flat")
         }
+        InterfaceError::RoundObstacle => ("a plane", "approximate it by a plane"),
         InterfaceError::HeldNode { .. } => (
             "contact nodes that can move along the normal",
             "end the contact surface or the support one face earlier",

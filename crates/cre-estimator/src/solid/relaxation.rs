@@ -13,6 +13,7 @@ use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;
 use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
 use fem_core::body::Body;
+use fem_core::mesh::TetMesh;
 use fem_core::mesh::id::FacetId;
 use fem_core::parallel::{each_task, for_each_task};
 use fem_core::space::{Solid, Space};
@@ -40,6 +41,21 @@ pub(crate) struct EdgeStars<'a> {
     energy: Vec<[f32; MOMENTS * MOMENTS]>,
     /// The edges, each with the inverse of its block, row by row.
     edges: Vec<(EdgeSpace, Vec<f32>)>,
+}
+
+/// Counts the bytes of the edge stars of a mesh and of the vectors of a relaxation.
+///
+/// A cell has its energy matrix, an edge with `n` cells a block of `3 n + 6` unknowns in single precision; the conjugate gradients have six vectors of
+/// the moments of all faces.
+pub(crate) fn bytes(mesh: &TetMesh) -> usize {
+    let (cells, faces) = (mesh.cells().len(), mesh.topology().facets().len());
+    let block = |rings: usize| (3 * rings + 6) * (3 * rings + 6) * size_of::<f32>();
+    // Euler's formula of a ball; each cell has six edges.
+    let edges = (mesh.points().len() + faces).saturating_sub(cells + 1);
+    let around = (6 * cells).div_ceil(edges.max(1));
+    cells * MOMENTS * MOMENTS * size_of::<f32>()
+        + edges * block(around + 1)
+        + 6 * FACE * faces * size_of::<f64>()
 }
 
 /// The order of the face moments of a cell: for each corner of each face its place on the face, and the sign of the face.

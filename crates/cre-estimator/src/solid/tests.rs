@@ -1,4 +1,5 @@
 use super::*;
+use crate::check::check_stress;
 use crate::recovery::relax;
 use fem_core::assembly::System;
 use fem_core::boundary::{
@@ -65,6 +66,12 @@ fn recovered(body: &Body<Solid>) -> EquilibratedStress<Solid> {
     EquilibratedStress::recover(body, stress, body.facet_conditions().to_vec())
 }
 
+/// The largest force residual, relative.
+fn imbalance(body: &Body<Solid>, stress: &EquilibratedStress<Solid>) -> f64 {
+    let found = check_stress(body, stress);
+    found.equilibrium.max(found.traction_jump).max(found.boundary_traction)
+}
+
 /// Checks a figure of a second program to its last printed digit.
 fn check(found: f64, printed: f64, digit: f64) {
     assert!((found - printed).abs() <= digit, "{found} instead of {printed}");
@@ -87,7 +94,7 @@ fn the_cube_has_the_bounds_of_a_second_program() {
         }
         let measured = stress.distance_squared(&body);
         check(report.energy_history[steps.len() - 1], measured, 2e-6 * measured);
-        assert!(stress.imbalance(&body) < 1e-13);
+        assert!(imbalance(&body, &stress) < 1e-13);
         assert!(measured.sqrt() > error);
     }
 }
@@ -113,7 +120,7 @@ fn a_body_force_is_balanced() {
         let report = relax(&body, &mut stress, Relaxation::Steps(3));
         let last = report.energy_history[3];
         check(last, stress.distance_squared(&body), 2e-6 * last);
-        assert!(stress.imbalance(&body) < 1e-13);
+        assert!(imbalance(&body, &stress) < 1e-13);
     }
 }
 
@@ -136,9 +143,9 @@ fn rollers_carry_what_they_may_and_equilibrium_is_exact() {
     let body = Body::new(mesh, LinearElastic::isotropic_solid(1.0, 0.3).unwrap(), &conditions).unwrap();
     let mut stress = recovered(&body);
     let before = stress.distance_squared(&body);
-    assert!(stress.imbalance(&body) < 1e-13);
+    assert!(imbalance(&body, &stress) < 1e-13);
     let report = relax(&body, &mut stress, Relaxation::Steps(5));
-    assert!(stress.imbalance(&body) < 1e-13 && report.energy_history[5] < 0.2 * before, "{report:?}");
+    assert!(imbalance(&body, &stress) < 1e-13 && report.energy_history[5] < 0.2 * before, "{report:?}");
     // Given tractions stay as they are.
     let topology = body.mesh().topology();
     for (face, condition) in topology.boundary_facets().iter().zip(body.facet_conditions()) {
@@ -220,7 +227,7 @@ fn no_bound_of_a_random_body_is_below_its_error() {
         for _ in 0..4 {
             let bound = stress.distance_squared(&coarse);
             assert!(bound > error && error > 0.0, "{bound} {error}");
-            assert!(stress.imbalance(&coarse) < 1e-12);
+            assert!(imbalance(&coarse, &stress) < 1e-12);
             relax(&coarse, &mut stress, Relaxation::Steps(2));
         }
     }

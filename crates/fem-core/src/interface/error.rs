@@ -211,10 +211,13 @@ pub enum InterfaceError {
         /// Its distance, m.
         distance: f64,
     },
+    /// An obstacle of a solid is not a plane.
+    #[error("a round obstacle touches bodies of the plane only; an obstacle of a solid is a plane")]
+    RoundObstacle,
     /// A support holds a contact node of a solid along the normal, or supports hold both nodes of a pair.
     #[error(
         "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or in all \
-         directions in both bodies; end the contact surface or the support one face earlier"
+         directions on both sides; end the contact surface or the support one face earlier"
     )]
     HeldNode {
         /// 0 or 1.

@@ -1,9 +1,12 @@
-//! Pairs two flat contact surfaces of solids that match node by node.
+//! Pairs two flat contact surfaces of solids that match node by node, and a side of a solid with a plane.
 
 use super::geometric_gap::{GeometricGap, Surfaces};
 use super::matching::{TOLERANCE, nearest};
 use super::normals::SUPPORT;
-use super::{ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, facet_size, pairing};
+use super::obstacle::{change, check_apart, faces, pair_with};
+use super::{
+    ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, Obstacle, RigidLine, facet_size, pairing,
+};
 use crate::body::Body;
 use crate::geometry::{FLAT_SIDE, norm};
 use crate::mesh::id::{FacetId, NodeId};
@@ -40,15 +43,12 @@ impl ContactInterface<Solid> {
             Gap::Geometric => point - point.dot(&normal) * normal,
             Gap::Given(_) | Gap::Touching => point,
         };
-        let topology = first.mesh().topology();
-        let nodes: BTreeSet<NodeId> = groups[0].iter().flat_map(|f| topology.facets()[*f]).collect();
+        let nodes = nodes(first, groups[0]);
         let partner = nearest(bodies, groups, nodes.iter().copied(), across)?;
         let new = |node: &NodeId| NodePair { nodes: [*node, partner[node]], normal, gap: 0.0, weight: 0.0 };
         let mut pairs: Vec<NodePair<Solid>> = nodes.iter().map(new).collect();
         let facets = facets(bodies, groups, &pairs)?;
-        for facet in &facets {
-            facet.pairs.iter().for_each(|k| pairs[*k as usize].weight += facet.measure / Solid::DIM as f64);
-        }
+        weigh(&mut pairs, &facets);
         pairs.iter().try_for_each(|pair| check_supports(bodies, pair))?;
         let drawn = GeometricGap::measure(bodies, &pairs, &facets, None)?;
         let found = Surfaces { drawn: &drawn, facets: &facets, between: &[] };
@@ -62,17 +62,88 @@ impl ContactInterface<Solid> {
             Gap::Geometric => found.take_gaps(points, &mut pairs)?,
         }
         let gap_change = drawn.change(points, &pairs);
-        Ok(Self {
+        Ok(Self { gap_change, ..Self::of(pairs, facets, gap.clone()) })
+    }
+
+    /// Pairs a side of a solid with a rigid plane: each node with its projection. Faces that do not face the plane, by more than 60 degrees, are free;
+    /// the side need not be flat.
+    ///
+    /// * `surface`: the face group; `obstacle`: the one that the pair is made with.
+    /// * `gap`: overrides the distance from the plane, which is then at most 5 % of the size of a face; `None`: the distance, ≥ 0 to rounding of
+    ///   the mesh.
+    ///
+    /// # Errors
+    /// An obstacle that is round, a side that does not face the plane, overlaps it, or is held or loaded, see [`InterfaceError`].
+    pub fn against_plane(
+        body: &Body<Solid>,
+        surface: &str,
+        obstacle: &Obstacle<Solid>,
+        gap: Option<&Gap<Solid>>,
+    ) -> Result<Self, InterfaceError> {
+        let line = &obstacle.line;
+        if !matches!(line, RigidLine::Plane { .. }) {
+            return Err(InterfaceError::RoundObstacle);
+        }
+        let (mesh, all) = (body.mesh(), pairing::group(body, 0, surface)?);
+        let group: Vec<FacetId> = all.iter().copied().filter(|f| faces(body, line, *f)).collect();
+        if group.is_empty() {
+            return Err(InterfaceError::NotFacing { point: mesh.facet_middle(all[0]).into() });
+        }
+        pairing::check_free(body, 0, surface, &group)?;
+        check_apart(body, line, &group, gap)?;
+        let mut pairs = Vec::new();
+        for (k, node) in nodes(body, &group).into_iter().enumerate() {
+            let pair = pair_with(body, line, [node, NodeId::new(k)], gap)?;
+            let constraint = &body.node_constraints()[node];
+            if constraint.rigid_side.is_some() || norm(constraint.held.components(pair.normal)) > SUPPORT {
+                return Err(InterfaceError::HeldNode { body: 0, point: mesh.points()[node].into() });
+            }
+            pairs.push(pair);
+        }
+        let number = numbers(&pairs);
+        let facet = |facet: &FacetId| ContactFacet {
+            pairs: mesh.topology().facets()[*facet].map(|node| number[&node]),
+            facets: [*facet; 2],
+            measure: mesh.facet_measure(*facet),
+            bent: false,
+            clamped: None,
+        };
+        let facets: Vec<_> = group.iter().map(facet).collect();
+        weigh(&mut pairs, &facets);
+        let gap_change = gap.and_then(|_| change(body, line, &pairs));
+        let gap = gap.cloned().unwrap_or(Gap::Geometric);
+        Ok(Self { gap_change, ..Self::of(pairs, facets, gap) })
+    }
+
+    fn of(pairs: Vec<NodePair<Solid>>, facets: Vec<ContactFacet<Solid>>, gap: Gap<Solid>) -> Self {
+        Self {
             pairs,
             facets,
-            gap: gap.clone(),
+            gap,
             measured_on: 0,
             arc_lengths: Vec::new(),
             profiles: Vec::new(),
-            gap_change,
+            gap_change: None,
             radial: None,
             whole: None,
-        })
+        }
+    }
+}
+
+/// Lists the nodes of facets, ascending.
+fn nodes(body: &Body<Solid>, facets: &[FacetId]) -> BTreeSet<NodeId> {
+    facets.iter().flat_map(|facet| body.mesh().topology().facets()[*facet]).collect()
+}
+
+/// Returns the number of the pair of each of the first body's nodes.
+fn numbers(pairs: &[NodePair<Solid>]) -> HashMap<NodeId, u32> {
+    pairs.iter().map(|pair| pair.nodes[0]).zip(0..).collect()
+}
+
+/// Gives a third of each facet to each of its corners.
+fn weigh(pairs: &mut [NodePair<Solid>], facets: &[ContactFacet<Solid>]) {
+    for facet in facets {
+        facet.pairs.iter().for_each(|k| pairs[*k as usize].weight += facet.measure / Solid::DIM as f64);
     }
 }
 
@@ -107,7 +178,7 @@ fn facets(
         point: bodies[body].mesh().facet_middle(facet).into(),
         words: Solid::WORDS,
     };
-    let number: HashMap<NodeId, u32> = pairs.iter().map(|p| p.nodes[0]).zip(0..).collect();
+    let number = numbers(pairs);
     let mut seen = BTreeSet::new();
     let mut found = Vec::with_capacity(groups[0].len());
     for &facet in groups[0] {

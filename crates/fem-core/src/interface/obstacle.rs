@@ -4,7 +4,7 @@ use super::clamped_ends::Line;
 use super::matching::{TOLERANCE, walk};
 use super::normals::SUPPORT;
 use super::refinement::measure_arc;
-use super::{ContactFacet, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
+use super::{ContactFacet, ContactInterface, Gap, GapChange, InterfaceError, NodePair, facet_size, pairing};
 use crate::body::{Body, RigidMotion};
 use crate::geometry::{self, Coordinates, cross, norm};
 use crate::mesh::id::{FacetId, NodeId};
@@ -211,20 +211,10 @@ impl ContactInterface {
     ) -> Result<Self, InterfaceError> {
         let line = &obstacle.line;
         let mesh = body.mesh();
-        let all = mesh.group(surface).ok_or_else(|| {
-            let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            let group = surface.to_string();
-            InterfaceError::UnknownSurface { body: 0, group, known, words: Plane::WORDS }
-        })?;
-        let faces = |edge: &FacetId| {
-            line.distance(mesh.facet_middle(*edge)).1.dot(&mesh.facet_normal(*edge)) >= FACING
-        };
-        let edges: Vec<FacetId> = all.iter().copied().filter(faces).collect();
-        let Some(first) = all.first() else {
-            return Err(pairing::empty::<Plane>(0, surface));
-        };
+        let all = pairing::group(body, 0, surface)?;
+        let edges: Vec<FacetId> = all.iter().copied().filter(|edge| faces(body, line, *edge)).collect();
         if edges.is_empty() {
-            return Err(InterfaceError::NotFacing { point: mesh.facet_middle(*first).into() });
+            return Err(InterfaceError::NotFacing { point: mesh.facet_middle(all[0]).into() });
         }
         pairing::check_free(body, 0, surface, &edges)?;
         let chain = walk(body, &edges);
@@ -294,20 +284,22 @@ impl ContactInterface {
 
 /// Refuses a side with a node inside the obstacle, with the deepest one; if the gap is given, a side that is apart from it or
 /// inside by more than a part of an edge.
-fn check_apart(
-    body: &Body,
-    line: &RigidLine,
-    edges: &[FacetId],
-    gap: Option<&Gap>,
+pub(super) fn check_apart<S: Space>(
+    body: &Body<S>,
+    line: &RigidLine<S>,
+    facets: &[FacetId],
+    gap: Option<&Gap<S>>,
 ) -> Result<(), InterfaceError> {
     let mesh = body.mesh();
     let given = matches!(gap, Some(Gap::Given(_) | Gap::Touching));
-    let at = |node: NodeId, edge: FacetId| {
-        let (distance, spacing) = (line.distance(mesh.points()[node]).0, mesh.facet_measure(edge));
+    let at = |node: NodeId, facet: FacetId| {
+        let spacing = facet_size::<S>(mesh.facet_measure(facet));
+        let distance = line.distance(mesh.points()[node]).0;
         let off = if given { distance.abs() - TOLERANCE * spacing } else { -distance };
         (off, distance, node, spacing)
     };
-    let all = edges.iter().flat_map(|edge| mesh.topology().facets()[*edge].map(|node| at(node, *edge)));
+    let nodes = |facet: &FacetId| mesh.topology().facets()[*facet].into_iter();
+    let all = facets.iter().flat_map(|facet| nodes(facet).map(|node| at(node, *facet)));
     let Some((off, distance, node, spacing)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(()) };
     let point = mesh.points()[node];
     if given && off > 0.0 {
@@ -319,14 +311,54 @@ fn check_apart(
     Ok(())
 }
 
+/// Creates the pair of a node and an obstacle, without a weight.
+///
+/// * `nodes`: the node, and the number of the pair.
+pub(super) fn pair_with<S: Space>(
+    body: &Body<S>,
+    line: &RigidLine<S>,
+    nodes: [NodeId; 2],
+    gap: Option<&Gap<S>>,
+) -> Result<NodePair<S>, InterfaceError> {
+    let point = body.mesh().points()[nodes[0]];
+    let (distance, normal) = line.distance(point);
+    let gap = match gap {
+        Some(Gap::Given(data)) => data.at(point),
+        Some(Gap::Touching) => 0.0,
+        Some(Gap::Geometric) | None => {
+            let size = body.mesh().diagonal();
+            if distance < -TOUCHING * size {
+                let around = body.mesh().topology().cells_around(nodes[0]).first();
+                let root = 1.0 / S::DIM as f64;
+                let spacing = around.map_or(size, |t| body.mesh().measure(*t as usize).powf(root));
+                return Err(InterfaceError::Overlap { point: point.into(), depth: -distance, spacing });
+            }
+            distance.max(0.0)
+        }
+    };
+    if !(gap >= 0.0 && gap.is_finite()) {
+        return Err(InterfaceError::BadGap { point: point.into(), value: gap });
+    }
+    Ok(NodePair { nodes, normal, gap, weight: 0.0 })
+}
+
+/// Tells whether a facet faces an obstacle, to 60 degrees.
+pub(super) fn faces<S: Space>(body: &Body<S>, line: &RigidLine<S>, facet: FacetId) -> bool {
+    line.distance(body.mesh().facet_middle(facet)).1.times(&body.mesh().facet_normal(facet)) >= FACING
+}
+
 /// Finds the node at which a given gap differs most from the distance of the line.
-fn change(body: &Body, line: &RigidLine, pairs: &[NodePair]) -> Option<GapChange> {
+pub(super) fn change<S: Space>(
+    body: &Body<S>,
+    line: &RigidLine<S>,
+    pairs: &[NodePair<S>],
+) -> Option<GapChange<S>> {
     let points = body.mesh().points();
-    let change = |pair: &NodePair| {
+    let change = |pair: &NodePair<S>| {
         let point = points[pair.nodes[0]];
         GapChange { point, drawn: line.distance(point).0, used: pair.gap }
     };
-    let size = |c: &GapChange| (c.used - c.drawn).abs();
+    let size = |c: &GapChange<S>| (c.used - c.drawn).abs();
     let largest = pairs.iter().map(change).max_by(|a, b| size(a).total_cmp(&size(b)));
     largest.filter(|c| size(c) > ROUND_OFF * body.mesh().diagonal())
 }
@@ -394,31 +426,13 @@ impl Chained {
         node: NodeId,
         gap: Option<&Gap>,
     ) -> Result<NodePair, InterfaceError> {
-        let point = body.mesh().points()[node];
-        let (distance, normal) = line.distance(point);
+        let (point, normal) = (body.mesh().points()[node], line.distance(body.mesh().points()[node]).1);
         let constraint = &body.node_constraints()[node];
         let allowed = self.may_be_clamped && constraint.is_clamped();
         if !allowed && norm(constraint.held.components(normal)) > SUPPORT {
             return Err(InterfaceError::SupportedNode { body: 0, point: point.into() });
         }
-        let gap = match gap {
-            Some(Gap::Given(data)) => data.at(point),
-            Some(Gap::Touching) => 0.0,
-            Some(Gap::Geometric) | None => {
-                let size = body.mesh().diagonal();
-                if distance < -TOUCHING * size {
-                    let around = body.mesh().topology().cells_around(node).first();
-                    let spacing = around.map_or(size, |t| body.mesh().measure(*t as usize).sqrt());
-                    return Err(InterfaceError::Overlap { point: point.into(), depth: -distance, spacing });
-                }
-                distance.max(0.0)
-            }
-        };
-        if !(gap >= 0.0 && gap.is_finite()) {
-            return Err(InterfaceError::BadGap { point: point.into(), value: gap });
-        }
-        let nodes = [node, NodeId::new(self.pairs.len())];
-        Ok(NodePair { nodes, normal, gap, weight: 0.0 })
+        pair_with(body, line, [node, NodeId::new(self.pairs.len())], gap)
     }
 
     /// Adds the edge between two pairs and its length to their tributary lengths.

@@ -89,23 +89,28 @@ pub(super) fn surface<'a, S: Space>(
     number: usize,
     group: &str,
 ) -> Result<&'a [FacetId], InterfaceError> {
+    let facets = self::group(body, number, group)?;
+    check_free(body, number, group, facets)?;
+    Ok(facets)
+}
+
+/// Returns the facets of a group, at least one.
+pub(super) fn group<'a, S: Space>(
+    body: &'a Body<S>,
+    number: usize,
+    group: &str,
+) -> Result<&'a [FacetId], InterfaceError> {
     let mesh = body.mesh();
-    let Some(edges) = mesh.group(group) else {
+    let Some(facets) = mesh.group(group) else {
         let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         let (group, words) = (group.to_string(), S::WORDS);
         return Err(InterfaceError::UnknownSurface { body: number, group, known, words });
     };
-    if edges.is_empty() {
-        return Err(empty::<S>(number, group));
+    if facets.is_empty() {
+        let reason = format!("has no {}", S::WORDS.facet);
+        return Err(InterfaceError::NoSurface { body: number, group: group.to_string(), reason });
     }
-    check_free(body, number, group, edges)?;
-    Ok(edges)
-}
-
-/// Refuses a group without a facet.
-pub(super) fn empty<S: Space>(number: usize, group: &str) -> InterfaceError {
-    let reason = format!("has no {}", S::WORDS.facet);
-    InterfaceError::NoSurface { body: number, group: group.to_string(), reason }
+    Ok(facets)
 }
 
 /// Refuses contact facets inside the body, and facets that are held or loaded.

@@ -12,6 +12,8 @@ pub trait Matrix<V>: Item + Default + Index<(usize, usize), Output = f64> + Inde
     fn add_square(&mut self, v: &V);
     /// Computes the eigenvalues of a symmetric matrix, each with its unit vector.
     fn eigen(&self) -> Vec<(f64, V)>;
+    /// Returns the largest magnitude of an entry.
+    fn largest(&self) -> f64;
     /// Computes the inverse; `None` if the matrix is singular.
     fn inverse(&self) -> Option<Self>;
 }
@@ -38,6 +40,10 @@ macro_rules! matrix {
                 let eigen = self.symmetric_eigen();
                 let vector = |k: usize| std::array::from_fn(|i| eigen.eigenvectors[(i, k)]);
                 (0..$n).map(|k| (eigen.eigenvalues[k], vector(k))).collect()
+            }
+
+            fn largest(&self) -> f64 {
+                self.amax()
             }
 
             fn inverse(&self) -> Option<Self> {

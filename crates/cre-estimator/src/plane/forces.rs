@@ -1,12 +1,10 @@
 //! The force residuals of a body, and in the same pass what the bound needs of its triangles.
 
-use super::{Admissibility, FORCE_TOLERANCE, relative};
-use crate::admissible::Accuracy;
 use crate::cells::{Cells, Gathered, Residuals, load_tensor, set_tensor};
-use crate::cre::CellMeasures;
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::CellStress;
 use crate::lanes::{LaneRow, MOST_LANES};
+use crate::measures::{Accuracy, Against, CellMeasures, Forces};
 use crate::size::larger;
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
@@ -17,38 +15,6 @@ use fem_core::tensor::SymTensor2;
 use pulp::Simd;
 use std::ops::Range;
 
-/// Squares of the force residuals of one body and of the scale they are compared with, N²/m²; one square root at the
-/// end.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Forces {
-    equilibrium: f64,
-    jump: f64,
-    boundary: f64,
-    scale: f64,
-}
-
-impl Forces {
-    fn max(self, other: Self) -> Self {
-        Self {
-            equilibrium: larger(self.equilibrium, other.equilibrium),
-            jump: larger(self.jump, other.jump),
-            boundary: larger(self.boundary, other.boundary),
-            scale: larger(self.scale, other.scale),
-        }
-    }
-
-    /// Relates the residuals to the scale, or to one at which `noise` alone just passes.
-    pub(super) fn residuals(self, noise: f64) -> Admissibility {
-        let scale = larger(self.scale.sqrt(), noise / FORCE_TOLERANCE);
-        Admissibility {
-            equilibrium: relative(self.equilibrium.sqrt(), scale),
-            traction_jump: relative(self.jump.sqrt(), scale),
-            boundary_traction: relative(self.boundary.sqrt(), scale),
-            ..Admissibility::default()
-        }
-    }
-}
-
 /// Tractions times length on the edges of a triangle, from its stress: edge `k` at corners `k`, `k+1`.
 pub(super) type CellForces = [[Vector; 2]; 3];
 
@@ -58,9 +24,6 @@ fn square(a: Vector) -> f64 {
 
 /// Triangles per block: most edges have both sides within a block, and its edge forces stay in the cache.
 const BLOCK: usize = 8192;
-
-/// The stresses to which the distances of a stress are measured.
-pub(crate) type Against<'a> = [Option<&'a [SymTensor2]>; 2];
 
 /// Finds the force residuals of a body, block by block, and measures its triangles if `measured` says against what and how accurately.
 pub(super) fn forces(
@@ -90,19 +53,6 @@ pub(super) fn forces(
         all.exact_mean.extend_from_slice(&exact_mean);
     }
     (worst, all)
-}
-
-impl CellMeasures {
-    /// Reserves memory for this many triangles.
-    fn reserve(&mut self, triangles: usize, against: Against<'_>, accuracy: Accuracy) {
-        for (distances, _) in self.distances.iter_mut().zip(against).filter(|(_, given)| given.is_some()) {
-            distances.reserve_exact(triangles);
-        }
-        self.mean.reserve_exact(triangles);
-        if accuracy == Accuracy::Refined {
-            self.exact_mean.reserve_exact(triangles);
-        }
-    }
 }
 
 /// The force residuals of a block.

@@ -1,0 +1,56 @@
+//! The part of an interface that is in contact.
+
+use super::ContactInterface;
+use crate::space::Space;
+
+/// The area in contact, seen from both sides: it lies between two numbers, whose difference the mesh decides. In the plane areas are lengths.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ContactArea {
+    /// Facets that are closed at every node, m or m².
+    pub inner: f64,
+    /// Facets that are closed at one node at least, m or m².
+    pub outer: f64,
+    /// Sets of closed nodes that facets join.
+    pub patches: usize,
+}
+
+impl<S: Space> ContactInterface<S> {
+    /// Measures the area in contact. Clamped corners do not count.
+    ///
+    /// * `is_closed`: whether a pair of nodes is closed, by its number.
+    pub fn contact_area(&self, is_closed: impl Fn(usize) -> bool) -> ContactArea {
+        let mut found = ContactArea::default();
+        // Each closed pair points towards the first one of its patch.
+        let mut parent: Vec<usize> = (0..self.pairs().len()).collect();
+        for facet in self.facets() {
+            let corners = facet.free_corners().map(|corner| facet.pairs[corner] as usize);
+            let (mut closed, mut open) = (None, false);
+            for pair in corners {
+                if !is_closed(pair) {
+                    open = true;
+                    continue;
+                }
+                let pair = first(&mut parent, pair);
+                let other = closed.map_or(pair, |other| first(&mut parent, other));
+                parent[pair.max(other)] = pair.min(other);
+                closed = Some(pair.min(other));
+            }
+            if closed.is_some() {
+                found.outer += facet.measure;
+                found.inner += if open { 0.0 } else { facet.measure };
+            }
+        }
+        found.patches = (0..parent.len()).filter(|pair| parent[*pair] == *pair && is_closed(*pair)).count();
+        found
+    }
+}
+
+/// Finds the first pair of a patch, and shortens the way to it.
+fn first(parent: &mut [usize], mut pair: usize) -> usize {
+    while parent[pair] != pair {
+        parent[pair] = parent[parent[pair]];
+        pair = parent[pair];
+    }
+    pair
+}
