@@ -107,7 +107,6 @@ impl Stack {
             1 => NewtonSettings::default().into(),
             _ => {
                 let mut settings = NnddSettings::default();
-                settings.newton = None;
                 settings.max_iterations = r.integer(1, 12);
                 settings.into()
             }
@@ -329,7 +328,7 @@ pub fn judge(stack: &Stack) -> Result<Verdict, Box<dyn Error>> {
     let [a, b] = [&coarse.bounds, &fine.bounds];
     let mut intervals =
         vec![("energy norm", a.energy_norm, b.energy_norm), ("J", a.potential_energy, b.potential_energy)];
-    if let (Ok(a), Ok(b)) = (a.contact_force.clone(), b.contact_force.clone()) {
+    if let (Ok(a), Ok(b)) = (a.contact_force, b.contact_force) {
         intervals.push(("contact force", a, b));
     }
     for (of, a, b) in intervals.into_iter().filter(|(_, a, b)| !meet(*a, *b)) {

@@ -1,4 +1,4 @@
-//! What one pass over the cells of a body finds: force residuals, distances, means, shapes.
+//! Results of one pass over the cells of a body: force residuals, distances, means, shapes.
 
 use crate::size::larger;
 use fem_core::double_double::DoubleDouble;
