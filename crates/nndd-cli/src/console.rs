@@ -11,6 +11,7 @@ use case_io::diagnostic::Diagnostic;
 use certified_contact::{RoleReason, Step};
 use fem_core::geometry::bounding_box;
 use fem_core::interface::{ContactPair, ContactProblem, Partner};
+use nndd_report::convert;
 use nndd_report::memory::{self, mebibytes};
 use nndd_report::words::{self, blanked, counted, one_line, plain, seven, short};
 use nndd_report::{Failure, RunResult, Solved};
@@ -166,7 +167,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         );
     }
     let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
-    text += &solver_lines(case, output);
+    text += &solver_lines(case, problem, output);
     if let Some(adapt) = &case.adapt {
         let what = match adapt.target {
             Target::RelativeError(_) => "certified relative error",
@@ -185,7 +186,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
 }
 
 /// How the case is solved, and when the iteration stops.
-fn solver_lines(case: &Case, output: &str) -> String {
+fn solver_lines(case: &Case, problem: &ContactProblem, output: &str) -> String {
     let mut text = String::new();
     let solver = &case.solver;
     if case.coulomb_pair().is_some() {
@@ -201,15 +202,21 @@ fn solver_lines(case: &Case, output: &str) -> String {
         case_io::case::Theta::Auto => "auto".to_string(),
         case_io::case::Theta::Value(theta) => short(theta),
     };
-    let of_iteration = match solver.method {
-        case_io::case::Method::NewtonNn => String::new(),
-        _ => format!(" theta {theta}, weights {}, acceleration {}", solver.weights, solver.acceleration),
+    let method = convert::method(case, problem);
+    let of_iteration = match method {
+        case_io::case::Method::Nndd => format!(
+            " theta {theta}, weights {}, acceleration {}, lambda on {}",
+            solver.weights, solver.acceleration, solver.imposed
+        ),
+        _ => String::new(),
     };
-    let _ = writeln!(
-        text,
-        "  solver     {}{of_iteration}, lambda on {}, qp {}",
-        solver.method, solver.imposed, solver.qp
-    );
+    let chosen = match (solver.method, &case.adapt) {
+        (case_io::case::Method::Auto, Some(_)) => " (auto, on this mesh)",
+        (case_io::case::Method::Auto, None) => " (auto)",
+        _ => "",
+    };
+    let _ = writeln!(text, "  solver     {method}{chosen}{of_iteration}; qp {}", solver.qp);
+    let _ = writeln!(text, "             {}", words::of_method(method));
     let stop = &solver.stop;
     let bound = match stop.criterion {
         case_io::case::Criterion::Estimator => {

@@ -62,9 +62,18 @@ fn asks_for_iteration(case: &Case) -> bool {
     !case.given_update_settings().is_empty() || case.solver.stop.criterion == case::Criterion::Iterations
 }
 
+/// Returns the method that solves a problem: the one of the case, or what its `auto` chooses.
+pub fn method(case: &Case, problem: &ContactProblem) -> case::Method {
+    match settings(case).method_for(problem) {
+        Method::Nndd(_) => case::Method::Nndd,
+        Method::NewtonNn(_) => case::Method::NewtonNn,
+        _ => case::Method::Exact,
+    }
+}
+
 /// Tells whether a case is solved exactly, without an iteration.
 pub(crate) fn is_exact(case: &Case, problem: &ContactProblem) -> bool {
-    matches!(settings(case).method_for(problem), Method::Newton(_))
+    method(case, problem) == case::Method::Exact
 }
 
 fn imposed(word: case::Imposed) -> Imposed {

@@ -126,8 +126,7 @@ fn write_files(
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }
-    let angles: Vec<f64> = solution.problem.bodies.iter().map(|body| body.mesh().smallest_angle()).collect();
-    put("report.html", &html::page(case, report, &angles, &pictures))?;
+    put("report.html", &html::page(case, solution.problem, report, &pictures))?;
     Ok(())
 }
 

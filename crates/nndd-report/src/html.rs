@@ -2,14 +2,16 @@
 
 mod results;
 
+use crate::convert;
 use crate::figures::Picture;
 use crate::settings;
 use crate::words::{self, one_line, plain, with_digits};
 use case_io::Case;
-use case_io::case::Units;
+use case_io::case::{Method, Units};
 use case_io::report::{Certificate, Checks, Coulomb, Report};
 use cre_estimator::FieldCertificate;
 use fem_core::geometry::Vector;
+use fem_core::interface::ContactProblem;
 use results::results;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -55,8 +57,8 @@ pub(crate) fn of_field(
 
 /// Writes the page.
 ///
-/// * `angles`: the smallest of each body's mesh, degrees.
-pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Picture]) -> String {
+/// * `problem`: on the last mesh.
+pub(crate) fn page(case: &Case, problem: &ContactProblem, report: &Report, pictures: &[Picture]) -> String {
     let mut page = head(case);
     verdict(&mut page, report);
     notes(&mut page, report);
@@ -64,7 +66,8 @@ pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Pic
     if report.certificate.as_ref().is_some_and(|found| found.e_cre.is_some()) || report.coulomb.is_some() {
         results(&mut page, case, report);
     }
-    bodies(&mut page, case, report, angles);
+    let angles: Vec<f64> = problem.bodies.iter().map(|body| body.mesh().smallest_angle()).collect();
+    bodies(&mut page, case, report, &angles);
     if let Some(certificate) = report.certificate.as_ref().filter(|found| found.e_cre.is_some()) {
         parts(&mut page, case, certificate);
         checks(&mut page, "Checks of the certificate", &certificate.checks);
@@ -75,7 +78,7 @@ pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Pic
     }
     bounds(&mut page, case, report);
     steps(&mut page, case, report);
-    iterations(&mut page, case, report);
+    iterations(&mut page, case, convert::method(case, problem), report);
     let settings = settings::toml(&report.case);
     let _ = writeln!(page, "<h2>Settings</h2>\n<pre>{}</pre>", escape(&settings));
     reproduce(&mut page, case, report);
@@ -368,12 +371,19 @@ fn steps(page: &mut String, case: &Case, report: &Report) {
     table(page, "Meshes", &["step", "nodes", "pairs", &error, "relative", "iterations"], rows);
 }
 
-fn iterations(page: &mut String, case: &Case, report: &Report) {
+fn iterations(page: &mut String, case: &Case, method: Method, report: &Report) {
     let forces: Vec<String> = match report.bodies.as_slice() {
         [first, second] => [first, second].map(|body| format!("contact force of {}", body.name)).into(),
         _ => ["first", "second"].map(|side| format!("contact force of the {side} bodies")).into(),
     };
-    let mut heads: Vec<String> = ["it", "theta", "precision"].map(Into::into).into();
+    if report.coulomb.is_none() {
+        let _ = writeln!(page, "<h2>Method</h2>\n<p><code>{method}</code>: {}</p>", words::of_method(method));
+    }
+    // Newton's steps have no theta.
+    let in_steps = report.iterations.iter().any(|row| row.step.is_some());
+    let of_method: &[&str] = if in_steps { &["step", "inner"] } else { &["theta"] };
+    let mut heads: Vec<String> =
+        [&["it"], of_method, &["precision"]].concat().into_iter().map(Into::into).collect();
     heads.extend(["eta_nndd", "eta_dis", "e_cre"].map(|what| with_unit(case, what, Units::energy_norm)));
     heads.push("contact nodes".into());
     heads.extend(forces.iter().map(|what| with_unit(case, what, Units::line_force)));
@@ -381,7 +391,13 @@ fn iterations(page: &mut String, case: &Case, report: &Report) {
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     let rows = report.iterations.iter().map(|row| {
         let mut cells = vec![row.iteration.to_string()];
-        cells.extend([row.theta, row.precision, row.eta_nndd, row.eta_dis].map(number));
+        match in_steps {
+            true => {
+                cells.extend([row.step, row.inner].map(|n| n.map_or_else(|| number(None), |n| n.to_string())))
+            }
+            false => cells.push(number(row.theta)),
+        }
+        cells.extend([row.precision, row.eta_nndd, row.eta_dis].map(number));
         cells.push(row.e_cre.map_or_else(|| number(None), words::rounded_up));
         cells.push(row.contact_nodes.to_string());
         cells.extend(row.contact_forces.map(number));

@@ -1,6 +1,7 @@
 //! Numbers and texts as people read them.
 
 use case_io::Case;
+use case_io::case::Method;
 use fem_core::geometry::{Vector, shown};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -25,6 +26,28 @@ fn outward(x: f64, digits: usize, up: bool) -> f64 {
     };
     let (next, last) = (mantissa + if up { 1 } else { -1 }, exponent + 1 - digits as i64);
     format!("{next}e{last}").parse().unwrap_or(x)
+}
+
+/// Says what a method does, and how it is related to the two steps of the paper's iteration.
+pub fn of_method(method: Method) -> &'static str {
+    match method {
+        Method::Nndd => {
+            "The paper's iteration: step 1 imposes a trace on one body and solves contact for the other. \
+             Step 2 turns the difference of their forces into a correction of the trace, which theta scales. \
+             eta_nndd bounds the distance from the discrete solution at every iteration."
+        }
+        Method::NewtonNn => {
+            "Two iterations of the paper, or full contact if contact alone holds a body, give a set of closed nodes, and Newton's method \
+             corrects it. \
+             With the set held, the paper's two steps are linear: conjugate gradients take the place of theta. \
+             eta_nndd bounds the distance from the discrete solution at every step, also while the set is wrong."
+        }
+        Method::Auto | Method::Exact | Method::Newton => {
+            "The bodies are condensed to the nodes of contact, and an active set solves this problem exactly. \
+             None of the paper's two steps is taken: the answer is the limit of its iteration. \
+             eta_nndd is the rounding of this solution."
+        }
+    }
 }
 
 /// At most seven significant digits.
