@@ -11,6 +11,7 @@
 //! # Ok::<(), case_io::CaseError>(())
 //! ```
 
+mod any;
 mod body;
 mod box_notes;
 mod build;
@@ -18,6 +19,7 @@ mod choices;
 mod conditions;
 mod contact;
 mod data;
+mod dimension;
 mod fixes;
 mod given;
 mod matching;
@@ -40,9 +42,11 @@ mod warnings;
 mod tests;
 
 pub use crate::expression::Value;
+pub use any::AnyCase;
 pub use body::{BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
 pub use choices::{Acceleration, Criterion, Imposed, Method, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
+pub use dimension::{Dimension, Model, PlaneGenerator, Rows, SolidGenerator, SolidOrthotropic};
 pub use given::mesh_of_generator;
 pub use matching::Notes;
 pub use materials::{Material, MaterialLaw};
@@ -52,32 +56,31 @@ pub use side::{Circle, SideCase};
 pub use steps::{Factors, StepCase};
 pub use units::Units;
 
-use crate::case_file::{self, At, Document, Table};
+use crate::case_file::{self, Table};
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, excerpt};
-use fem_core::material::Hypothesis;
-use fem_core::mesh::generate;
+use fem_core::space::Plane;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// The version of the case file that this crate reads.
 pub const SCHEMA: u32 = 1;
 
-/// A case as one case file and its overrides describe it.
+/// A case as one case file and its overrides describe it, of the plane or of solids.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Case {
+pub struct Case<S: Dimension = Plane> {
     /// The title that the user gives; empty by default.
     pub title: String,
     /// `[units]`, if the labels of results shall name them.
     pub units: Option<Units>,
     /// `[model]`.
-    pub model: Model,
+    pub model: S::Model,
     /// `[materials.*]` in the file's order.
-    pub materials: Vec<Material>,
+    pub materials: Vec<Material<S>>,
     /// `[[body]]` in the file's order, whichever body carries λ.
-    pub bodies: Vec<BodyCase>,
+    pub bodies: Vec<BodyCase<S>>,
     /// `[[contact]]` in the file's order.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<Contact<S>>,
     /// `[solver]`.
     pub solver: Solver,
     /// `[estimator]`.
@@ -93,16 +96,6 @@ pub struct Case {
     meshes: mesh_files::MeshFiles,
     file_name: String,
     places: BTreeMap<String, SourcePosition>,
-}
-
-/// `[model]`: what all bodies share.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Model {
-    /// How the third direction behaves; plane strain by default.
-    pub hypothesis: Hypothesis,
-    /// Thickness, m, > 0; it only converts results for the reader.
-    pub thickness: f64,
 }
 
 /// `theta`: the relaxation parameter.
@@ -272,16 +265,17 @@ pub struct Limits {
 }
 
 impl Case {
-    /// Reads a case file with the overrides of the command line, applied in their order.
+    /// Reads a case file of the plane with the overrides of the command line, applied in their order; see [`AnyCase::parse`] for all
+    /// cases.
     ///
     /// * `text`: the case file; a byte order mark and CRLF are accepted.
     /// * `file_name`: what messages call it.
     /// * `overrides`: dotted keys and TOML values, see [`case_file::split_override`].
     ///
     /// # Errors
-    /// All independent faults together, each with its place.
+    /// All independent faults together, each with its place; a case of solids.
     pub fn parse(text: &str, file_name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        read::case(&case_file::parse(text, file_name, overrides)?, file_name)
+        AnyCase::parse(text, file_name, overrides)?.into_plane()
     }
 
     /// Takes the keys of a program instead of those of a case file, see [`Case::parse`].
@@ -289,9 +283,9 @@ impl Case {
     /// * `name`: the name that a case file would have.
     ///
     /// # Errors
-    /// All independent faults together, each with the key as its place.
+    /// All independent faults together, each with the key as its place; a case of solids.
     pub fn of_table(root: Table, name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        read::case(&Document::new(root, At::of_key("", ""), overrides)?, name)
+        AnyCase::of_table(root, name, overrides)?.into_plane()
     }
 
     /// Reads a case file from its bytes, see [`Case::parse`].
@@ -305,7 +299,9 @@ impl Case {
     ) -> Result<Self, CaseError> {
         Self::parse(case_file::decode(bytes, file_name)?, file_name, overrides)
     }
+}
 
+impl<S: Dimension> Case<S> {
     /// Returns the place of a key by its dotted path, `body.0.displacement.1.on`, or of the nearest table above it
     /// that is in the file.
     pub fn place(&self, path: &str) -> Option<&SourcePosition> {
@@ -328,7 +324,7 @@ impl Case {
 
     /// Returns the number of the first pair with Coulomb friction.
     pub fn coulomb_pair(&self) -> Option<usize> {
-        let is_coulomb = |contact: &Contact| matches!(contact.friction, Some(Friction::Coulomb { .. }));
+        let is_coulomb = |contact: &Contact<S>| matches!(contact.friction, Some(Friction::Coulomb { .. }));
         self.contacts.iter().position(is_coulomb)
     }
 
@@ -361,19 +357,9 @@ impl Case {
 
     /// Counts the nodes that the bodies' meshes will have, without making them; 0 for files that were not read.
     pub fn node_counts(&self) -> Vec<u64> {
-        let count = |(k, body): (usize, &BodyCase)| match body.mesh {
+        let count = |(k, body): (usize, &BodyCase<S>)| match &body.mesh {
             MeshSource::File { .. } => self.meshes.region(k).map_or(0, |r| r.node_numbers().len() as u64),
-            MeshSource::Block { cells, .. } => {
-                cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
-            }
-            MeshSource::Ring { angles, cells: [around, across], .. } => {
-                let closed = u64::from(angles[1] - angles[0] == 360.0);
-                (around as u64 + 1 - closed).saturating_mul(across as u64 + 1)
-            }
-            MeshSource::Disc { cells, .. } => generate::disc_nodes(cells),
-            MeshSource::HalfDisc { radius, half_width, cells, .. } => {
-                generate::half_disc_nodes(radius, half_width, cells)
-            }
+            MeshSource::Generator(generator) => S::nodes(generator),
         };
         self.bodies.iter().enumerate().map(count).collect()
     }

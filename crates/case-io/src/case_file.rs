@@ -15,7 +15,7 @@ pub use sweep::{MOST_SWEEP_VALUES, Sweep};
 pub use tree::{At, Node, NodeValue, Table};
 
 pub(crate) use quantity::{memory, time};
-pub(crate) use reader::{Findings, Reader};
+pub(crate) use reader::{Findings, MatrixWords, Reader};
 
 use crate::diagnostic::{CaseError, Diagnostic, Source, SourcePosition, code, excerpt};
 use std::io::{self, Read};

@@ -1,4 +1,4 @@
-//! Expressions in `x` and `y`: data of a case that differ from point to point.
+//! Expressions in `x` and `y`, for solids also in `z`: data of a case that differ from point to point.
 //!
 //! ```
 //! use case_io::Expression;
@@ -9,7 +9,7 @@
 //! # Ok::<(), case_io::ExpressionError>(())
 //! ```
 //!
-//! Numbers, `x`, `y`, `pi`, the operators `+ - * / ^`, parentheses, and the functions of [`FUNCTIONS`]. A power binds
+//! Numbers, `x`, `y` (and `z`), `pi`, the operators `+ - * / ^`, parentheses, and the functions of [`FUNCTIONS`]. A power binds
 //! more strongly than a sign, `-x^2 = -(x^2)`, and has one exponent: `a^b^c` is refused.
 
 mod nodal;
@@ -19,15 +19,15 @@ mod tests;
 mod value;
 mod words;
 
-use fem_core::geometry::Vector;
 use std::fmt;
-use std::ops::Range;
+use std::ops::{Index, Range};
 use std::sync::Arc;
 use thiserror::Error;
 
 pub use nodal::{NodalData, NodalFunction};
 pub use value::{AtNodes, Given, Value};
-pub use words::FUNCTIONS;
+pub use words::{COORDINATES, FUNCTIONS};
+pub(crate) use words::{joined, quoted};
 
 /// The longest expression, in bytes.
 pub const LONGEST_EXPRESSION: usize = 1000;
@@ -58,13 +58,23 @@ pub struct Expression {
 }
 
 impl Expression {
+    /// Reads an expression of the plane, in `x` and `y`.
+    ///
+    /// # Errors
+    /// See [`Self::parse_in`].
+    pub fn parse(text: &str) -> Result<Self, ExpressionError> {
+        Self::parse_in(text, &COORDINATES[..2])
+    }
+
     /// Reads an expression.
+    ///
+    /// * `coordinates`: the names of the coordinates, the first of [`COORDINATES`].
     ///
     /// # Errors
     /// The first fault, with its place in the text: an unknown name or character, a syntax error, more than [`LONGEST_EXPRESSION`] bytes,
     /// or more than [`DEEPEST_EXPRESSION`] open parentheses.
-    pub fn parse(text: &str) -> Result<Self, ExpressionError> {
-        Ok(Self { tree: Arc::new(parse::parse(text)?), text: text.to_owned() })
+    pub fn parse_in(text: &str, coordinates: &'static [&'static str]) -> Result<Self, ExpressionError> {
+        Ok(Self { tree: Arc::new(parse::parse(text, coordinates)?), text: text.to_owned() })
     }
 
     /// Returns the text.
@@ -72,12 +82,12 @@ impl Expression {
         &self.text
     }
 
-    /// Evaluates the expression at a point `[x, y]`; NaN or infinite if it is not defined.
-    pub fn at(&self, point: impl Into<Vector>) -> f64 {
-        self.tree.at(point.into())
+    /// Evaluates the expression at a point, an array or a vector of its coordinates; NaN or infinite if it is not defined.
+    pub fn at(&self, point: impl Index<usize, Output = f64>) -> f64 {
+        self.tree.at(&point)
     }
 
-    /// Says whether the value is the same everywhere because neither `x` nor `y` is in the text.
+    /// Says whether the value is the same everywhere because no coordinate is in the text.
     pub fn is_constant(&self) -> bool {
         !self.tree.uses_coordinates()
     }

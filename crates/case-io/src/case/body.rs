@@ -1,37 +1,38 @@
 //! `[[body]]`: mesh, material, supports and loads of one body.
 
-use super::{MaterialRegion, Part, Rigid, SideCase, Value};
+use super::{Dimension, MaterialRegion, Part, Rigid, SideCase, Value};
 use fem_core::body::CurveKind;
-use fem_core::mesh::generate::Facing;
+use fem_core::space::Plane;
 use serde::Serialize;
+use serde_json::{Value as Json, json};
 
 /// `[[body]]`.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct BodyCase {
+pub struct BodyCase<S: Dimension = Plane> {
     /// Its name, which also names its output files.
     pub name: String,
     /// The name of its material.
     pub material: String,
     /// Parts of other materials, in the file's order.
-    pub regions: Vec<MaterialRegion>,
+    pub regions: Vec<MaterialRegion<S>>,
     /// The source of its mesh.
-    pub mesh: MeshSource,
-    /// Force per unit area and thickness, N/m³.
-    pub body_force: [f64; 2],
+    pub mesh: MeshSource<S>,
+    /// Force per unit volume, in the plane per unit area and thickness, N/m³.
+    pub body_force: S::Axes<f64>,
     /// Imposed displacements in the file's order.
-    pub displacements: Vec<Displacement>,
+    pub displacements: Vec<Displacement<S>>,
     /// Loads in the file's order.
-    pub tractions: Vec<Traction>,
+    pub tractions: Vec<Traction<S>>,
     /// Sides by their place, in the file's order; then those that lists of names make.
-    pub sides: Vec<SideCase>,
+    pub sides: Vec<SideCase<S>>,
     /// Rigid sides in the file's order.
-    pub rigid: Vec<RigidCase>,
+    pub rigid: Vec<RigidCase<S>>,
     /// Curved sides in the file's order.
     pub curves: Vec<CurveCase>,
 }
 
-impl BodyCase {
+impl<S: Dimension> BodyCase<S> {
     /// Returns its name as the stem of a file name: letters, digits, `-`, `_` and `.` stay, anything else becomes `_`.
     /// The bodies of a [`super::Case`] have two, not only in case.
     pub fn file_stem(&self) -> String {
@@ -49,61 +50,16 @@ pub(super) fn file_stem(name: &str) -> String {
 }
 
 /// The source of a body's mesh.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum MeshSource {
-    /// `generator = { kind = "block", … }`: a structured rectangle.
-    Block {
-        /// Lower left corner, m.
-        origin: [f64; 2],
-        /// Width and height, m.
-        size: [f64; 2],
-        /// Rectangles in each direction; each is cut in two triangles.
-        cells: [usize; 2],
-    },
-    /// `generator = { kind = "ring", … }`: a ring or a sector of one, see [`fem_core::mesh::generate::ring()`].
-    Ring {
-        /// Centre, m.
-        centre: [f64; 2],
-        /// Inner and outer radius, m.
-        radii: [f64; 2],
-        /// Start and end, degrees.
-        angles: [f64; 2],
-        /// Cells around and across.
-        cells: [usize; 2],
-    },
-    /// `generator = { kind = "disc", … }`: a full disc, see [`fem_core::mesh::generate::disc()`].
-    Disc {
-        /// Centre, m.
-        centre: [f64; 2],
-        /// Radius, m.
-        radius: f64,
-        /// Cells from the centre to the rim, which has six times as many edges.
-        cells: usize,
-        /// Direction of the first node of the rim, degrees.
-        start: f64,
-    },
-    /// `generator = { kind = "half_disc", … }`: fine near its pole, see [`fem_core::mesh::generate::half_disc()`].
-    HalfDisc {
-        /// The middle of the arc, m.
-        pole: [f64; 2],
-        /// Radius, m.
-        radius: f64,
-        /// The side of the disc on which its pole lies.
-        #[serde(serialize_with = "super::read_body::facing_name")]
-        facing: Facing,
-        /// Half the width of the side `contact`, m.
-        half_width: f64,
-        /// Cells from the pole to the end of `contact`.
-        cells: usize,
-    },
+pub enum MeshSource<S: Dimension = Plane> {
+    /// `generator = { kind = …, … }`.
+    Generator(S::Generator),
     /// `mesh = { file = …, region = … }`: a region of a mesh file, see [`crate::Case::read_mesh_files`].
     File {
         /// The file, relative to the case file.
         file: String,
         /// The groups of cells; all cells if no name is given.
-        #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "one_or_list")]
         region: Vec<String>,
         /// True if nodes at one place become one node.
         merge: bool,
@@ -112,47 +68,70 @@ pub enum MeshSource {
     },
 }
 
-/// Writes one name as it is, several as a list.
-fn one_or_list<S: serde::Serializer>(names: &[String], serializer: S) -> Result<S::Ok, S::Error> {
-    match names {
-        [name] => name.serialize(serializer),
-        names => names.serialize(serializer),
+impl<S: Dimension> MeshSource<S> {
+    /// Returns the key of the case file with its value.
+    pub(super) fn json(&self) -> (&'static str, Json) {
+        match self {
+            Self::Generator(generator) => ("generator", json!(generator)),
+            Self::File { file, region, merge, duplicate_interface } => {
+                let mut mesh = json!({ "file": file });
+                match &region[..] {
+                    [] => {}
+                    [name] => mesh["region"] = json!(name),
+                    names => mesh["region"] = json!(names),
+                }
+                mesh["merge"] = json!(merge);
+                mesh["duplicate_interface"] = json!(duplicate_interface);
+                ("mesh", mesh)
+            }
+        }
     }
 }
 
-impl Default for MeshSource {
+impl<S: Dimension> Default for MeshSource<S> {
     fn default() -> Self {
-        Self::Block { origin: [0.0; 2], size: [1.0; 2], cells: [1; 2] }
+        Self::Generator(S::Generator::default())
     }
 }
 
 /// The displacements that a `[[body.displacement]]` imposes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Imposition {
-    /// `ux`, `uy`: at least one of the two.
-    Components([Option<Value>; 2]),
+#[derive(Clone, Debug)]
+pub enum Imposition<S: Dimension = Plane> {
+    /// `ux`, `uy`, `uz`: at least one of them.
+    Components(S::Data<Option<Value>>),
     /// `normal`: the component along the outward normal.
     Normal(Value),
-    /// `fixed = true`: both components are zero.
+    /// `fixed = true`: all components are zero.
     Fixed,
 }
 
-impl Imposition {
+impl<S: Dimension> Imposition<S> {
     /// Lists its data.
     pub(super) fn values_mut(&mut self) -> Vec<&mut Value> {
         match self {
-            Self::Components(components) => components.iter_mut().flatten().collect(),
+            Self::Components(components) => components.as_mut().iter_mut().flatten().collect(),
             Self::Normal(value) => vec![value],
             Self::Fixed => Vec::new(),
         }
     }
 }
 
-impl Serialize for Imposition {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+impl<S: Dimension> PartialEq for Imposition<S> {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Components(a), Self::Components(b)) => a.as_ref() == b.as_ref(),
+            (Self::Normal(a), Self::Normal(b)) => a == b,
+            (Self::Fixed, Self::Fixed) => true,
+            _ => false,
+        }
+    }
+}
+
+impl<S: Dimension> Serialize for Imposition<S> {
+    fn serialize<Z: serde::Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
         match self {
             Self::Components(components) => {
-                let given = ["ux", "uy"].into_iter().zip(components).filter(|(_, value)| value.is_some());
+                let given = S::MOTIONS.iter().zip(components.as_ref()).filter(|(_, value)| value.is_some());
                 serializer.collect_map(given)
             }
             Self::Normal(value) => serializer.collect_map([("normal", value)]),
@@ -164,63 +143,83 @@ impl Serialize for Imposition {
 /// `[[body.displacement]]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Displacement {
+#[serde(bound = "")]
+pub struct Displacement<S: Dimension = Plane> {
     /// Its name for load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// The edge group.
+    /// The side.
     pub on: String,
     /// The part of it.
     #[serde(skip_serializing_if = "Part::is_all")]
-    pub part: Part,
+    pub part: Part<S>,
     /// The imposed displacements, m.
     #[serde(flatten)]
-    pub imposition: Imposition,
+    pub imposition: Imposition<S>,
 }
 
 /// `[[body.rigid]]`: a side that stays rigid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct RigidCase {
+#[serde(bound = "")]
+pub struct RigidCase<S: Dimension = Plane> {
     /// Its name for load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// The edge group.
+    /// The side.
     pub on: String,
     /// The part of it.
     #[serde(skip_serializing_if = "Part::is_all")]
-    pub part: Part,
+    pub part: Part<S>,
     /// Its motion, and its load.
     #[serde(flatten)]
-    pub rigid: Rigid,
+    pub rigid: Rigid<S>,
 }
 
 /// `[[body.curve]]`: a side whose new nodes on finer meshes lie on a curve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct CurveCase {
-    /// The edge group.
+    /// The side.
     pub on: String,
     /// Which curve.
-    #[serde(serialize_with = "super::read_body::curve_name")]
+    #[serde(serialize_with = "curve_name")]
     pub kind: CurveKind,
 }
 
 /// The load of a `[[body.traction]]`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Load {
+#[derive(Clone, Debug)]
+pub enum Load<S: Dimension = Plane> {
     /// `vector`: Cartesian components, Pa.
-    Vector([Value; 2]),
+    Vector(S::Data<Value>),
     /// `pressure`: pushes onto the body, Pa.
     Pressure(Value),
 }
 
-impl Load {
+impl<S: Dimension> PartialEq for Load<S> {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Vector(a), Self::Vector(b)) => a.as_ref() == b.as_ref(),
+            (Self::Pressure(a), Self::Pressure(b)) => a == b,
+            _ => false,
+        }
+    }
+}
+
+impl<S: Dimension> Serialize for Load<S> {
+    fn serialize<Z: serde::Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        match self {
+            Self::Vector(components) => serializer.collect_map([("vector", components.as_ref())]),
+            Self::Pressure(value) => serializer.collect_map([("pressure", value)]),
+        }
+    }
+}
+
+impl<S: Dimension> Load<S> {
     /// Lists its data.
     pub(super) fn values_mut(&mut self) -> Vec<&mut Value> {
         match self {
-            Self::Vector(components) => components.iter_mut().collect(),
+            Self::Vector(components) => components.as_mut().iter_mut().collect(),
             Self::Pressure(value) => vec![value],
         }
     }
@@ -229,16 +228,25 @@ impl Load {
 /// `[[body.traction]]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Traction {
+#[serde(bound = "")]
+pub struct Traction<S: Dimension = Plane> {
     /// Its name for load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// The edge group.
+    /// The side.
     pub on: String,
     /// The part of it.
     #[serde(skip_serializing_if = "Part::is_all")]
-    pub part: Part,
+    pub part: Part<S>,
     /// The load.
     #[serde(flatten)]
-    pub load: Load,
+    pub load: Load<S>,
+}
+
+/// The curves of the case file.
+pub(super) const CURVES: &[(&str, CurveKind)] = &[("arc", CurveKind::Arc), ("smooth", CurveKind::Smooth)];
+
+/// Writes the word of a curve.
+fn curve_name<S: serde::Serializer>(kind: &CurveKind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(CURVES.iter().find(|(_, k)| k == kind).map_or("", |(name, _)| name))
 }

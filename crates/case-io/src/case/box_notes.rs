@@ -71,7 +71,7 @@ impl Case {
 
 /// The half planes of a box, widened by a tolerance: each a signed distance to a limit, positive inside.
 fn limits(part: Part, tolerance: f64) -> impl Iterator<Item = impl Fn(Vector) -> f64> {
-    [part.x, part.y].into_iter().enumerate().flat_map(move |(c, limits)| {
+    part.limits.into_iter().enumerate().flat_map(move |(c, limits)| {
         let both = limits.map(|[low, high]| [(low, 1.0), (high, -1.0)]);
         both.into_iter()
             .flatten()

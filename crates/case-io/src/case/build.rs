@@ -1,19 +1,19 @@
 //! Bodies and the interface of a case, with fem-core's errors at the places of their keys.
 
-use super::{Case, CurveCase, MeshSource, fixes, materials};
+use super::{Case, CurveCase, Dimension, MeshSource, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, did_you_mean};
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
 use fem_core::material::MaterialError;
-use fem_core::mesh::{MeshError, TriMesh, generate};
+use fem_core::mesh::{Mesh, MeshError};
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Makes the bodies in the file's order: mesh, material and evaluated conditions.
     ///
     /// # Errors
     /// Everything that fem-core refuses of a body, at the place of the key that causes it.
-    pub fn build_bodies(&self) -> Result<Vec<Body>, CaseError> {
+    pub fn build_bodies(&self) -> Result<Vec<Body<S>>, CaseError> {
         let (mut bodies, mut faults) = (Vec::new(), Vec::new());
         for body in fem_core::each_body(self.bodies.len(), |body| self.build_body(body)) {
             match body {
@@ -24,51 +24,8 @@ impl Case {
         if !faults.is_empty() {
             return Err(CaseError::new(faults));
         }
-        self.check_pieces(&bodies)?;
+        S::check_pieces(self, &bodies)?;
         Ok(bodies)
-    }
-
-    /// Refuses a piece of one body that takes no part in any contact and lies inside another body.
-    fn check_pieces(&self, bodies: &[Body]) -> Result<(), CaseError> {
-        for b in 0..bodies.len() {
-            let mesh = bodies[b].mesh();
-            let (piece_of, count) = mesh.topology().pieces();
-            if count < 2 {
-                continue;
-            }
-            let sides: Vec<_> = self.sides_of(b).filter_map(|side| mesh.group(side)).collect();
-            if sides.is_empty() {
-                continue;
-            }
-            let mut in_contact = vec![false; count];
-            for &edge in sides.into_iter().flatten() {
-                in_contact[piece_of[mesh.topology().facets()[edge][0]] as usize] = true;
-            }
-            let apart = |t: &u32| !in_contact[piece_of[mesh.cells()[*t as usize][0]] as usize];
-            let cells: Vec<u32> = (0..mesh.cells().len() as u32).filter(apart).collect();
-            let others = (0..bodies.len()).filter(|other| *other != b);
-            let overlap = |other: usize| Some((other, mesh.overlap_with(&cells, bodies[other].mesh())?));
-            let Some((other, found)) = others.filter_map(overlap).next() else { continue };
-            let element = |b: usize, t: usize| match self.element_numbers(b, bodies[b].mesh()) {
-                Some(numbers) => numbers.get(t).copied().unwrap_or_default(),
-                None => t as u64,
-            };
-            let [x, y] = found.point.into();
-            let message = format!(
-                "body \"{}\": a piece of it that has no contact edge lies inside body \"{}\": the elements {} and {} overlap at \
-                 ({x}, {y})",
-                self.bodies[b].name,
-                self.bodies[other].name,
-                element(b, found.triangles[0]),
-                element(other, found.triangles[1])
-            );
-            let fault = self.diagnostic(code::MESH, &format!("body.{b}.mesh.file"), message);
-            let fault = fault.expected("bodies that cover no place twice");
-            return Err(fault
-                .fix("take this piece out of the region of the body, or give it to the other body")
-                .into());
-        }
-        Ok(())
     }
 
     /// Lists the sides of a body that are in contact.
@@ -83,12 +40,12 @@ impl Case {
     ///
     /// # Errors
     /// See [`Case::build_bodies`].
-    pub(crate) fn build_body(&self, body: usize) -> Result<Body, CaseError> {
+    pub(crate) fn build_body(&self, body: usize) -> Result<Body<S>, CaseError> {
         let mesh = self.build_mesh(body)?;
         let materials = self.build_materials(body, &mesh)?;
         let conditions = self.boundary_conditions(body);
         let curves: Vec<CurvedSide> = self.bodies[body].curves.iter().map(curved_side).collect();
-        let made = Body::new(mesh, materials, &conditions).and_then(|made| made.with_curves(&curves));
+        let made = Body::new(mesh, materials, &conditions).and_then(|made| S::curved(made, &curves));
         made.map_err(|error| self.body_diagnostic(body, &error).into())
     }
 
@@ -96,46 +53,31 @@ impl Case {
     ///
     /// # Errors
     /// A mesh that cannot be generated, or a file that was not read or holds no sound mesh.
-    pub(crate) fn build_mesh(&self, body: usize) -> Result<TriMesh, CaseError> {
+    pub(crate) fn build_mesh(&self, body: usize) -> Result<Mesh<S>, CaseError> {
         let mut mesh = self.mesh_as_made(body)?;
         self.add_sides(body, &mut mesh)?;
         Ok(mesh)
     }
 
     /// Makes the mesh of one body without the sides of `[[body.side]]`.
-    fn mesh_as_made(&self, body: usize) -> Result<TriMesh, CaseError> {
-        let Some(made) = generated(&self.bodies[body].mesh) else { return self.mesh_of_file(body) };
-        made.map_err(|error| self.mesh_diagnostic(body, &error).into())
-    }
-
-    /// Pairs the contact surfaces of two bodies, which must match node by node.
-    ///
-    /// * `contact`: the number of the pair; `bodies`: all bodies, in the file's order.
-    ///
-    /// # Errors
-    /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
-    /// at one of their nodes.
-    pub fn build_interface(&self, contact: usize, bodies: &[Body]) -> Result<ContactInterface, CaseError> {
-        let given = &self.contacts[contact];
-        let (gap, normal) = self.gap_and_normal(contact);
-        let ([a, b], [first, second]) = (&given.bodies[..], &given.surfaces[..]) else {
-            unreachable!("a pair of bodies is asked for")
-        };
-        let interface = ContactInterface::pair_along(&bodies[*a], &bodies[*b], [first, second], &gap, normal)
-            .map_err(|error| CaseError::from(self.interface_diagnostic(contact, &error)))?;
-        self.check_lambda(contact, bodies, &interface)?;
-        Ok(interface)
+    fn mesh_as_made(&self, body: usize) -> Result<Mesh<S>, CaseError> {
+        match &self.bodies[body].mesh {
+            MeshSource::File { .. } => S::mesh_of_file(self, body),
+            MeshSource::Generator(generator) => {
+                S::generated(generator).map_err(|error| self.mesh_diagnostic(body, &error).into())
+            }
+        }
     }
 
     /// Returns the gap and the normal of a pair as the case gives them.
-    pub(super) fn gap_and_normal(&self, contact: usize) -> (Gap, ContactNormal) {
+    pub(super) fn gap_and_normal(&self, contact: usize) -> (Gap<S>, ContactNormal<S>) {
         let given = &self.contacts[contact];
         let gap = match given.geometric {
             true => Gap::Geometric,
             false if self.is_given(&format!("{}.gap", given.path)) => Gap::Given(given.gap.scalar()),
             false => Gap::Touching,
         };
-        (gap, given.normal.map_or(ContactNormal::Averaged, |n| ContactNormal::Fixed(n.into())))
+        (gap, given.normal.as_ref().map_or(ContactNormal::Averaged, |n| ContactNormal::Fixed(S::vector(n))))
     }
 
     /// Attributes an error of a body's boundary conditions to the condition's key.
@@ -195,7 +137,7 @@ impl Case {
         let materials = self.build_materials(body, &mesh).ok()?;
         let all = self.boundary_conditions(body).displacements;
         let contradicts = |earlier: &usize| {
-            let mut two = BoundaryConditions::new();
+            let mut two = BoundaryConditions::default();
             two.displacements =
                 [*earlier, place.index].into_iter().filter_map(|k| all.get(k).cloned()).collect();
             matches!(Body::new(mesh.clone(), materials.clone(), &two), Err(BodyError::Conflict { .. }))
@@ -252,8 +194,8 @@ impl Case {
 
     /// Attributes an error of a material to its key.
     pub(crate) fn material_diagnostic(&self, material: &str, error: &MaterialError) -> Diagnostic {
-        let key = materials::key_of(error);
-        let (expected, fix) = materials::cure(error);
+        let key = fixes::material_key(error);
+        let (expected, fix) = fixes::of_material(error);
         self.diagnostic(code::VALUE, &format!("materials.{material}.{key}"), error.to_string())
             .expected(expected)
             .fix(fix)
@@ -324,17 +266,68 @@ impl Case {
     }
 }
 
-/// Makes the mesh of a generator; `None` for a mesh file.
-pub(super) fn generated(source: &MeshSource) -> Option<Result<TriMesh, MeshError>> {
-    Some(match *source {
-        MeshSource::File { .. } => return None,
-        MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells),
-        MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells),
-        MeshSource::Disc { centre, radius, cells, start } => generate::disc(centre, radius, cells, start),
-        MeshSource::HalfDisc { pole, radius, facing, half_width, cells } => {
-            generate::half_disc(pole, radius, facing, half_width, cells)
+impl Case {
+    /// Pairs the contact surfaces of two bodies, which must match node by node.
+    ///
+    /// * `contact`: the number of the pair; `bodies`: all bodies, in the file's order.
+    ///
+    /// # Errors
+    /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
+    /// at one of their nodes.
+    pub fn build_interface(&self, contact: usize, bodies: &[Body]) -> Result<ContactInterface, CaseError> {
+        let given = &self.contacts[contact];
+        let (gap, normal) = self.gap_and_normal(contact);
+        let ([a, b], [first, second]) = (&given.bodies[..], &given.surfaces[..]) else {
+            unreachable!("a pair of bodies is asked for")
+        };
+        let interface = ContactInterface::pair_along(&bodies[*a], &bodies[*b], [first, second], &gap, normal)
+            .map_err(|error| CaseError::from(self.interface_diagnostic(contact, &error)))?;
+        self.check_lambda(contact, bodies, &interface)?;
+        Ok(interface)
+    }
+
+    /// Refuses a piece of one body that takes no part in any contact and lies inside another body.
+    pub(super) fn check_plane_pieces(&self, bodies: &[Body]) -> Result<(), CaseError> {
+        for b in 0..bodies.len() {
+            let mesh = bodies[b].mesh();
+            let (piece_of, count) = mesh.topology().pieces();
+            if count < 2 {
+                continue;
+            }
+            let sides: Vec<_> = self.sides_of(b).filter_map(|side| mesh.group(side)).collect();
+            if sides.is_empty() {
+                continue;
+            }
+            let mut in_contact = vec![false; count];
+            for &edge in sides.into_iter().flatten() {
+                in_contact[piece_of[mesh.topology().facets()[edge][0]] as usize] = true;
+            }
+            let apart = |t: &u32| !in_contact[piece_of[mesh.cells()[*t as usize][0]] as usize];
+            let cells: Vec<u32> = (0..mesh.cells().len() as u32).filter(apart).collect();
+            let others = (0..bodies.len()).filter(|other| *other != b);
+            let overlap = |other: usize| Some((other, mesh.overlap_with(&cells, bodies[other].mesh())?));
+            let Some((other, found)) = others.filter_map(overlap).next() else { continue };
+            let element = |b: usize, t: usize| match self.element_numbers(b, bodies[b].mesh()) {
+                Some(numbers) => numbers.get(t).copied().unwrap_or_default(),
+                None => t as u64,
+            };
+            let [x, y] = found.point.into();
+            let message = format!(
+                "body \"{}\": a piece of it that has no contact edge lies inside body \"{}\": the elements {} and {} overlap at \
+                 ({x}, {y})",
+                self.bodies[b].name,
+                self.bodies[other].name,
+                element(b, found.triangles[0]),
+                element(other, found.triangles[1])
+            );
+            let fault = self.diagnostic(code::MESH, &format!("body.{b}.mesh.file"), message);
+            let fault = fault.expected("bodies that cover no place twice");
+            return Err(fault
+                .fix("take this piece out of the region of the body, or give it to the other body")
+                .into());
         }
-    })
+        Ok(())
+    }
 }
 
 /// Makes the diagnostic of a generator that makes no mesh.

@@ -1,14 +1,14 @@
 //! Boundary conditions: from the case's words to fem-core's.
 
-use super::{Case, Displacement, Imposition, Load, Part, RigidCase, Traction, Value};
+use super::{Case, Dimension, Displacement, Imposition, Load, Part, RigidCase, Traction, Value};
 use fem_core::boundary::{self, BoundaryConditions, FacetSelection, Support};
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Returns what is imposed on a body, 0 or 1, in the file's order.
-    pub(crate) fn boundary_conditions(&self, body: usize) -> BoundaryConditions {
+    pub(crate) fn boundary_conditions(&self, body: usize) -> BoundaryConditions<S> {
         let given = &self.bodies[body];
-        let mut conditions = BoundaryConditions::new().body_force(given.body_force);
-        let point = |on: &str| given.sides.iter().find(|side| side.name == on)?.point;
+        let mut conditions = BoundaryConditions::default().body_force(S::vector(&given.body_force));
+        let point = |on: &str| given.sides.iter().find(|side| side.name == on)?.point.as_ref().map(S::vector);
         for wanted in &given.displacements {
             let mut condition = displacement(wanted);
             if let Some(point) = point(&wanted.on) {
@@ -22,40 +22,40 @@ impl Case {
     }
 }
 
-fn displacement(given: &Displacement) -> boundary::DisplacementCondition {
+fn displacement<S: Dimension>(given: &Displacement<S>) -> boundary::DisplacementCondition<S> {
     let support = match &given.imposition {
-        Imposition::Fixed => Support::Components([Some(0.0.into()), Some(0.0.into())]),
+        Imposition::Fixed => Support::Components(S::data(|_| Some(0.0.into()))),
         Imposition::Normal(value) => Support::Normal(value.scalar()),
         Imposition::Components(components) => {
-            Support::Components(components.each_ref().map(|c| c.as_ref().map(Value::scalar)))
+            Support::Components(S::data(|c| components[c].as_ref().map(Value::scalar)))
         }
     };
     boundary::DisplacementCondition { edges: selection(&given.on, given.part), support }
 }
 
-fn traction(given: &Traction) -> boundary::TractionCondition {
+fn traction<S: Dimension>(given: &Traction<S>) -> boundary::TractionCondition<S> {
     let load = match &given.load {
-        Load::Vector(components) => boundary::Load::Vector(components.each_ref().map(Value::scalar)),
+        Load::Vector(components) => boundary::Load::Vector(S::data(|c| components[c].scalar())),
         Load::Pressure(value) => boundary::Load::Pressure(value.scalar()),
     };
     boundary::TractionCondition { edges: selection(&given.on, given.part), load }
 }
 
-fn rigid(given: &RigidCase) -> boundary::RigidCondition {
+fn rigid<S: Dimension>(given: &RigidCase<S>) -> boundary::RigidCondition<S> {
     boundary::RigidCondition {
         edges: selection(&given.on, given.part),
-        motion: [given.rigid.ux, given.rigid.uy, given.rigid.rotation],
-        force: given.rigid.force.unwrap_or_default().into(),
+        motion: given.rigid.motion,
+        force: given.rigid.force(),
         moment: given.rigid.moment.unwrap_or_default(),
-        about: given.rigid.about.map(Into::into),
+        about: given.rigid.about.as_ref().map(S::vector),
     }
 }
 
-fn selection(on: &str, part: Part) -> FacetSelection {
+fn selection<S: Dimension>(on: &str, part: Part<S>) -> FacetSelection<S> {
     let free = [f64::NEG_INFINITY, f64::INFINITY];
-    let edges = FacetSelection::group(on);
-    match part {
-        Part { x: None, y: None } => edges,
-        Part { x, y } => edges.within([x.unwrap_or(free), y.unwrap_or(free)]),
+    let facets = FacetSelection::group(on);
+    match part.is_all() {
+        true => facets,
+        false => facets.within(S::axes(|c| part.limits[c].unwrap_or(free))),
     }
 }

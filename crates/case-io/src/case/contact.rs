@@ -1,27 +1,30 @@
 //! `[[contact]]`: which sides touch, and what a side may touch besides another body.
 
-use super::{Imposed, Value};
+use super::{Dimension, Imposed, Value};
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{self, RigidLine};
-use serde::Serialize;
+use fem_core::space::{Plane, Space};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 /// `[[contact]]`, or the single table `[contact]`.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Contact {
+pub struct Contact<S: Dimension = Plane> {
     /// Its name, which also names its output files.
     pub name: String,
     /// The bodies, by their numbers in the file's order: two, or one before an obstacle.
     pub bodies: Vec<usize>,
-    /// An edge group of each of these bodies.
+    /// A side of each of these bodies.
     pub surfaces: Vec<String>,
     /// The obstacle that the only body touches; `None` for a pair of bodies.
-    pub obstacle: Option<Obstacle>,
+    pub obstacle: Option<Obstacle<S>>,
     /// Initial gap, m, ≥ 0; it overrides the geometry.
     pub gap: Value,
     /// `gap = "geometric"`: the gap is measured between the meshes along the contact normal.
     pub geometric: bool,
     /// A fixed direction of contact, out of the first body; averaged at the nodes if it is left out.
-    pub normal: Option<[f64; 2]>,
+    pub normal: Option<S::Axes<f64>>,
     /// Which body of this pair carries λ, if not the one that the solver chooses for all.
     pub imposed: Option<Imposed>,
     /// The law of friction; `None`: the surfaces slide freely.
@@ -30,7 +33,7 @@ pub struct Contact {
     pub(crate) path: String,
 }
 
-impl Contact {
+impl<S: Dimension> Contact<S> {
     /// Returns its name as the stem of a file name, see [`super::BodyCase::file_stem`].
     pub fn file_stem(&self) -> String {
         super::body::file_stem(&self.name)
@@ -64,42 +67,42 @@ impl Friction {
     }
 
     /// Returns the law of fem-core.
-    pub(super) fn of_core(&self) -> interface::Friction {
+    pub(super) fn of_core<S: Space>(&self) -> interface::Friction<S> {
         match self {
-            Self::Tresca { limit } => interface::Friction::tresca(limit.scalar()),
+            Self::Tresca { limit } => interface::Friction::tresca(limit.scalar::<S>()),
             Self::Coulomb { mu } => interface::Friction::Coulomb { mu: *mu },
         }
     }
 }
 
-/// `obstacle`: a rigid line, fixed, moved, or free to move under a force.
+/// `obstacle`: a rigid line, in space a surface, fixed, moved, or free to move under a force.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(bound = "")]
 #[non_exhaustive]
-pub struct Obstacle {
+pub struct Obstacle<S: Dimension = Plane> {
     /// Its shape.
     #[serde(flatten)]
-    pub shape: Shape,
+    pub shape: Shape<S>,
     /// Its imposed motion and its loads.
     #[serde(flatten)]
-    pub rigid: Rigid,
+    pub rigid: Rigid<S>,
 }
 
 /// The shape of an obstacle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum Shape {
-    /// A straight line.
+pub enum Shape<S: Dimension = Plane> {
+    /// A straight line, or a plane.
     Plane {
         /// A point of it, m.
-        point: [f64; 2],
+        point: S::Axes<f64>,
         /// Out of the obstacle; of any length except zero.
-        normal: [f64; 2],
+        normal: S::Axes<f64>,
     },
-    /// A circle.
+    /// A circle, or a sphere.
     Circle {
         /// Centre, m.
-        centre: [f64; 2],
+        centre: S::Axes<f64>,
         /// Radius, m.
         radius: f64,
         /// On which side of it the body is.
@@ -119,47 +122,100 @@ pub enum CircleSide {
 }
 
 /// The motion of something rigid: each component is imposed, or free under its load.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Rigid {
-    /// Imposed displacement in x, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ux: Option<f64>,
-    /// Imposed displacement in y, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub uy: Option<f64>,
-    /// Imposed rotation, radians, counter-clockwise.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rotation: Option<f64>,
-    /// Resultant of the load, N/m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub force: Option<[f64; 2]>,
-    /// Moment of the load about [`Self::about`], N.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub moment: Option<f64>,
+pub struct Rigid<S: Dimension = Plane> {
+    /// Imposed displacements along the axes, m, and rotations, radians; `None`: free.
+    pub motion: S::Components<Option<f64>>,
+    /// Resultant of the load, N/m in the plane, N in space.
+    pub force: Option<S::Axes<f64>>,
+    /// Moment of the load about [`Self::about`], N in the plane, N m in space.
+    pub moment: Option<S::Spin>,
     /// The point about which it rotates, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub about: Option<[f64; 2]>,
+    pub about: Option<S::Axes<f64>>,
 }
 
-impl Shape {
-    /// Returns the line of fem-core.
-    pub(super) fn of_core(&self) -> RigidLine {
-        match *self {
-            Self::Plane { point, normal } => RigidLine::Plane { point: point.into(), normal: normal.into() },
-            Self::Circle { centre, radius, side } => {
-                RigidLine::Circle { centre: centre.into(), radius, inside: side == CircleSide::Inside }
+impl<S: Dimension> Default for Rigid<S> {
+    fn default() -> Self {
+        Self { motion: S::components(|_| None), force: None, moment: None, about: None }
+    }
+}
+
+impl<S: Dimension> Serialize for Rigid<S> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for k in 0..S::DIM {
+            if let Some(u) = self.motion[k] {
+                map.serialize_entry(S::MOTIONS[k], &u)?;
             }
+        }
+        // The components of a rotation are given together.
+        if self.motion.into_iter().skip(S::DIM).all(|component| component.is_some()) {
+            let motion = S::components(|k| self.motion[k].unwrap_or_default());
+            map.serialize_entry("rotation", &S::spin_json(S::parts(&motion).1))?;
+        }
+        if let Some(force) = &self.force {
+            map.serialize_entry("force", force.as_ref())?;
+        }
+        if let Some(moment) = self.moment {
+            map.serialize_entry("moment", &S::spin_json(moment))?;
+        }
+        if let Some(about) = &self.about {
+            map.serialize_entry("about", about.as_ref())?;
+        }
+        map.end()
+    }
+}
+
+impl<S: Dimension> Rigid<S> {
+    /// Returns the resultant of the load, zero by default.
+    pub(super) fn force(&self) -> S::Vector {
+        self.force.as_ref().map_or(S::Vector::ZERO, S::vector)
+    }
+}
+
+impl<S: Dimension> Serialize for Shape<S> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        match self {
+            Self::Plane { point, normal } => {
+                map.serialize_entry("kind", "plane")?;
+                map.serialize_entry("point", point.as_ref())?;
+                map.serialize_entry("normal", normal.as_ref())?;
+            }
+            Self::Circle { centre, radius, side } => {
+                map.serialize_entry("kind", S::CIRCLE)?;
+                map.serialize_entry("centre", centre.as_ref())?;
+                map.serialize_entry("radius", radius)?;
+                map.serialize_entry("side", side)?;
+            }
+        }
+        map.end()
+    }
+}
+
+impl<S: Dimension> Shape<S> {
+    /// Returns the line of fem-core.
+    pub(super) fn of_core(&self) -> RigidLine<S> {
+        match self {
+            Self::Plane { point, normal } => {
+                RigidLine::Plane { point: S::vector(point), normal: S::vector(normal) }
+            }
+            Self::Circle { centre, radius, side } => RigidLine::Circle {
+                centre: S::vector(centre),
+                radius: *radius,
+                inside: *side == CircleSide::Inside,
+            },
         }
     }
 }
 
-impl Obstacle {
+impl<S: Dimension> Obstacle<S> {
     /// Returns the obstacle of fem-core.
-    pub(super) fn of_core(&self) -> interface::Obstacle {
-        let Rigid { ux, uy, rotation, force, moment, about } = self.rigid;
+    pub(super) fn of_core(&self) -> interface::Obstacle<S> {
+        let Rigid { motion, moment, about, .. } = self.rigid;
         let fixed = interface::Obstacle::fixed(self.shape.of_core());
-        let about = about.unwrap_or(fixed.about.into());
-        fixed.stamp([ux, uy, rotation], (force.unwrap_or_default(), moment.unwrap_or_default()), about)
+        let about = about.as_ref().map_or(fixed.about, S::vector);
+        fixed.stamp(motion, (self.rigid.force(), moment.unwrap_or_default()), about)
     }
 }

@@ -1,10 +1,10 @@
 //! Numbers and expressions as fem-core's data, and what the mesh makes of them.
 
 use super::pair_notes::PairNote;
-use super::{Case, Contact, Friction, MaterialLaw, Value};
+use super::{Case, Contact, Dimension, Friction, MaterialLaw, Value};
 use crate::diagnostic::{CaseError, code};
 use fem_core::body::{Body, ConditionList, DataDifference, Difference, SAMPLES};
-use fem_core::geometry::shown;
+use fem_core::geometry::Point;
 use fem_core::interface::{ContactInterface, ContactProblem, NodePair};
 use fem_core::material::Hypothesis;
 
@@ -103,31 +103,6 @@ impl Case {
         notes
     }
 
-    /// Refuses an initial λ that is not finite at a contact node of a body.
-    ///
-    /// * `contact`: the number of the pair; `bodies`: all bodies, in the file's order.
-    pub(super) fn check_lambda(
-        &self,
-        contact: usize,
-        bodies: &[Body],
-        interface: &ContactInterface,
-    ) -> Result<(), CaseError> {
-        let lambda = self.solver.lambda.scalar();
-        let members = &self.contacts[contact].bodies;
-        let of_nodes = |p: &NodePair| {
-            let at = |(side, b): (usize, &usize)| bodies[*b].mesh().points()[p.nodes[side]];
-            members.iter().enumerate().map(at).collect::<Vec<_>>()
-        };
-        let mut points = interface.pairs().iter().flat_map(of_nodes);
-        let Some(p) = points.find(|p| !lambda.at(*p).is_finite()) else { return Ok(()) };
-        let message =
-            format!("`solver.lambda`: the value at ({}, {}) is {}", shown(p[0]), shown(p[1]), lambda.at(p));
-        let fault = self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number");
-        Err(fault
-            .fix("change the expression where it divides by zero or leaves its range, or write 0.0")
-            .into())
-    }
-
     /// Says where the stress out of the plane is not known.
     fn stress_notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
@@ -177,11 +152,38 @@ impl Case {
         };
         format!("body \"{}\", {key} = {} on \"{on}\"", given.name, quoted(value))
     }
+}
+
+impl<S: Dimension> Case<S> {
+    /// Refuses an initial λ that is not finite at a contact node of a body.
+    ///
+    /// * `contact`: the number of the pair; `bodies`: all bodies, in the file's order.
+    pub(super) fn check_lambda(
+        &self,
+        contact: usize,
+        bodies: &[Body<S>],
+        interface: &ContactInterface<S>,
+    ) -> Result<(), CaseError> {
+        let lambda = self.solver.lambda.scalar::<S>();
+        let members = &self.contacts[contact].bodies;
+        let of_nodes = |p: &NodePair<S>| {
+            let at = |(side, b): (usize, &usize)| bodies[*b].mesh().points()[p.nodes[side]];
+            members.iter().enumerate().map(at).collect::<Vec<_>>()
+        };
+        let mut points = interface.pairs().iter().flat_map(of_nodes);
+        let Some(p) = points.find(|p| !lambda.at(*p).is_finite()) else { return Ok(()) };
+        let message = format!("`solver.lambda`: the value at {} is {}", Point::from(p), lambda.at(p));
+        let fault = self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number");
+        Err(fault
+            .fix("change the expression where it divides by zero or leaves its range, or write 0.0")
+            .into())
+    }
 
     /// Finds the key of the first expression in a condition.
     pub(super) fn expression_path(&self, condition: &str) -> String {
-        let keys = ["ux", "uy", "normal", "pressure", "vector.0", "vector.1"];
-        let mut paths = keys.into_iter().map(|key| format!("{condition}.{key}"));
+        let of_vector = (0..S::DIM).map(|c| format!("vector.{c}"));
+        let others = S::MOTIONS[..S::DIM].iter().chain(&["normal", "pressure"]).map(|key| (*key).to_owned());
+        let mut paths = others.chain(of_vector).map(|key| format!("{condition}.{key}"));
         let is_expression = |path: &String| {
             self.place(path).filter(|_| self.is_given(path)).is_some_and(|place| {
                 place.source.text().get(place.span.clone()).is_some_and(|t| t.starts_with(['"', '\'']))

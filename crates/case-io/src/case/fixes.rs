@@ -1,8 +1,10 @@
 //! Expected input and one fix for each error of fem-core that a case file can cause.
 
+use crate::case_file::Reader;
 use fem_core::body::BodyError;
 use fem_core::interface::InterfaceError;
 use fem_core::interface::common_refinement::CommonRefinementError;
+use fem_core::material::MaterialError;
 
 /// The expected input, and one fix.
 type Fix = (&'static str, &'static str);
@@ -198,5 +200,59 @@ pub(super) fn of_refinement(error: &CommonRefinementError) -> Fix {
         }
         // Mesh, Body and future variants.
         _ => ("a body that can be cut along its contact side", "mesh the two sides with the same divisions"),
+    }
+}
+
+/// Reports constants that make no material.
+pub(super) fn refuse_material(r: &Reader<'_>, error: &MaterialError) {
+    let (expected, fix) = of_material(error);
+    r.refuse(material_key(error), error.to_string(), expected, fix);
+}
+
+/// Returns what constants of a material have to be, and a fix.
+pub(super) fn of_material(error: &MaterialError) -> Fix {
+    match error {
+        MaterialError::Young { .. } | MaterialError::Modulus { .. } => {
+            ("a finite number > 0, well within the range of numbers", "check the units; steel has 210e9 Pa")
+        }
+        MaterialError::Poisson { .. } => {
+            ("a number > -1 and < 0.5", "write 0.49 or less for a nearly incompressible material")
+        }
+        MaterialError::PoissonPair { name: "poisson_13" | "poisson_23", .. } => (
+            "Poisson's ratios for which the strain energy is positive",
+            "lower it: poisson_ij is the strain along j for a stress along i, and belongs to young_i",
+        ),
+        MaterialError::PoissonPair { .. } | MaterialError::PoissonTriple { .. } => (
+            "Poisson's ratios for which the strain energy is positive",
+            "lower it: poisson_12 is the strain along 2 for a stress along 1, and belongs to young_1",
+        ),
+        MaterialError::NotFinite { .. } => ("a finite number", "write the number itself"),
+        MaterialError::Axes => ("two vectors that span a plane", "write the vectors along axes 1 and 2"),
+        MaterialError::NotSymmetric { .. } => {
+            ("a symmetric matrix", "write the entry above the diagonal and its mirror image alike")
+        }
+        MaterialError::NearlySingular { .. } => (
+            "eigenvalues that differ by a factor of at most 1e12",
+            "check the units of all rows; the last holds the shear modulus, in the same unit as the others",
+        ),
+        MaterialError::NotPositiveDefinite { .. } => {
+            ("a matrix whose strain energy is positive", "check the signs, and that no diagonal entry is 0")
+        }
+    }
+}
+
+/// Returns the key that an error is about.
+pub(super) fn material_key(error: &MaterialError) -> &'static str {
+    match error {
+        MaterialError::Young { .. } => "young",
+        MaterialError::Poisson { .. } => "poisson",
+        MaterialError::Modulus { name, .. } | MaterialError::PoissonPair { name, .. } => name,
+        MaterialError::PoissonTriple { .. } => "poisson_12",
+        MaterialError::NotFinite { name: "angle", .. } => "angle",
+        MaterialError::Axes => "axes",
+        MaterialError::NotFinite { .. }
+        | MaterialError::NotSymmetric { .. }
+        | MaterialError::NearlySingular { .. }
+        | MaterialError::NotPositiveDefinite { .. } => "stiffness",
     }
 }

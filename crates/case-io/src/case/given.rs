@@ -1,27 +1,28 @@
 //! Data that a program gives a case in memory: meshes instead of files, and data at nodes instead of numbers.
 
-use super::build::{generated, generator_fault};
-use super::{Case, Friction, Value, read_body};
+use super::build::generator_fault;
+use super::{Case, Dimension, Friction, Value, read_body};
 use crate::case_file::{At, Findings, Reader, Table};
 use crate::diagnostic::{CaseError, code};
 use crate::expression::{AtNodes, Given, NodalData};
 use fem_core::geometry::Vector;
-use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
+use fem_core::mesh::{Mesh, TriMesh};
+use fem_core::space::Plane;
 use mesh_io::MeshFile;
 use std::collections::BTreeMap;
 
-/// Makes the mesh of a generator alone.
+/// Makes the plane mesh of a generator alone.
 ///
 /// * `keys`: those of `generator = { … }` of a body.
 ///
 /// # Errors
 /// Everything that is wrong with the keys, and a mesh that cannot be made.
 pub fn mesh_of_generator(keys: &Table) -> Result<TriMesh, CaseError> {
-    let (findings, at) = (Findings::default(), At::of_key("generator", ""));
-    let source = read_body::generator(Reader::new(&findings, keys, "generator".to_owned(), &at));
+    let (findings, at) = (Findings::new(Plane::COORDINATES), At::of_key("generator", ""));
+    let source = read_body::generator::<Plane>(Reader::new(&findings, keys, "generator".to_owned(), &at));
     let (faults, omitted, _) = findings.into_parts();
-    match source.as_ref().filter(|_| faults.is_empty()).and_then(generated) {
+    match source.as_ref().filter(|_| faults.is_empty()).map(Plane::generated) {
         Some(made) => {
             made.map_err(|error| generator_fault(Some(at.place()), error.to_string(), &error).into())
         }
@@ -29,7 +30,7 @@ pub fn mesh_of_generator(keys: &Table) -> Result<TriMesh, CaseError> {
     }
 }
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Gives a mesh to the bodies whose `mesh.file` is `name`. [`Case::read_mesh_files`] then reads no file for them.
     pub fn give_mesh(&mut self, name: &str, mesh: MeshFile) {
         self.meshes.give(name, mesh);
@@ -53,10 +54,12 @@ impl Case {
     ///
     /// # Errors
     /// A mesh that cannot be generated, or a file that was not read or holds no sound mesh.
-    pub fn mesh_of(&self, body: usize) -> Result<TriMesh, CaseError> {
+    pub fn mesh_of(&self, body: usize) -> Result<Mesh<S>, CaseError> {
         self.build_mesh(body)
     }
+}
 
+impl Case {
     /// Puts data along sides where a program gave data at nodes, which are linear along the edges.
     pub(super) fn evaluate_given(&mut self) -> Result<(), CaseError> {
         let given = |(body, side, value): (usize, String, &mut Value)| match value {

@@ -1,14 +1,13 @@
 //! The problem of a case: its bodies, paired by fem-core, with errors at the places of their keys, and notes.
 
 use super::pair_notes::PairNote;
-use super::{Case, Friction, fixes};
+use super::{Case, Dimension, Friction, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use fem_core::body::Body;
-use fem_core::geometry::shown;
-use fem_core::interface::common_refinement::{CommonRefinementError, common_refinement};
+use fem_core::geometry::{Coordinates, shown};
+use fem_core::interface::common_refinement::CommonRefinementError;
 use fem_core::interface::{
-    self, ContactInterface, ContactPair, ContactProblem, GapChange, InterfaceError, Paired, PairingError,
-    Refined, Sides,
+    self, ContactPair, ContactProblem, GapChange, InterfaceError, Paired, PairingError, Refined, Sides,
 };
 use mesh_io::words::counted;
 use std::collections::HashSet;
@@ -21,25 +20,22 @@ const CORNER: f64 = 30.0;
 /// Notes about a problem, each once.
 pub type Notes = Vec<String>;
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Makes the contact problem, bodies in the file's order, and says what is worth knowing about it: how the meshes were read,
     /// corners of the contact line, and what was changed so that contact surfaces match.
     ///
     /// # Errors
     /// See [`Case::build_bodies`]; surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda`
     /// that is not finite at one of their nodes.
-    pub fn build(&self) -> Result<(ContactProblem, Notes), CaseError> {
+    pub fn build(&self) -> Result<(ContactProblem<S>, Notes), CaseError> {
         let contacts = (0..self.contacts.len()).map(|k| self.contact(k));
-        let contacts = contacts.collect::<Result<Vec<interface::Contact>, CaseError>>()?;
-        let paired = ContactProblem::of_contacts(self.build_bodies()?, &contacts);
+        let contacts = contacts.collect::<Result<Vec<interface::Contact<S>>, CaseError>>()?;
+        let paired = S::pair(self.build_bodies()?, &contacts);
         let Paired { problem, refined, .. } =
             paired.map_err(|error| self.pairing_diagnostic(&contacts, &error))?;
         let mut notes = self.mesh_notes().to_vec();
-        notes.extend(self.cut_notes(&problem.bodies));
-        let refined = refined.iter().enumerate().filter_map(|(k, refined)| Some((k, refined.as_ref()?)));
-        notes.extend(self.joined(refined.map(|(k, refined)| self.refinement_note(k, refined)).collect()));
+        notes.extend(S::notes(self, &problem, &refined));
         let pairs = || problem.contacts.iter().enumerate();
-        notes.extend(pairs().filter_map(|(k, pair)| self.corner_note(k, pair, &problem)));
         let changes = pairs().filter_map(|(k, pair)| Some((k, pair.interface.gap_change()?)));
         notes.extend(changes.map(|(k, change)| self.gap_change_note(k, change)));
         for (k, pair) in pairs() {
@@ -54,7 +50,7 @@ impl Case {
     ///
     /// # Errors
     /// Numbers of bodies and surfaces that the reader would have refused: a program may have changed them since.
-    fn contact(&self, contact: usize) -> Result<interface::Contact, CaseError> {
+    fn contact(&self, contact: usize) -> Result<interface::Contact<S>, CaseError> {
         let given = &self.contacts[contact];
         let (gap, normal) = self.gap_and_normal(contact);
         let sides = match (&given.obstacle, &given.bodies[..], &given.surfaces[..]) {
@@ -77,7 +73,7 @@ impl Case {
     }
 
     /// Attributes an error of the pairing to the key that causes it.
-    fn pairing_diagnostic(&self, contacts: &[interface::Contact], error: &PairingError) -> CaseError {
+    fn pairing_diagnostic(&self, contacts: &[interface::Contact<S>], error: &PairingError) -> CaseError {
         let swapped = |pair: usize, fault| self.swap_names(&contacts[pair], fault).into();
         match error {
             // A load on a side and a law of friction have nothing to do with the names of the surfaces.
@@ -98,26 +94,10 @@ impl Case {
         }
     }
 
-    /// Says how the normal is chosen at a corner of a contact line.
-    fn corner_note(&self, contact: usize, pair: &ContactPair, problem: &ContactProblem) -> Option<String> {
-        let given = &self.contacts[contact];
-        let averaged = given.normal.is_none() && given.obstacle.is_none();
-        let corner = || pair.interface.sharpest_corner(&problem.bodies[pair.body]);
-        let (point, degrees) = averaged.then(corner).flatten().filter(|c| c.1 > CORNER)?;
-        Some(format!(
-            "the contact line turns by {degrees:.1} degrees at ({}, {}): the contact normal there is the mean of its two \
-             edges' normals, weighted by their lengths; finer edges round the corner off, a `[[body.curve]]` of both \
-             bodies beside it makes it a corner with two normals, `{}.normal` gives one direction, and more than 60 \
-             degrees are refused",
-            shown(point[0]),
-            shown(point[1]),
-            given.path
-        ))
-    }
-
     /// Says by how much the gap of the case moves the surfaces against those that are drawn.
-    fn gap_change_note(&self, contact: usize, change: GapChange) -> String {
-        let [x, y] = change.point.map(significant).into();
+    fn gap_change_note(&self, contact: usize, change: GapChange<S>) -> String {
+        let at: Vec<String> = change.point.entries().iter().map(|x| significant(*x)).collect();
+        let at = at.join(", ");
         let drawn = match change.drawn {
             d if d.abs() < TOUCHING * change.used => "touching".to_owned(),
             d if d > 0.0 => format!("apart by {}", significant(d)),
@@ -128,53 +108,23 @@ impl Case {
         let path = format!("{}.gap", given.path);
         match self.is_given(&path) && !given.geometric {
             true => format!(
-                "{path} overrides the meshes and moves the surfaces by at most {moved}: at ({x}, {y}) they are drawn \
+                "{path} overrides the meshes and moves the surfaces by at most {moved}: at ({at}) they are drawn \
                  {drawn}, and the gap is {}",
                 significant(change.used)
             ),
             false => format!(
-                "the surfaces are drawn {drawn} at ({x}, {y}), the largest value: this is within the round-off of the meshes or \
+                "the surfaces are drawn {drawn} at ({at}), the largest value: this is within the round-off of the meshes or \
                  the accuracy of their bent sides, and is closed"
             ),
         }
     }
 
-    /// Says what a common refinement changed.
-    fn refinement_note(&self, contact: usize, refined: &Refined) -> PairNote {
-        let given = &self.contacts[contact];
-        let more = if given.geometric && refined.bent {
-            "; the gap is measured between smooth curves through the nodes of each"
-        } else {
-            ""
-        };
-        let names: Vec<String> =
-            given.bodies.iter().map(|body| format!("\"{}\"", self.bodies[*body].name)).collect();
-        let note = |names: [&str; 2]| changes_note(names, refined) + more;
-        let shared = note(["first body", "second body"]);
-        let alone = match &names[..] {
-            [first, second] => note([first, second]),
-            _ => shared.clone(),
-        };
-        PairNote { contact, alone, shared }
-    }
-
     /// Helps if the two names of `surfaces` fit the other way round.
-    fn swap_names(&self, contact: &interface::Contact, fault: Diagnostic) -> Diagnostic {
+    fn swap_names(&self, contact: &interface::Contact<S>, fault: Diagnostic) -> Diagnostic {
         let Sides::Bodies { bodies: [first, second], surfaces: [b, a], gap, normal } = &contact.sides else {
             return fault;
         };
-        let fits = |bodies: Vec<Body>| {
-            let pair = [&bodies[*first], &bodies[*second]];
-            match ContactInterface::pair_along(pair[0], pair[1], [a, b], gap, *normal) {
-                Ok(_) => true,
-                Err(error) if error.is_mismatch() => {
-                    common_refinement(pair.map(Body::clone), [a, b], *normal).is_ok_and(|common| {
-                        ContactInterface::pair_refined(&common, [a, b], gap, *normal).is_ok()
-                    })
-                }
-                Err(_) => false,
-            }
-        };
+        let fits = |bodies: Vec<Body<S>>| S::fits([&bodies[*first], &bodies[*second]], [a, b], gap, *normal);
         let swapped = a != b && self.build_bodies().is_ok_and(fits);
         if swapped {
             fault.help(Some(format!("swap the two names: `surfaces = [\"{a}\", \"{b}\"]`")))
@@ -195,6 +145,54 @@ impl Case {
         let (expected, fix) = fixes::of_refinement(error);
         let path = format!("{}.{key}", self.contacts[contact].path);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
+    }
+}
+
+impl Case {
+    /// Says what boxes cut, what common refinements changed, and how normals at corners are chosen.
+    pub(super) fn plane_notes(&self, problem: &ContactProblem, refined: &[Option<Refined>]) -> Notes {
+        let mut notes = self.cut_notes(&problem.bodies);
+        let refined = refined.iter().enumerate().filter_map(|(k, refined)| Some((k, refined.as_ref()?)));
+        notes.extend(self.joined(refined.map(|(k, refined)| self.refinement_note(k, refined)).collect()));
+        let pairs = problem.contacts.iter().enumerate();
+        notes.extend(pairs.filter_map(|(k, pair)| self.corner_note(k, pair, problem)));
+        notes
+    }
+
+    /// Says how the normal is chosen at a corner of a contact line.
+    fn corner_note(&self, contact: usize, pair: &ContactPair, problem: &ContactProblem) -> Option<String> {
+        let given = &self.contacts[contact];
+        let averaged = given.normal.is_none() && given.obstacle.is_none();
+        let corner = || pair.interface.sharpest_corner(&problem.bodies[pair.body]);
+        let (point, degrees) = averaged.then(corner).flatten().filter(|c| c.1 > CORNER)?;
+        Some(format!(
+            "the contact line turns by {degrees:.1} degrees at ({}, {}): the contact normal there is the mean of its two \
+             edges' normals, weighted by their lengths; finer edges round the corner off, a `[[body.curve]]` of both \
+             bodies beside it makes it a corner with two normals, `{}.normal` gives one direction, and more than 60 \
+             degrees are refused",
+            shown(point[0]),
+            shown(point[1]),
+            given.path
+        ))
+    }
+
+    /// Says what a common refinement changed.
+    fn refinement_note(&self, contact: usize, refined: &Refined) -> PairNote {
+        let given = &self.contacts[contact];
+        let more = if given.geometric && refined.bent {
+            "; the gap is measured between smooth curves through the nodes of each"
+        } else {
+            ""
+        };
+        let names: Vec<String> =
+            given.bodies.iter().map(|body| format!("\"{}\"", self.bodies[*body].name)).collect();
+        let note = |names: [&str; 2]| changes_note(names, refined) + more;
+        let shared = note(["first body", "second body"]);
+        let alone = match &names[..] {
+            [first, second] => note([first, second]),
+            _ => shared.clone(),
+        };
+        PairNote { contact, alone, shared }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The mesh files of a case: read once, kept as regions, named by their contents.
 
-use super::{Case, CellSelection, MeshSource};
+use super::{Case, CellSelection, Dimension, MeshSource};
 use crate::diagnostic::{CaseError, Diagnostic, code};
 use fem_core::geometry::shown;
 use fem_core::mesh::TriMesh;
@@ -132,12 +132,6 @@ impl Case {
         region.without_sides().filter(|_| !selected).map_or(Ok(region), Err)
     }
 
-    /// Returns the mesh file of a body, 0 or 1, with the SHA-256 of its contents; `None` for a generated mesh.
-    pub fn mesh_file_of(&self, body: usize) -> Option<(&str, &str)> {
-        let MeshSource::File { file, .. } = &self.bodies[body].mesh else { return None };
-        Some((file, self.meshes.digests.get(body)?.as_deref()?))
-    }
-
     /// Returns the mesh file's number of each triangle's cell, if a mesh of a body, 0 or 1, has the triangles of the
     /// file; `None` for a generated mesh and for one that was refined.
     pub fn element_numbers(&self, body: usize, mesh: &TriMesh) -> Option<&[u64]> {
@@ -147,59 +141,11 @@ impl Case {
         of_file.then(|| region.cell_numbers())
     }
 
-    /// Returns what is worth knowing about how the meshes were read: cells split, turned or reduced, nodes left out.
-    pub fn mesh_notes(&self) -> &[String] {
-        &self.meshes.notes
-    }
-
-    /// Returns the region of the mesh file that a body is.
-    pub(super) fn mesh_region(&self, body: usize) -> Option<&Region> {
-        self.meshes.region(body)
-    }
-
-    /// Returns the file's numbers of the cells of a group that a material region names, ascending.
-    pub(super) fn group_of_cells(&self, body: usize, group: &str) -> Option<&[u64]> {
-        let groups = self.meshes.groups.get(body)?;
-        groups.iter().find(|(name, _)| name == group).map(|(_, numbers)| &numbers[..])
-    }
-
-    /// Returns what is probably not meant in the meshes, with the body's place in the case file.
-    pub(super) fn mesh_warnings(&self) -> Vec<Diagnostic> {
-        let mut warnings = Vec::new();
-        for body in 0..self.bodies.len() {
-            for warning in self.meshes.region(body).map(Region::warnings).unwrap_or_default() {
-                let message = format!("body \"{}\": {}", self.bodies[body].name, Diagnostic::told(warning));
-                warnings.push(self.diagnostic(code::MESH, &format!("body.{body}.mesh.file"), message));
-            }
-        }
-        warnings
-    }
-
-    /// Helps when a region is named and a side is wanted.
-    pub(super) fn region_not_side(&self, body: usize, name: &str) -> Option<String> {
-        let region = self.meshes.region(body).filter(|r| r.is_cell_group(name))?;
-        Some(format!(
-            "\"{name}\" is a group of cells (dimension 2) of the file, {} wants edges (dimension 1)",
-            region.title()
-        ))
-    }
-
     /// Makes the mesh of a body whose file has been read.
-    pub(super) fn mesh_of_file(&self, body: usize) -> Result<TriMesh, CaseError> {
-        match self.meshes.region(body) {
-            Some(region) => {
-                let mesh = region.mesh().and_then(|mesh| region.without_overlaps(mesh));
-                mesh.map_err(|error| self.mesh_file_diagnostic(body, error).into())
-            }
-            None => {
-                let message =
-                    format!("the mesh file of body \"{}\" has not been read", self.bodies[body].name);
-                let diagnostic =
-                    self.diagnostic(code::UNREADABLE, &format!("body.{body}.mesh.file"), message);
-                let diagnostic = diagnostic.expected("the files to have been read");
-                Err(diagnostic.fix("call Case::read_mesh_files first").into())
-            }
-        }
+    pub(super) fn plane_mesh_of_file(&self, body: usize) -> Result<TriMesh, CaseError> {
+        let Some(region) = self.meshes.region(body) else { return Err(self.unread_mesh(body)) };
+        let mesh = region.mesh().and_then(|mesh| region.without_overlaps(mesh));
+        mesh.map_err(|error| self.mesh_file_diagnostic(body, error).into())
     }
 
     /// Attributes an error of a mesh file to the key that names the file or the region.
@@ -268,5 +214,58 @@ impl Case {
              twice"
                 .to_owned(),
         ))))
+    }
+}
+
+impl<S: Dimension> Case<S> {
+    /// Returns the mesh file of a body, 0 or 1, with the SHA-256 of its contents; `None` for a generated mesh.
+    pub fn mesh_file_of(&self, body: usize) -> Option<(&str, &str)> {
+        let MeshSource::File { file, .. } = &self.bodies[body].mesh else { return None };
+        Some((file, self.meshes.digests.get(body)?.as_deref()?))
+    }
+
+    /// Returns what is worth knowing about how the meshes were read: cells split, turned or reduced, nodes left out.
+    pub fn mesh_notes(&self) -> &[String] {
+        &self.meshes.notes
+    }
+
+    /// Returns the region of the mesh file that a body is.
+    pub(super) fn mesh_region(&self, body: usize) -> Option<&Region> {
+        self.meshes.region(body)
+    }
+
+    /// Returns the file's numbers of the cells of a group that a material region names, ascending.
+    pub(super) fn group_of_cells(&self, body: usize, group: &str) -> Option<&[u64]> {
+        let groups = self.meshes.groups.get(body)?;
+        groups.iter().find(|(name, _)| name == group).map(|(_, numbers)| &numbers[..])
+    }
+
+    /// Returns what is probably not meant in the meshes, with the body's place in the case file.
+    pub(super) fn mesh_warnings(&self) -> Vec<Diagnostic> {
+        let mut warnings = Vec::new();
+        for body in 0..self.bodies.len() {
+            for warning in self.meshes.region(body).map(Region::warnings).unwrap_or_default() {
+                let message = format!("body \"{}\": {}", self.bodies[body].name, Diagnostic::told(warning));
+                warnings.push(self.diagnostic(code::MESH, &format!("body.{body}.mesh.file"), message));
+            }
+        }
+        warnings
+    }
+
+    /// Helps when a region is named and a side is wanted.
+    pub(super) fn region_not_side(&self, body: usize, name: &str) -> Option<String> {
+        let region = self.meshes.region(body).filter(|r| r.is_cell_group(name))?;
+        Some(format!(
+            "\"{name}\" is a group of cells (dimension 2) of the file, {} wants edges (dimension 1)",
+            region.title()
+        ))
+    }
+
+    /// Says that a mesh file was not read.
+    pub(super) fn unread_mesh(&self, body: usize) -> CaseError {
+        let message = format!("the mesh file of body \"{}\" has not been read", self.bodies[body].name);
+        let diagnostic = self.diagnostic(code::UNREADABLE, &format!("body.{body}.mesh.file"), message);
+        let diagnostic = diagnostic.expected("the files to have been read");
+        diagnostic.fix("call Case::read_mesh_files first").into()
     }
 }

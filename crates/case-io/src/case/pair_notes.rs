@@ -1,6 +1,6 @@
 //! Notes about pairs: those that differ in the pair's name only are one.
 
-use super::Case;
+use super::{Case, Dimension};
 
 /// Pairs that are named in one note.
 const MOST_NAMED: usize = 3;
@@ -15,7 +15,7 @@ pub(super) struct PairNote {
     pub(super) shared: String,
 }
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Joins notes of pairs that say the same, in the order of the first of each.
     pub(super) fn joined(&self, notes: Vec<PairNote>) -> Vec<String> {
         let mut groups: Vec<Vec<PairNote>> = Vec::new();

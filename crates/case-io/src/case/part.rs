@@ -1,38 +1,48 @@
 //! Boxes along the axes: `part` of a side, `box` of a region.
 
+use super::Dimension;
 use crate::case_file::Reader;
-use fem_core::geometry::Vector;
-use fem_core::mesh::TriMesh;
-use serde::Serialize;
+use fem_core::mesh::Mesh;
+use fem_core::space::Plane;
+use serde::{Serialize, Serializer};
 
 /// Tolerance of the limits of a box, in diagonals of the body.
 const TOLERANCE: f64 = 1e-9;
 
-/// The part of an edge group a condition applies to: edges whose both ends lie in the closed box.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+/// The part of a side a condition applies to: facets all of whose corners lie in the closed box.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Part {
-    /// Limits in x; `None` leaves x free.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub x: Option<[f64; 2]>,
-    /// Limits in y; `None` leaves y free.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub y: Option<[f64; 2]>,
+pub struct Part<S: Dimension = Plane> {
+    /// Limits along each axis; `None` leaves it free.
+    pub limits: S::Axes<Option<[f64; 2]>>,
 }
 
-impl Part {
+impl<S: Dimension> Default for Part<S> {
+    fn default() -> Self {
+        Self { limits: S::axes(|_| None) }
+    }
+}
+
+impl<S: Dimension> Serialize for Part<S> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        let limits = S::COORDINATES.iter().zip(self.limits).filter(|(_, limits)| limits.is_some());
+        serializer.collect_map(limits)
+    }
+}
+
+impl<S: Dimension> Part<S> {
     /// How far beyond its limits a point may be.
-    pub(super) fn tolerance(mesh: &TriMesh) -> f64 {
+    pub(super) fn tolerance(mesh: &Mesh<S>) -> f64 {
         TOLERANCE * mesh.diagonal()
     }
 
-    /// Returns the test whether a point of the mesh's plane lies in the closed box, to [`Self::tolerance`].
-    pub(super) fn contains(self, mesh: &TriMesh) -> impl Fn(Vector) -> bool {
+    /// Returns the test whether a point lies in the closed box, to [`Self::tolerance`].
+    pub(super) fn contains(self, mesh: &Mesh<S>) -> impl Fn(S::Vector) -> bool + use<S> {
         let tolerance = Self::tolerance(mesh);
         let within = move |x: f64, limits: Option<[f64; 2]>| {
             limits.is_none_or(|[low, high]| x >= low - tolerance && x <= high + tolerance)
         };
-        move |point| within(point[0], self.x) && within(point[1], self.y)
+        move |point| (0..S::DIM).all(|c| within(point[c], self.limits[c]))
     }
 
     /// Tells if the part has no limits.
@@ -40,13 +50,20 @@ impl Part {
         *self == Self::default()
     }
 
+    /// Shows how limits are written: `x = [low, high], y = [low, high]`.
+    ///
+    /// * `between`: what joins them.
+    pub(super) fn written(between: &str) -> String {
+        S::COORDINATES.iter().map(|c| format!("{c} = [low, high]")).collect::<Vec<_>>().join(between)
+    }
+
     /// Reads a table of limits; without one there are no limits.
     ///
     /// * `name`: `part` or `box`.
     pub(super) fn read(r: &mut Reader<'_>, name: &'static str) -> Self {
         let Some(mut r) = r.table(name) else { return Self::default() };
-        let part = Self { x: r.pair("x"), y: r.pair("y") };
-        for (key, limits) in [("x", part.x), ("y", part.y)] {
+        let part = Self { limits: S::axes(|c| r.pair(S::COORDINATES[c])) };
+        for (key, limits) in S::COORDINATES.iter().zip(part.limits) {
             if limits.is_some_and(|[low, high]| low > high) {
                 r.refuse(
                     key,

@@ -1,42 +1,34 @@
 //! From the document to a [`Case`]: every section with its defaults and checks, except the bodies'.
 
+use super::dimension::{Keys, refuse_foreign};
 use super::{
-    Acceleration, Case, Contact, Criterion, Estimator, Friction, Imposed, Limit, Limits, Method, Model,
+    Acceleration, Case, Contact, Criterion, Dimension, Estimator, Friction, Imposed, Limit, Limits, Method,
     Output, QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Value, Weights,
 };
 use super::{materials, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
-use fem_core::material::Hypothesis;
 use mesh_io::numeral;
 
-const HYPOTHESES: &[(&str, Hypothesis)] =
-    &[("plane_strain", Hypothesis::PlaneStrain), ("plane_stress", Hypothesis::PlaneStress)];
-
-/// Returns the word of a hypothesis.
-pub(super) fn hypothesis_name(hypothesis: Hypothesis) -> &'static str {
-    HYPOTHESES.iter().find(|(_, h)| *h == hypothesis).map_or("", |(name, _)| name)
-}
-
 /// Reads all sections and collects what is wrong with any of them.
-pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseError> {
-    let findings = Findings::default();
+pub(super) fn case<S: Keys>(document: &Document, file_name: &str) -> Result<Case<S>, CaseError> {
+    let findings = Findings::new(S::COORDINATES);
     let mut root = Reader::new(&findings, &document.root, String::new(), &document.at);
     schema(&mut root)?;
+    let foreign = refuse_foreign::<S>(&mut root, "");
     root.require(&["body", "contact", "materials"]);
     let title = root.string("title").unwrap_or_default();
     let units = units::units(root.table("units"));
-    let model = model(root.table("model"));
-    let materials =
-        root.table("materials").map(|r| materials::materials(r, model.hypothesis)).unwrap_or_default();
-    let mut bodies = read_body::bodies(&mut root);
+    let model = S::model(root.table("model"));
+    let materials = root.table("materials").map(|r| materials::materials::<S>(r, &model)).unwrap_or_default();
+    let mut bodies = read_body::bodies::<S>(&mut root);
     regions::check_references(&root, &materials, &bodies);
     let contacts = read_contact::contacts(&mut root, &mut bodies);
     let solver = solver(root.table("solver"));
     let estimator = estimator(root.table("estimator"));
-    let adapt = read_adapt::adapt(&mut root, &contacts);
+    let adapt = if foreign { None } else { read_adapt::adapt(&mut root, &contacts) };
     refuse_with_friction(&root, &contacts, &solver);
-    let steps = steps::steps(&mut root, &bodies, adapt.is_some());
+    let steps = if foreign { Vec::new() } else { steps::steps(&mut root, &bodies, adapt.is_some()) };
     let output = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();
@@ -92,8 +84,8 @@ fn schema(root: &mut Reader<'_>) -> Result<(), CaseError> {
 }
 
 /// Refuses what friction is not supported with.
-fn refuse_with_friction(root: &Reader<'_>, contacts: &[Contact], solver: &Solver) {
-    let refuse = |key: &str, what: &str, (law, pair): (&str, &Contact), expected: &str| {
+fn refuse_with_friction<S: Dimension>(root: &Reader<'_>, contacts: &[Contact<S>], solver: &Solver) {
+    let refuse = |key: &str, what: &str, (law, pair): (&str, &Contact<S>), expected: &str| {
         let message = format!("{what}, and the pair {} has {law}", excerpt(&pair.name));
         let place = root.findings().place(key);
         let diagnostic = Diagnostic::new(code::VALUE, place, message).expected(expected);
@@ -113,26 +105,6 @@ fn refuse_with_friction(root: &Reader<'_>, contacts: &[Contact], solver: &Solver
 
 fn positive(value: f64) -> bool {
     value > 0.0
-}
-
-/// Tells what to do about a hypothesis that is not plane.
-fn not_plane(word: &str) -> &'static str {
-    let word = word.to_lowercase();
-    let of_space = ["axi", "axy", "rotation", "revolution", "3d", "3-d", "three", "solid", "shell"];
-    if of_space.iter().any(|part| word.contains(part)) {
-        "only plane problems are solved, in plane strain or plane stress"
-    } else {
-        "write \"plane_strain\" for a long body, \"plane_stress\" for a thin sheet"
-    }
-}
-
-fn model(reader: Option<Reader<'_>>) -> Model {
-    let mut model = Model { hypothesis: Hypothesis::PlaneStrain, thickness: 1.0 };
-    let Some(mut r) = reader else { return model };
-    model.hypothesis = r.choice_or("hypothesis", HYPOTHESES, not_plane).unwrap_or(model.hypothesis);
-    model.thickness = r.number_where("thickness", positive, "a number > 0").unwrap_or(model.thickness);
-    r.finish();
-    model
 }
 
 /// Iterations at most, by default.
@@ -164,8 +136,8 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     solver.acceleration = r.choice("acceleration", Acceleration::NAMES).unwrap_or_default();
     solver.lambda = r.value("lambda").unwrap_or_default();
     if let Value::Given(_) = solver.lambda {
-        let expected = "a number, or an expression in x and y";
-        r.refuse("lambda", "`solver.lambda` takes no values at nodes", expected, "write a number there");
+        let expected = r.findings().expression();
+        r.refuse("lambda", "`solver.lambda` takes no values at nodes", &expected, "write a number there");
     }
     solver.coarse = r.boolean("coarse").unwrap_or(true);
     solver.max_iterations = r.count("max_iterations", 0).unwrap_or(solver.max_iterations);

@@ -1,6 +1,6 @@
 //! `[adapt]`, and how far the estimator relaxes: from the document to values, with defaults and checks.
 
-use super::{Adapt, Contact, Friction, RelaxUntil, Target};
+use super::{Adapt, Contact, Dimension, Friction, RelaxUntil, Target};
 use crate::case_file::Reader;
 use crate::diagnostic::excerpt;
 
@@ -13,7 +13,7 @@ fn proper(value: f64) -> bool {
 /// Reads `[adapt]`, if it is there.
 ///
 /// * `contacts`: the pairs, which say what there is to reach: with Coulomb friction there is no certificate.
-pub(super) fn adapt(root: &mut Reader<'_>, contacts: &[Contact]) -> Option<Adapt> {
+pub(super) fn adapt<S: Dimension>(root: &mut Reader<'_>, contacts: &[Contact<S>]) -> Option<Adapt> {
     let mut r = root.table("adapt")?;
     let coulomb = contacts.iter().find(|contact| matches!(contact.friction, Some(Friction::Coulomb { .. })));
     let [error, residual] = ["target_relative_error", "target_coulomb_residual"];

@@ -1,6 +1,7 @@
 //! The `[[body]]` tables: names, meshes, displacements and tractions.
 
-use super::body::file_stem;
+use super::body::{CURVES, file_stem};
+use super::dimension::{Keys, refuse_foreign};
 use super::regions::regions;
 use super::{
     BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, Traction,
@@ -9,17 +10,15 @@ use super::{
 use super::{read_contact, side};
 use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
-use fem_core::body::CurveKind;
-use fem_core::mesh::generate::Facing;
 use std::collections::HashMap;
 
 /// Reads the bodies.
-pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
+pub(super) fn bodies<S: Keys>(root: &mut Reader<'_>) -> Vec<BodyCase<S>> {
     let Some(mut readers) = root.tables("body") else { return Vec::new() };
     let mut bodies = Vec::with_capacity(readers.len());
     let mut names = HashMap::new();
     for r in &mut readers {
-        bodies.push(body(r, &mut names));
+        bodies.push(body::<S>(r, &mut names));
     }
     if bodies.is_empty() {
         root.refuse("body", "there is no body", "one [[body]] table or more", "write a [[body]]");
@@ -30,7 +29,8 @@ pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
     bodies
 }
 
-fn body(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> BodyCase {
+fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> BodyCase<S> {
+    let foreign = refuse_foreign::<S>(r, "body");
     r.require(&["name", "material"]);
     let name = r.string("name");
     if let Some(name) = &name {
@@ -39,16 +39,17 @@ fn body(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> BodyCase {
     }
     let name = name.unwrap_or_default();
     let material = r.string("material").unwrap_or_default();
-    let mesh = mesh(r).unwrap_or_default();
+    let mesh = mesh::<S>(r).unwrap_or_default();
     let regions = regions(r);
-    let body_force = r.pair("body_force").unwrap_or_default();
-    let mut sides = side::sides(r);
+    let body_force = r.axes::<S>("body_force").unwrap_or_else(|| S::axes(|_| 0.0));
+    let mut sides = side::sides::<S>(r);
     let s = &mut sides;
     let displacements =
         r.tables("displacement").unwrap_or_default().into_iter().map(|r| displacement(r, s)).collect();
     let tractions = r.tables("traction").unwrap_or_default().into_iter().map(|r| traction(r, s)).collect();
     let rigid = r.tables("rigid").unwrap_or_default().into_iter().map(|r| rigid(r, s)).collect();
-    let curves = r.tables("curve").unwrap_or_default().into_iter().filter_map(|r| curve(r, s)).collect();
+    let curves = if foreign { None } else { r.tables("curve") };
+    let curves = curves.unwrap_or_default().into_iter().filter_map(|r| curve(r, s)).collect();
     BodyCase { name, material, regions, mesh, body_force, displacements, tractions, sides, rigid, curves }
 }
 
@@ -92,8 +93,8 @@ fn check_name(r: &Reader<'_>, name: &str, others: &HashMap<String, String>) {
     }
 }
 
-fn mesh(r: &mut Reader<'_>) -> Option<MeshSource> {
-    let source = r.table("generator").and_then(generator);
+fn mesh<S: Keys>(r: &mut Reader<'_>) -> Option<MeshSource<S>> {
+    let source = r.table("generator").and_then(generator::<S>).map(MeshSource::Generator);
     let file = r.table("mesh").and_then(mesh_file);
     match (r.has("generator"), r.has("mesh")) {
         (true, true) => {
@@ -101,9 +102,7 @@ fn mesh(r: &mut Reader<'_>) -> Option<MeshSource> {
             r.refuse("mesh", message, "one of the two", "take one of them out");
         }
         (false, false) => {
-            let expected = "`generator = { kind = \"block\", … }` or `mesh = { file = \"name.msh\", region = \"name\" }`";
-            let fix =
-                "write `generator = { kind = \"block\", size = [2.0, 1.0], cells = [18, 9] }` to begin with";
+            let [expected, fix] = S::MESH;
             r.refuse("", "this body has no mesh: neither `generator` nor `mesh` is there", expected, fix);
         }
         _ => {}
@@ -111,7 +110,7 @@ fn mesh(r: &mut Reader<'_>) -> Option<MeshSource> {
     source.or(file)
 }
 
-fn mesh_file(mut r: Reader<'_>) -> Option<MeshSource> {
+fn mesh_file<S: Keys>(mut r: Reader<'_>) -> Option<MeshSource<S>> {
     r.require(&["file"]);
     let file = r.string("file");
     if file.as_ref().is_some_and(|name| name.trim().is_empty()) {
@@ -125,107 +124,39 @@ fn mesh_file(mut r: Reader<'_>) -> Option<MeshSource> {
     Some(MeshSource::File { file: file?, region, merge, duplicate_interface })
 }
 
-/// The generators, each with its reader.
-type Generator = fn(Reader<'_>) -> Option<MeshSource>;
-const KINDS: &[(&str, Generator)] =
-    &[("block", block), ("ring", ring), ("disc", disc), ("half_disc", half_disc)];
-
-const FACINGS: &[(&str, Facing)] = &[("down", Facing::Down), ("up", Facing::Up)];
-
-/// Writes the word of a direction.
-pub(super) fn facing_name<S: serde::Serializer>(facing: &Facing, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(FACINGS.iter().find(|(_, f)| f == facing).map_or("", |(name, _)| name))
-}
-
 /// Reads the table of a generator.
-pub(super) fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
-    // Without a kind the keys of a block are expected.
-    let generator = if r.has("kind") { r.choice("kind", KINDS)? } else { block };
+pub(super) fn generator<S: Keys>(mut r: Reader<'_>) -> Option<S::Generator> {
+    if refuse_foreign::<S>(&mut r, "generator") {
+        return None;
+    }
+    // Without a kind the keys of the first are expected.
+    let [(_, first), ..] = S::GENERATORS else { return None };
+    let generator = if r.has("kind") { r.choice("kind", S::GENERATORS)? } else { *first };
     generator(r)
 }
 
-fn ring(mut r: Reader<'_>) -> Option<MeshSource> {
-    r.require(&["radii", "cells"]);
-    let centre = r.pair("centre").unwrap_or_default();
-    let radii = r.pair("radii");
-    let angles = r.pair("angles").unwrap_or([0.0, 360.0]);
-    let cells = r.count_pair("cells");
-    r.finish();
-    Some(MeshSource::Ring { centre, radii: radii?, angles, cells: cells? })
-}
-
-fn disc(mut r: Reader<'_>) -> Option<MeshSource> {
-    r.require(&["radius", "cells"]);
-    let centre = r.pair("centre").unwrap_or_default();
-    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
-    let cells = r.count("cells", 1);
-    let start = r.number("start").unwrap_or(0.0);
-    r.finish();
-    Some(MeshSource::Disc { centre, radius: radius?, cells: cells?, start })
-}
-
-/// Half the width of the contact side of a half disc over its radius, at most.
-const WIDEST: f64 = 0.3;
-
-fn half_disc(mut r: Reader<'_>) -> Option<MeshSource> {
-    r.require(&["radius", "facing", "half_width", "cells"]);
-    let pole = r.pair("pole").unwrap_or_default();
-    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
-    let largest = WIDEST * radius.filter(|radius| *radius > 0.0).unwrap_or(f64::INFINITY);
-    let half_width = r.number_where(
-        "half_width",
-        |width| width > 0.0 && width <= largest,
-        "a number > 0, at most 0.3 times `radius`",
-    );
-    let facing = r.choice("facing", FACINGS);
-    let cells = r.count("cells", 1);
-    r.finish();
-    Some(MeshSource::HalfDisc {
-        pole,
-        radius: radius?,
-        facing: facing?,
-        half_width: half_width?,
-        cells: cells?,
-    })
-}
-
-fn block(mut r: Reader<'_>) -> Option<MeshSource> {
-    r.require(&["kind", "size", "cells"]);
-    let origin = r.pair("origin").unwrap_or_default();
-    let size = r.pair("size");
-    if size.is_some_and(|s| s.iter().any(|&v| v <= 0.0)) {
-        r.refuse(
-            "size",
-            "a block needs a width and a height",
-            "two numbers > 0",
-            "write it as in `size = [2.0, 1.0]`",
-        );
-    }
-    let cells = r.count_pair("cells");
-    r.finish();
-    Some(MeshSource::Block { origin, size: size?, cells: cells? })
-}
-
 /// Reads `on`: the name of a side, or a list of names, which becomes a side of its own.
-fn on(r: &mut Reader<'_>, sides: &mut Vec<SideCase>) -> String {
+fn on<S: Keys>(r: &mut Reader<'_>, sides: &mut Vec<SideCase<S>>) -> String {
     r.require(&["on"]);
     let names = r.names("on").unwrap_or_default();
     if side::has_point(&names, sides) {
-        r.refuse("on", ON_POINT, "a side with edges", "name a side, or select one with `box` or `facing`");
+        let expected = format!("a side with {}", S::WORDS.facets);
+        let message = format!(
+            "a single node (`point` of a side) takes a [[body.displacement]] only: it has no {}",
+            S::EXTENT
+        );
+        r.refuse("on", message, &expected, "name a side, or select one with `box` or `facing`");
     }
     side::joined(names, sides)
 }
 
-/// Why a single node is refused.
-const ON_POINT: &str =
-    "a single node (`point` of a side) takes a [[body.displacement]] only: it has no length";
-
 /// Reads `on` of a displacement: a side, a list of sides, or a single node.
-fn on_displaced(r: &mut Reader<'_>, sides: &mut Vec<SideCase>) -> String {
+fn on_displaced<S: Keys>(r: &mut Reader<'_>, sides: &mut Vec<SideCase<S>>) -> String {
     r.require(&["on"]);
     let names = r.names("on").unwrap_or_default();
     if side::has_point(&names, sides) {
-        let expected = "`ux`, `uy` or `fixed` on it alone";
+        let expected = format!("{} or `fixed` on it alone", components::<S>(", ", ", "));
+        let expected = expected.as_str();
         if names.len() > 1 {
             let message = "a single node (`point` of a side) is in a list of sides";
             r.refuse("on", message, expected, "write a [[body.displacement]] of its own for it");
@@ -238,15 +169,29 @@ fn on_displaced(r: &mut Reader<'_>, sides: &mut Vec<SideCase>) -> String {
     side::joined(names, sides)
 }
 
-fn displacement(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Displacement {
+/// Lists the keys of the components of a displacement.
+///
+/// * `last`: what is before the last one.
+fn components<S: Keys>(between: &str, last: &str) -> String {
+    let keys: Vec<String> = S::MOTIONS.iter().take(S::DIM).map(|key| format!("`{key}`")).collect();
+    match &keys[..] {
+        [all @ .., end] => format!("{}{last}{end}", all.join(between)),
+        [] => String::new(),
+    }
+}
+
+fn displacement<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> Displacement<S> {
     let name = r.string("name");
     let on = on_displaced(&mut r, sides);
     let part = Part::read(&mut r, "part");
-    let given: Vec<&str> = ["ux", "uy", "normal", "fixed"].into_iter().filter(|key| r.has(key)).collect();
-    let components = [r.value("ux"), r.value("uy")];
+    let axes = &S::MOTIONS[..S::DIM];
+    let keys = axes.iter().chain(&["normal", "fixed"]);
+    let given: Vec<&str> = keys.copied().filter(|key| r.has(key)).collect();
+    let imposed = S::data(|c| r.value(axes[c]));
     let normal = r.value("normal");
     let fixed = r.boolean("fixed");
-    let expected = "`ux` and/or `uy`, or `normal`, or `fixed = true`";
+    let expected = format!("{}, or `normal`, or `fixed = true`", components::<S>(", ", " and/or "));
+    let expected = expected.as_str();
     match given[..] {
         [] => r.refuse(
             "",
@@ -254,7 +199,8 @@ fn displacement(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Displacement {
             expected,
             "write `fixed = true` to hold it",
         ),
-        ["ux"] | ["uy"] | ["ux", "uy"] | ["normal"] => {}
+        ["normal"] => {}
+        _ if given.iter().all(|key| axes.contains(key)) => {}
         ["fixed"] if fixed != Some(false) => {}
         ["fixed"] => {
             r.refuse("fixed", "`fixed = false` imposes nothing", expected, "take the whole condition out")
@@ -269,12 +215,12 @@ fn displacement(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Displacement {
     let imposition = match (normal, fixed) {
         (Some(value), _) => Imposition::Normal(value),
         (None, Some(_)) => Imposition::Fixed,
-        (None, None) => Imposition::Components(components),
+        (None, None) => Imposition::Components(imposed),
     };
     Displacement { name, on, part, imposition }
 }
 
-fn rigid(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> RigidCase {
+fn rigid<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> RigidCase<S> {
     let name = r.string("name");
     let on = on(&mut r, sides);
     let part = Part::read(&mut r, "part");
@@ -283,14 +229,7 @@ fn rigid(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> RigidCase {
     RigidCase { name, on, part, rigid }
 }
 
-const CURVES: &[(&str, CurveKind)] = &[("arc", CurveKind::Arc), ("smooth", CurveKind::Smooth)];
-
-/// Writes the word of a curve.
-pub(super) fn curve_name<S: serde::Serializer>(kind: &CurveKind, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(CURVES.iter().find(|(_, k)| k == kind).map_or("", |(name, _)| name))
-}
-
-fn curve(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Option<CurveCase> {
+fn curve<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> Option<CurveCase> {
     let on = on(&mut r, sides);
     r.require(&["kind"]);
     let kind = if r.has("kind") { r.choice("kind", CURVES) } else { None };
@@ -298,12 +237,14 @@ fn curve(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Option<CurveCase> {
     Some(CurveCase { on, kind: kind? })
 }
 
-fn traction(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Traction {
+fn traction<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> Traction<S> {
     let name = r.string("name");
     let on = on(&mut r, sides);
     let part = Part::read(&mut r, "part");
-    let (vector, pressure) = (r.value_pair("vector"), r.value("pressure"));
-    let expected = "either `vector = [tx, ty]` or `pressure = p`";
+    let (vector, pressure) = (r.values::<S>("vector"), r.value("pressure"));
+    let vector_of: Vec<String> = S::COORDINATES.iter().map(|c| format!("t{c}")).collect();
+    let expected = format!("either `vector = [{}]` or `pressure = p`", vector_of.join(", "));
+    let expected = expected.as_str();
     match (r.has("vector"), r.has("pressure")) {
         (true, true) => r.refuse(
             "pressure",

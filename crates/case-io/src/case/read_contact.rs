@@ -2,7 +2,8 @@
 
 use super::body::file_stem;
 use super::contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
-use super::side::{has_point, joined};
+use super::dimension::{Keys, refuse_foreign};
+use super::side::{has_point, joined, up};
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};
@@ -12,11 +13,14 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 /// Bytes of the name of a pair, at most: it also names files.
 const LONGEST_NAME: usize = 100;
 
+/// The key of a rotation.
+const ROTATION: &str = "rotation";
+
 /// The gap between the meshes, measured.
 pub(super) const GEOMETRIC: &str = "geometric";
 
 /// Reads the pairs: an array of tables, or one table if there are two bodies.
-pub(super) fn contacts(root: &mut Reader<'_>, bodies: &mut [BodyCase]) -> Vec<Contact> {
+pub(super) fn contacts<S: Keys>(root: &mut Reader<'_>, bodies: &mut [BodyCase<S>]) -> Vec<Contact<S>> {
     let single = matches!(root.node("contact").map(|n| &n.value), Some(NodeValue::Table(_)));
     let readers = if single {
         root.table("contact").into_iter().collect()
@@ -24,7 +28,7 @@ pub(super) fn contacts(root: &mut Reader<'_>, bodies: &mut [BodyCase]) -> Vec<Co
         root.tables("contact").unwrap_or_default()
     };
     let only = readers.len() == 1;
-    let mut found: Vec<Contact> = Vec::new();
+    let mut found: Vec<Contact<S>> = Vec::new();
     let (mut names, mut pairs) = (Names::default(), HashMap::new());
     let numbers = numbers(bodies);
     for (k, mut r) in readers.into_iter().enumerate() {
@@ -94,20 +98,21 @@ impl Names {
 }
 
 /// The number of each body by its name, the first one if there are two.
-fn numbers(bodies: &[BodyCase]) -> HashMap<String, usize> {
+fn numbers<S: Keys>(bodies: &[BodyCase<S>]) -> HashMap<String, usize> {
     let names = bodies.iter().enumerate().rev();
     names.map(|(number, body)| (body.name.clone(), number)).collect()
 }
 
 /// Reads one pair, with its default name.
-fn contact(
+fn contact<S: Keys>(
     r: &mut Reader<'_>,
-    (bodies, numbers): (&mut [BodyCase], &HashMap<String, usize>),
+    (bodies, numbers): (&mut [BodyCase<S>], &HashMap<String, usize>),
     only: bool,
     path: String,
-) -> Contact {
+) -> Contact<S> {
+    let foreign = refuse_foreign::<S>(r, "contact");
     let named = r.strings("bodies");
-    let obstacle = r.table("obstacle").and_then(obstacle);
+    let obstacle = r.table("obstacle").and_then(obstacle::<S>);
     let against = r.has("obstacle");
     r.require(&["surfaces"]);
     let members: Vec<usize> = match &named {
@@ -156,8 +161,8 @@ fn contact(
         let message = format!("`{}` is negative: the bodies would overlap", r.path_of("gap"));
         r.refuse("gap", message, "a number >= 0", "move one of the bodies, or write `gap = 0.0`");
     }
-    let normal = r.pair("normal");
-    if normal == Some([0.0; 2]) {
+    let normal = if foreign { None } else { r.axes::<S>("normal") };
+    if normal == Some(S::axes(|_| 0.0)) {
         r.refuse(
             "normal",
             format!("`{}` has no direction", r.path_of("normal")),
@@ -166,9 +171,9 @@ fn contact(
         );
     }
     let imposed = r.choice("imposed", Imposed::NAMES);
-    let friction = r.table("friction").and_then(friction);
-    let motion = r.pair("motion");
-    let obstacle = against_obstacle(r, obstacle, motion);
+    let friction = if foreign { None } else { r.table("friction").and_then(friction) };
+    let motion = r.axes::<S>("motion");
+    let obstacle = against_obstacle::<S>(r, obstacle, motion);
     let name = |b: &usize| bodies.get(*b).map_or("", |body| body.name.as_str());
     let name = match members[..] {
         [a] if against => format!("{}-obstacle", name(&a)),
@@ -179,8 +184,12 @@ fn contact(
         Some(body) => {
             let sides = &mut bodies[*body].sides;
             if has_point(&names, sides) {
-                let message = "a single node (`point` of a side) is no contact surface: it has no length";
-                r.refuse("surfaces", message, "sides with edges", "name the sides that touch");
+                let message = format!(
+                    "a single node (`point` of a side) is no contact surface: it has no {}",
+                    S::EXTENT
+                );
+                let expected = format!("sides with {}", S::WORDS.facets);
+                r.refuse("surfaces", message, &expected, "name the sides that touch");
             }
             joined(names, sides)
         }
@@ -218,11 +227,11 @@ fn coulomb(r: &mut Reader<'_>) -> Option<Friction> {
 }
 
 /// Checks what an obstacle excludes, and gives it its motion.
-fn against_obstacle(
+fn against_obstacle<S: Keys>(
     r: &Reader<'_>,
-    obstacle: Option<Obstacle>,
-    motion: Option<[f64; 2]>,
-) -> Option<Obstacle> {
+    obstacle: Option<Obstacle<S>>,
+    motion: Option<S::Axes<f64>>,
+) -> Option<Obstacle<S>> {
     if !r.has("obstacle") {
         if r.has("motion") {
             let expected = "a pair with an `obstacle`";
@@ -241,23 +250,25 @@ fn against_obstacle(
         r.refuse(key, message, expected, "take it out");
     }
     let mut obstacle = obstacle?;
-    if let Some([x, y]) = motion {
+    if let Some(by) = motion {
         if obstacle.rigid != Rigid::default() {
             let message = "`motion` and a rigid motion inside `obstacle` exclude each other";
-            r.refuse("motion", message, "one of the two", "write ux, uy and rotation inside `obstacle`");
+            let keys = S::MOTIONS[..S::DIM].join(", ");
+            let fix = format!("write {keys} and {ROTATION} inside `obstacle`");
+            r.refuse("motion", message, "one of the two", &fix);
         }
-        (obstacle.rigid.ux, obstacle.rigid.uy, obstacle.rigid.rotation) = (Some(x), Some(y), Some(0.0));
+        obstacle.rigid.motion = S::components(|k| Some(if k < S::DIM { by[k] } else { 0.0 }));
     }
     if obstacle.rigid == Rigid::default() {
-        obstacle.rigid = Rigid { ux: Some(0.0), uy: Some(0.0), rotation: Some(0.0), ..Rigid::default() };
+        obstacle.rigid.motion = S::components(|_| Some(0.0));
     }
     Some(obstacle)
 }
 
 /// Finds a body by its name.
-fn number(
+fn number<S: Keys>(
     r: &Reader<'_>,
-    (bodies, numbers): (&[BodyCase], &HashMap<String, usize>),
+    (bodies, numbers): (&[BodyCase<S>], &HashMap<String, usize>),
     entry: usize,
     name: &str,
 ) -> Option<usize> {
@@ -275,61 +286,62 @@ fn number(
     found
 }
 
-/// The shapes of obstacles, each with its reader.
-type Kind = fn(&mut Reader<'_>) -> Option<Shape>;
-const KINDS: &[(&str, Kind)] = &[("plane", plane), ("circle", circle)];
+/// The reader of a shape of obstacles.
+type Kind<S> = fn(&mut Reader<'_>) -> Option<Shape<S>>;
 const SIDES: &[(&str, CircleSide)] = &[("outside", CircleSide::Outside), ("inside", CircleSide::Inside)];
 
-fn obstacle(mut r: Reader<'_>) -> Option<Obstacle> {
+fn obstacle<S: Keys>(mut r: Reader<'_>) -> Option<Obstacle<S>> {
     r.require(&["kind"]);
-    let shape = r.choice("kind", KINDS).and_then(|read| read(&mut r));
+    if refuse_foreign::<S>(&mut r, "obstacle") {
+        return None;
+    }
+    let kinds: [(&'static str, Kind<S>); 2] = [("plane", plane), (S::CIRCLE, circle)];
+    let shape = r.choice("kind", &kinds).and_then(|read| read(&mut r));
     let rigid = rigid(&mut r);
     r.finish();
     Some(Obstacle { shape: shape?, rigid })
 }
 
-fn plane(r: &mut Reader<'_>) -> Option<Shape> {
+fn plane<S: Keys>(r: &mut Reader<'_>) -> Option<Shape<S>> {
     r.require(&["point", "normal"]);
-    let (point, normal) = (r.pair("point"), r.pair("normal"));
-    if normal == Some([0.0; 2]) {
+    let (point, normal) = (r.axes::<S>("point"), r.axes::<S>("normal"));
+    if normal == Some(S::axes(|_| 0.0)) {
         let message = format!("`{}` has no direction", r.path_of("normal"));
         r.refuse(
             "normal",
             message,
             "a direction out of the obstacle",
-            "write it as in `normal = [0.0, 1.0]`",
+            &format!("write it as in `normal = {}`", up::<S>()),
         );
     }
     Some(Shape::Plane { point: point?, normal: normal? })
 }
 
-fn circle(r: &mut Reader<'_>) -> Option<Shape> {
+fn circle<S: Keys>(r: &mut Reader<'_>) -> Option<Shape<S>> {
     r.require(&["centre", "radius"]);
-    let centre = r.pair("centre");
+    let centre = r.axes::<S>("centre");
     let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
     let side = r.choice("side", SIDES).unwrap_or_default();
     Some(Shape::Circle { centre: centre?, radius: radius?, side })
 }
 
 /// Reads the motion and the load of something rigid.
-pub(super) fn rigid(r: &mut Reader<'_>) -> Rigid {
-    let rigid = Rigid {
-        ux: r.number("ux"),
-        uy: r.number("uy"),
-        rotation: r.number("rotation"),
-        force: r.pair("force"),
-        moment: r.number("moment"),
-        about: r.pair("about"),
+pub(super) fn rigid<S: Keys>(r: &mut Reader<'_>) -> Rigid<S> {
+    let displacement = S::axes(|c| r.number(S::MOTIONS[c]));
+    let rotation = S::spin(r, ROTATION).map(|spin| S::motion(S::Vector::default(), spin));
+    let rigid = Rigid::<S> {
+        motion: S::components(|k| if k < S::DIM { displacement[k] } else { rotation.map(|of| of[k]) }),
+        force: r.axes::<S>("force"),
+        moment: S::spin(r, "moment"),
+        about: r.axes::<S>("about"),
     };
-    let force = rigid.force.unwrap_or_default();
-    let loads = [force[0], force[1], rigid.moment.unwrap_or_default()];
-    for (load, (given, key)) in
-        loads.into_iter().zip([(rigid.ux, "ux"), (rigid.uy, "uy"), (rigid.rotation, "rotation")])
-    {
-        if load != 0.0 && given.is_some() {
-            let message = format!("`{}` is imposed, and a load acts along it", r.path_of(key));
-            r.refuse(key, message, "one of the two", "take one of the two out");
-        }
+    let load = S::motion(rigid.force(), rigid.moment.unwrap_or_default());
+    let loaded = |k: &usize| load[*k] != 0.0 && rigid.motion[*k].is_some();
+    let translations = (0..S::DIM).filter(loaded).map(|k| S::MOTIONS[k]);
+    let rotations = (S::DIM..S::COMPONENTS).find(loaded).map(|_| ROTATION);
+    for key in translations.chain(rotations) {
+        let message = format!("`{}` is imposed, and a load acts along it", r.path_of(key));
+        r.refuse(key, message, "one of the two", "take one of the two out");
     }
     rigid
 }

@@ -1,46 +1,49 @@
 //! `[[body.region]]`: parts of a body that are of another material.
 
-use super::{BodyCase, Case, Material, Part};
+use super::{BodyCase, Case, Dimension, Material, Part};
 use crate::case_file::Reader;
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
-use fem_core::geometry::Vector;
 use fem_core::material::Materials;
-use fem_core::mesh::TriMesh;
+use fem_core::mesh::Mesh;
+use fem_core::space::Plane;
 use mesh_io::words::listed;
 use serde::Serialize;
 use std::collections::{HashMap, HashSet};
 
 /// `[[body.region]]`: cells with a material of their own. If regions overlap, the later one counts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(bound = "")]
 #[non_exhaustive]
-pub struct MaterialRegion {
+pub struct MaterialRegion<S: Dimension = Plane> {
     /// The name of the material.
     pub material: String,
     /// Which cells.
     #[serde(flatten)]
-    pub cells: CellSelection,
+    pub cells: CellSelection<S>,
 }
 
 /// Which cells a `[[body.region]]` takes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", bound = "")]
 #[non_exhaustive]
-pub enum CellSelection {
+pub enum CellSelection<S: Dimension = Plane> {
     /// `box`: the cells whose centroid lies in the closed box (with a tolerance of 1e-9 body diagonals).
-    Box(Part),
+    Box(Part<S>),
     /// `group`: the cells of a group of the body's mesh file.
     Group(String),
 }
 
 /// Reads `[[body.region]]`.
-pub(super) fn regions(r: &mut Reader<'_>) -> Vec<MaterialRegion> {
+pub(super) fn regions<S: Dimension>(r: &mut Reader<'_>) -> Vec<MaterialRegion<S>> {
     r.tables("region").unwrap_or_default().into_iter().map(|r| region(r)).collect()
 }
 
-fn region(mut r: Reader<'_>) -> MaterialRegion {
+fn region<S: Dimension>(mut r: Reader<'_>) -> MaterialRegion<S> {
     r.require(&["material"]);
     let material = r.string("material").unwrap_or_default();
-    let expected = "`box = { x = [low, high], y = [low, high] }`, or `group = \"name\"` for a mesh file";
+    let limits = Part::<S>::written(", ");
+    let expected = format!("`box = {{ {limits} }}`, or `group = \"name\"` for a mesh file");
+    let expected = expected.as_str();
     match (r.has("box"), r.has("group")) {
         (true, true) => {
             r.refuse("group", "`box` and `group` exclude each other", expected, "take one of them out")
@@ -53,8 +56,8 @@ fn region(mut r: Reader<'_>) -> MaterialRegion {
     let group = r.string("group");
     let part = Part::read(&mut r, "box");
     if r.has("box") && part.is_all() {
-        let expected = "`x = [low, high]` and/or `y = [low, high]`";
-        r.refuse("box", "the box has no limits", expected, "write `box = { x = [0.0, 1.0] }`");
+        let expected = format!("`{}`", Part::<S>::written("` and/or `"));
+        r.refuse("box", "the box has no limits", &expected, "write `box = { x = [0.0, 1.0] }`");
     }
     r.finish();
     let cells = group.map_or(CellSelection::Box(part), CellSelection::Group);
@@ -62,7 +65,11 @@ fn region(mut r: Reader<'_>) -> MaterialRegion {
 }
 
 /// Checks that every material that bodies and regions name exists, and names the nearest if it does not.
-pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies: &[BodyCase]) {
+pub(super) fn check_references<S: Dimension>(
+    root: &Reader<'_>,
+    materials: &[Material<S>],
+    bodies: &[BodyCase<S>],
+) {
     if materials.is_empty() && !root.has("materials") {
         return;
     }
@@ -95,11 +102,12 @@ pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies
     }
 }
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Lists the materials of a body: its own first, then the materials of its regions, each once.
-    pub fn materials_of(&self, body: usize) -> Vec<&Material> {
+    pub fn materials_of(&self, body: usize) -> Vec<&Material<S>> {
         let names = self.bodies[body].material_names();
-        let by_name: HashMap<&str, &Material> = self.materials.iter().map(|m| (m.name.as_str(), m)).collect();
+        let by_name: HashMap<&str, &Material<S>> =
+            self.materials.iter().map(|m| (m.name.as_str(), m)).collect();
         let mut seen = HashSet::new();
         names
             .filter(|name| seen.insert(*name))
@@ -115,9 +123,8 @@ impl Case {
     }
 
     /// Makes the materials of a body's cells.
-    pub(super) fn build_materials(&self, body: usize, mesh: &TriMesh) -> Result<Materials, CaseError> {
+    pub(super) fn build_materials(&self, body: usize, mesh: &Mesh<S>) -> Result<Materials<S>, CaseError> {
         let given = &self.bodies[body];
-        let hypothesis = self.model.hypothesis;
         let mut list = Vec::with_capacity(1 + given.regions.len());
         for name in given.material_names() {
             let Some(material) = self.materials.iter().find(|m| m.name == *name) else {
@@ -126,7 +133,7 @@ impl Case {
                 let fault = self.diagnostic(code::REFERENCE, &path, message).expected("one of [materials]");
                 return Err(fault.fix("write a table of this name under [materials]").into());
             };
-            let elastic = material.elastic(hypothesis);
+            let elastic = material.elastic(&self.model);
             list.push(elastic.map_err(|error| CaseError::from(self.material_diagnostic(name, &error)))?);
         }
         if given.regions.is_empty() {
@@ -165,7 +172,7 @@ impl Case {
         let fault = |message: String| self.diagnostic(code::MESH, &path, message);
         let Some(region) = self.mesh_region(body) else {
             let message = format!("body \"{name}\" has no mesh file, and so no groups of cells");
-            let fault = fault(message).expected("`box = { x = [low, high], y = [low, high] }`");
+            let fault = fault(message).expected(format!("`box = {{ {} }}`", Part::<S>::written(", ")));
             return Err(Box::new(fault.fix("write `box` instead of `group`")));
         };
         let Some(numbers) = self.group_of_cells(body, group) else {
@@ -190,8 +197,9 @@ impl Case {
 }
 
 /// Finds the cells whose centroids lie in a box.
-pub(super) fn cells_in(mesh: &TriMesh, part: Part) -> Vec<usize> {
+pub(super) fn cells_in<S: Dimension>(mesh: &Mesh<S>, part: Part<S>) -> Vec<usize> {
     let inside = part.contains(mesh);
-    let centroid = |t: usize| mesh.corners(t).iter().sum::<Vector>() / 3.0;
+    let corners = (S::DIM + 1) as f64;
+    let centroid = |t: usize| mesh.corners(t).into_iter().sum::<S::Vector>() / corners;
     (0..mesh.cells().len()).filter(|t| inside(centroid(*t))).collect()
 }

@@ -1,6 +1,6 @@
 //! Every setting with its value, in the case file's own structure, and the hash that names a case.
 
-use super::{BodyCase, Case, Contact, MeshSource, SCHEMA, read, read_contact};
+use super::{BodyCase, Case, Contact, Dimension, SCHEMA, read_contact};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 /// The path of the single table.
 const SINGLE: &str = "contact";
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Returns every setting with its value, as written or by default: the `case` object of report.json.
     pub fn settings_json(&self) -> Json {
         let materials: Map<String, Json> =
@@ -16,10 +16,7 @@ impl Case {
         let mut settings = json!({
             "schema": SCHEMA,
             "title": self.title,
-            "model": {
-                "hypothesis": read::hypothesis_name(self.model.hypothesis),
-                "thickness": self.model.thickness,
-            },
+            "model": S::model_json(&self.model),
             "materials": materials,
             "body": self.bodies.iter().map(body).collect::<Vec<_>>(),
             "contact": self.contact_json(),
@@ -55,7 +52,7 @@ impl Case {
 
     /// An object if it was written as the single table, which two bodies may have; an array otherwise.
     fn contact_json(&self) -> Json {
-        let of = |given: &Contact| contact(given, &self.bodies);
+        let of = |given: &Contact<S>| contact(given, &self.bodies);
         match self.contacts.as_slice() {
             [only] if only.path == SINGLE => of(only),
             all => all.iter().map(of).collect(),
@@ -82,18 +79,13 @@ impl Case {
     }
 }
 
-fn body(body: &BodyCase) -> Json {
-    let mut mesh = json!(body.mesh);
-    let mut key = "generator";
-    if let (MeshSource::File { .. }, Some(mesh)) = (&body.mesh, mesh.as_object_mut()) {
-        key = "mesh";
-        mesh.shift_remove("kind");
-    }
+fn body<S: Dimension>(body: &BodyCase<S>) -> Json {
+    let (key, mesh) = body.mesh.json();
     let mut settings = json!({
         "name": body.name,
         "material": body.material,
         key: mesh,
-        "body_force": body.body_force,
+        "body_force": body.body_force.as_ref(),
         "displacement": body.displacements,
         "traction": body.tractions,
     });
@@ -104,7 +96,7 @@ fn body(body: &BodyCase) -> Json {
     settings
 }
 
-fn contact(given: &Contact, bodies: &[BodyCase]) -> Json {
+fn contact<S: Dimension>(given: &Contact<S>, bodies: &[BodyCase<S>]) -> Json {
     let gap = if given.geometric { json!(read_contact::GEOMETRIC) } else { json!(given.gap) };
     let mut object = json!({ "surfaces": given.surfaces, "gap": gap });
     if given.path != SINGLE {
@@ -112,7 +104,7 @@ fn contact(given: &Contact, bodies: &[BodyCase]) -> Json {
         object["bodies"] = given.bodies.iter().map(|b| json!(bodies[*b].name)).collect();
     }
     insert(&mut object, "obstacle", given.obstacle.as_ref());
-    insert(&mut object, "normal", given.normal);
+    insert(&mut object, "normal", given.normal.as_ref().map(|normal| normal.as_ref()));
     insert(&mut object, "imposed", given.imposed);
     insert(&mut object, "friction", given.friction.as_ref());
     object

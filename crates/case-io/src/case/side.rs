@@ -1,69 +1,102 @@
 //! `[[body.side]]`: sides by their place, for meshes without named edges, and sides made of others.
 
-use super::{Case, Part};
+use super::dimension::{Keys, refuse_foreign};
+use super::{Case, Dimension, Part};
 use crate::case_file::Reader;
 use crate::diagnostic::{CaseError, code, did_you_mean, excerpt, significant};
-use fem_core::geometry::{Vector, norm};
-use fem_core::mesh::TriMesh;
+use fem_core::geometry::{Coordinates, norm};
+use fem_core::mesh::Mesh;
 use fem_core::mesh::id::FacetId;
+use fem_core::space::Plane;
 use mesh_io::words::listed;
-use serde::Serialize;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 
 /// Default of `within`, degrees.
 const WITHIN: f64 = 30.0;
-/// Nodes are on a circle if they are closer to it than this fraction of its radius.
+/// Nodes are on a circle or a sphere if they are closer to it than this fraction of its radius.
 const ON_CIRCLE: f64 = 1e-3;
 
-/// `[[body.side]]`: the boundary edges that satisfy all given conditions, or a single boundary node.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+/// `[[body.side]]`: the boundary facets that satisfy all given conditions, or a single boundary node.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct SideCase {
+pub struct SideCase<S: Dimension = Plane> {
     /// Its name, for `on` and `surfaces`.
     pub name: String,
     /// The sides that it is made of; empty: the whole boundary.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
-    /// `box`: both ends lie in it.
-    #[serde(rename = "box", skip_serializing_if = "Part::is_all")]
-    pub part: Part,
+    /// `box`: all corners lie in it.
+    pub part: Part<S>,
     /// The outward normal is within [`Self::within`] of this direction.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub facing: Option<[f64; 2]>,
+    pub facing: Option<S::Axes<f64>>,
     /// The largest angle between the two, degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
-    /// Both ends lie on this circle.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub circle: Option<Circle>,
-    /// The boundary node at this place, m, and no edge: for a `[[body.displacement]]` with `ux`, `uy` or `fixed`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub point: Option<[f64; 2]>,
+    /// All corners lie on this circle, in space a sphere.
+    pub circle: Option<Circle<S>>,
+    /// The boundary node at this place, m, and no facet: for a `[[body.displacement]]` with components or `fixed`.
+    pub point: Option<S::Axes<f64>>,
 }
 
-/// `circle` of a side.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Circle {
+/// `circle` of a side, in space `sphere`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Circle<S: Dimension = Plane> {
     /// Its centre, m.
-    pub centre: [f64; 2],
+    pub centre: S::Axes<f64>,
     /// Its radius, m.
     pub radius: f64,
 }
 
-impl SideCase {
+impl<S: Dimension> Serialize for Circle<S> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("centre", self.centre.as_ref())?;
+        map.serialize_entry("radius", &self.radius)?;
+        map.end()
+    }
+}
+
+impl<S: Dimension> Serialize for SideCase<S> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("name", &self.name)?;
+        if !self.of.is_empty() {
+            map.serialize_entry("of", &self.of)?;
+        }
+        if !self.part.is_all() {
+            map.serialize_entry("box", &self.part)?;
+        }
+        if let Some(facing) = &self.facing {
+            map.serialize_entry("facing", facing.as_ref())?;
+        }
+        if let Some(within) = &self.within {
+            map.serialize_entry("within", within)?;
+        }
+        if let Some(circle) = &self.circle {
+            map.serialize_entry(S::CIRCLE, circle)?;
+        }
+        if let Some(point) = &self.point {
+            map.serialize_entry("point", point.as_ref())?;
+        }
+        map.end()
+    }
+}
+
+impl<S: Dimension> SideCase<S> {
     /// Joins sides under one name.
     pub(super) fn union(names: Vec<String>) -> Self {
-        Self { name: names.join(" + "), of: names, ..Self::default() }
+        let name = names.join(" + ");
+        Self { name, of: names, part: Part::default(), facing: None, within: None, circle: None, point: None }
     }
 }
 
 /// Tells if one of the names belongs to a single node.
-pub(super) fn has_point(names: &[String], sides: &[SideCase]) -> bool {
+pub(super) fn has_point<S: Dimension>(names: &[String], sides: &[SideCase<S>]) -> bool {
     names.iter().any(|name| sides.iter().any(|side| side.name == *name && side.point.is_some()))
 }
 
 /// Returns the name of the only side, or of a side that several make.
-pub(super) fn joined(mut names: Vec<String>, sides: &mut Vec<SideCase>) -> String {
+pub(super) fn joined<S: Dimension>(mut names: Vec<String>, sides: &mut Vec<SideCase<S>>) -> String {
     if names.len() < 2 {
         return names.pop().unwrap_or_default();
     }
@@ -76,10 +109,10 @@ pub(super) fn joined(mut names: Vec<String>, sides: &mut Vec<SideCase>) -> Strin
 }
 
 /// Reads `[[body.side]]`.
-pub(super) fn sides(r: &mut Reader<'_>) -> Vec<SideCase> {
-    let mut found: Vec<SideCase> = Vec::new();
+pub(super) fn sides<S: Keys>(r: &mut Reader<'_>) -> Vec<SideCase<S>> {
+    let mut found: Vec<SideCase<S>> = Vec::new();
     for mut r in r.tables("side").unwrap_or_default() {
-        let side = side(&mut r);
+        let side = side::<S>(&mut r);
         if found.iter().any(|other| other.name == side.name) {
             let message = format!("two sides are called {}", excerpt(&side.name));
             r.refuse("name", message, "names that differ", "rename one of the two");
@@ -90,49 +123,62 @@ pub(super) fn sides(r: &mut Reader<'_>) -> Vec<SideCase> {
     found
 }
 
-fn side(r: &mut Reader<'_>) -> SideCase {
+fn side<S: Keys>(r: &mut Reader<'_>) -> SideCase<S> {
+    refuse_foreign::<S>(r, "side");
     r.require(&["name"]);
     let name = r.string("name").unwrap_or_default();
     let part = Part::read(r, "box");
-    let facing = r.pair("facing");
-    if facing == Some([0.0; 2]) {
+    let facing = r.axes::<S>("facing");
+    let up = format!("facing = {}", up::<S>());
+    if facing == Some(S::axes(|_| 0.0)) {
         let message = format!("`{}` has no direction", r.path_of("facing"));
-        r.refuse("facing", message, "a direction", "write it as in `facing = [0.0, 1.0]`");
+        r.refuse("facing", message, "a direction", &format!("write it as in `{up}`"));
     }
     let within =
         r.number_where("within", |angle| angle > 0.0 && angle <= 90.0, "degrees, above 0 and at most 90");
     if within.is_some() && facing.is_none() {
         let expected = "`facing` beside it";
-        r.refuse("within", "`within` is the angle about `facing`", expected, "add `facing = [0.0, 1.0]`");
+        let fix = format!("add `{up}`");
+        r.refuse("within", "`within` is the angle about `facing`", expected, &fix);
     }
-    let circle = r.table("circle").and_then(circle);
-    let point = r.pair("point");
-    let of_edges: Vec<&str> = ["box", "facing", "circle"].into_iter().filter(|key| r.has(key)).collect();
+    let circle = r.table(S::CIRCLE).and_then(circle);
+    let point = r.axes::<S>("point");
+    let of_edges: Vec<&str> = ["box", "facing", S::CIRCLE].into_iter().filter(|key| r.has(key)).collect();
     if of_edges.is_empty() && !r.has("point") {
-        let expected = "`box = { x = [low, high] }`, `facing = [0.0, 1.0]`, `circle = { centre, radius }`, or `point = [x, y]`";
-        r.refuse("", "this side takes no edges", expected, "write `facing = [0.0, 1.0]`");
+        let (round, axes) = (S::CIRCLE, S::COORDINATES.join(", "));
+        let expected = format!(
+            "`box = {{ x = [low, high] }}`, `{up}`, `{round} = {{ centre, radius }}`, or `point = [{axes}]`"
+        );
+        let message = format!("this side takes no {}", S::WORDS.facets);
+        r.refuse("", message, &expected, &format!("write `{up}`"));
     }
     if let Some(key) = of_edges.first().filter(|_| r.has("point")) {
-        let message = format!("`point` is a single node, and `{key}` takes edges");
+        let message = format!("`point` is a single node, and `{key}` takes {}", S::WORDS.facets);
         r.refuse("point", message, "one of the two", &format!("take `{key}` out"));
     }
     SideCase { name, of: Vec::new(), part, facing, within, circle, point }
 }
 
-fn circle(mut r: Reader<'_>) -> Option<Circle> {
+/// Writes the direction along the last axis.
+pub(super) fn up<S: Dimension>() -> String {
+    let entries: Vec<&str> = (1..S::DIM).map(|_| "0.0").chain(["1.0"]).collect();
+    format!("[{}]", entries.join(", "))
+}
+
+fn circle<S: Keys>(mut r: Reader<'_>) -> Option<Circle<S>> {
     r.require(&["centre", "radius"]);
-    let centre = r.pair("centre");
+    let centre = r.axes::<S>("centre");
     let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
     r.finish();
     Some(Circle { centre: centre?, radius: radius? })
 }
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Adds the selected sides of a body to its mesh.
     ///
     /// # Errors
     /// Sides without edges, or with the name of another side of the mesh.
-    pub(super) fn add_sides(&self, body: usize, mesh: &mut TriMesh) -> Result<(), CaseError> {
+    pub(super) fn add_sides(&self, body: usize, mesh: &mut Mesh<S>) -> Result<(), CaseError> {
         let given = &self.bodies[body];
         for (k, side) in given.sides.iter().enumerate() {
             let path = format!("body.{body}.side.{k}");
@@ -147,11 +193,14 @@ impl Case {
             let edges = if side.of.is_empty() { select(mesh, side) } else { self.union(body, mesh, side)? };
             if edges.is_empty() {
                 let message = format!(
-                    "body \"{}\": no boundary edge belongs to the side \"{}\"",
-                    given.name, side.name
+                    "body \"{}\": no boundary {} belongs to the side \"{}\"",
+                    given.name,
+                    S::WORDS.facet,
+                    side.name
                 );
                 let fault = self.diagnostic(code::CONDITION, &path, message);
-                let fault = fault.expected("a box, a direction or a circle with boundary edges");
+                let (round, facets) = (S::CIRCLE, S::WORDS.facets);
+                let fault = fault.expected(format!("a box, a direction or a {round} with boundary {facets}"));
                 return Err(fault.help(nearest_to_circle(mesh, side)).fix("widen it").into());
             }
             mesh.add_group(&side.name, edges);
@@ -160,7 +209,7 @@ impl Case {
     }
 
     /// Joins the edges of sides.
-    fn union(&self, body: usize, mesh: &TriMesh, side: &SideCase) -> Result<Vec<FacetId>, CaseError> {
+    fn union(&self, body: usize, mesh: &Mesh<S>, side: &SideCase<S>) -> Result<Vec<FacetId>, CaseError> {
         let mut all = BTreeSet::new();
         for name in &side.of {
             let Some(edges) = mesh.group(name) else {
@@ -179,35 +228,36 @@ impl Case {
 }
 
 /// Lists the boundary edges that satisfy all conditions of a side.
-fn select(mesh: &TriMesh, side: &SideCase) -> Vec<FacetId> {
+fn select<S: Dimension>(mesh: &Mesh<S>, side: &SideCase<S>) -> Vec<FacetId> {
     let inside = side.part.contains(mesh);
     let cosine = side.within.unwrap_or(WITHIN).to_radians().cos();
     let direction = side.facing.map(|d| {
-        let d = Vector::from(d);
-        1.0 / norm(d) * d
+        let d = S::vector(&d);
+        d * (1.0 / norm(d))
     });
-    let on_circle = |point: Vector| {
+    let on_circle = |point: S::Vector| {
         side.circle.is_none_or(|circle| off_circle(point, &circle) <= ON_CIRCLE * circle.radius)
     };
     let belongs = |edge: &FacetId| {
         let ends = mesh.facet_corners(*edge);
         ends.into_iter().all(|point| inside(point) && on_circle(point))
-            && direction.is_none_or(|d| d.dot(&mesh.facet_normal(*edge)) >= cosine)
+            && direction.is_none_or(|d| d.times(&mesh.facet_normal(*edge)) >= cosine)
     };
     mesh.topology().boundary_facets().iter().copied().filter(belongs).collect()
 }
 
-/// Computes the distance of a point from a circle, m.
-fn off_circle(point: Vector, circle: &Circle) -> f64 {
-    (norm(point - Vector::from(circle.centre)) - circle.radius).abs()
+/// Computes the distance of a point from a circle or a sphere, m.
+fn off_circle<S: Dimension>(point: S::Vector, circle: &Circle<S>) -> f64 {
+    (norm(point - S::vector(&circle.centre)) - circle.radius).abs()
 }
 
 /// Says how far the nearest boundary edge is from the circle of a side.
-fn nearest_to_circle(mesh: &TriMesh, side: &SideCase) -> Option<String> {
+fn nearest_to_circle<S: Dimension>(mesh: &Mesh<S>, side: &SideCase<S>) -> Option<String> {
     let circle = side.circle?;
-    let farther = |edge: &FacetId| {
-        mesh.facet_corners(*edge).map(|p| off_circle(p, &circle)).into_iter().fold(0.0, f64::max)
+    let farther = |facet: &FacetId| {
+        mesh.facet_corners(*facet).into_iter().map(|p| off_circle::<S>(p, &circle)).fold(0.0, f64::max)
     };
     let nearest = mesh.topology().boundary_facets().iter().map(farther).fold(f64::INFINITY, f64::min);
-    Some(format!("the nearest boundary edge has an end {} off the circle", significant(nearest)))
+    let (facet, round) = (S::WORDS.facet, S::CIRCLE);
+    Some(format!("the nearest boundary {facet} has {} {} off the {round}", S::CORNER, significant(nearest)))
 }

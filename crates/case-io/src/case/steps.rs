@@ -1,6 +1,6 @@
 //! `[[step]]`: load steps, which scale the conditions that have a name.
 
-use super::{BodyCase, Case};
+use super::{BodyCase, Case, Dimension};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::excerpt;
 use fem_core::body::{ConditionList, ConditionPlace};
@@ -41,7 +41,7 @@ impl Factors {
     }
 }
 
-impl BodyCase {
+impl<S: Dimension> BodyCase<S> {
     /// Returns the name of a condition, if it has one.
     pub fn condition_name(&self, place: ConditionPlace) -> Option<&str> {
         let name = match place.list {
@@ -62,7 +62,7 @@ impl BodyCase {
     }
 }
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Returns the factor of a condition of a body.
     pub fn factor(&self, factors: &Factors, body: usize, place: ConditionPlace) -> f64 {
         factors.of(self.bodies.get(body).and_then(|body| body.condition_name(place)))
@@ -107,7 +107,11 @@ impl Case {
 /// Reads the steps.
 ///
 /// * `adaptive`: whether there is an `[adapt]`.
-pub(super) fn steps(root: &mut Reader<'_>, bodies: &[BodyCase], adaptive: bool) -> Vec<StepCase> {
+pub(super) fn steps<S: Dimension>(
+    root: &mut Reader<'_>,
+    bodies: &[BodyCase<S>],
+    adaptive: bool,
+) -> Vec<StepCase> {
     let Some(readers) = root.tables("step") else { return Vec::new() };
     let mut steps = Vec::with_capacity(readers.len());
     for r in readers {
@@ -129,11 +133,11 @@ pub(super) fn steps(root: &mut Reader<'_>, bodies: &[BodyCase], adaptive: bool) 
     steps
 }
 
-fn step(mut r: Reader<'_>, bodies: &[BodyCase]) -> StepCase {
+fn step<S: Dimension>(mut r: Reader<'_>, bodies: &[BodyCase<S>]) -> StepCase {
     r.require(&["factors"]);
     let mut factors = Vec::new();
     if let Some(r) = r.table("factors") {
-        let known: Vec<&str> = bodies.iter().flat_map(BodyCase::condition_names).collect();
+        let known: Vec<&str> = bodies.iter().flat_map(BodyCase::<S>::condition_names).collect();
         if r.entries().is_empty() {
             r.refuse(
                 "",

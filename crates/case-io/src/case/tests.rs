@@ -10,6 +10,7 @@ mod numbers;
 mod sides;
 
 use super::*;
+use fem_core::material::Hypothesis;
 
 /// The shortest case there is, with the given text at its end.
 fn minimal(rest: &str) -> String {
@@ -92,7 +93,11 @@ fn the_example_of_the_contract_is_read() {
         name: "upper".into(),
         material: "stiff".into(),
         regions: vec![],
-        mesh: MeshSource::Block { origin: [0.0, 1.0], size: [2.0, 1.0], cells: [18, 9] },
+        mesh: MeshSource::Generator(PlaneGenerator::Block {
+            origin: [0.0, 1.0],
+            size: [2.0, 1.0],
+            cells: [18, 9],
+        }),
         curves: vec![],
         body_force: [0.0; 2],
         displacements: vec![
@@ -189,7 +194,7 @@ fn conditions_of_every_kind_are_read() {
     let case = parse(&text);
     let body = &case.bodies[0];
     assert_eq!(body.body_force, [0.0, -9.81]);
-    assert_eq!(body.displacements[0].part, Part { x: Some([0.0, 1.0]), y: None });
+    assert_eq!(body.displacements[0].part, Part { limits: [Some([0.0, 1.0]), None] });
     assert_eq!(body.displacements[1].imposition, Imposition::Normal(Value::Number(0.5)));
     assert_eq!(body.tractions[0].load, Load::Pressure(Value::Number(5.0)));
     let conditions = case.boundary_conditions(0);
@@ -234,7 +239,11 @@ fn overrides_replace_and_create_keys() {
     assert_eq!(case.solver.method, Method::Newton);
     assert_eq!(
         case.bodies[0].mesh,
-        MeshSource::Block { origin: [0.0, 1.0], size: [2.0, 1.0], cells: [36, 18] }
+        MeshSource::Generator(PlaneGenerator::Block {
+            origin: [0.0, 1.0],
+            size: [2.0, 1.0],
+            cells: [36, 18]
+        })
     );
     assert_eq!(case.materials[1].law, MaterialLaw::Isotropic { young: 5e3, poisson: 0.3 });
     assert_eq!(case.output_directory(), "runs/über x");

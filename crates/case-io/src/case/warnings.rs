@@ -1,6 +1,6 @@
 //! Warnings: input that is allowed but probably not meant.
 
-use super::{Acceleration, BodyCase, Case, Criterion, Material, MaterialLaw, Method};
+use super::{Acceleration, BodyCase, Case, Criterion, Dimension, Material, MaterialLaw, Method};
 use crate::diagnostic::{Diagnostic, MOST_DIAGNOSTICS, code};
 use std::collections::HashSet;
 
@@ -13,7 +13,7 @@ const MODULI: f64 = 1e6;
 /// Settings that the exact solution does not use.
 const NNDD_ONLY: [&str; 6] = ["imposed", "theta", "weights", "acceleration", "lambda", "stop"];
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Lists the keys of `[solver]` that only the iteration uses.
     pub fn iteration_settings(&self) -> &'static [&'static str] {
         &NNDD_ONLY
@@ -54,11 +54,13 @@ impl Case {
             }
             let path = format!("materials.{}.poisson", material.name);
             let message = format!(
-                "Poisson's ratio {poisson} is nearly incompressible: linear triangles lock, and the certified error shows it"
+                "Poisson's ratio {poisson} is nearly incompressible: linear {} lock, and the certified error shows it",
+                S::WORDS.cells
             );
             warnings.push(self.diagnostic(code::VALUE, &path, message));
         }
-        let used: Vec<&Material> = (0..self.bodies.len()).flat_map(|body| self.materials_of(body)).collect();
+        let used: Vec<&Material<S>> =
+            (0..self.bodies.len()).flat_map(|body| self.materials_of(body)).collect();
         let moduli = || used.iter().map(|material| material.largest_modulus());
         let ratio = moduli().fold(0.0, f64::max) / moduli().fold(f64::INFINITY, f64::min);
         if ratio > MODULI {
@@ -84,7 +86,7 @@ impl Case {
         let used: HashSet<&str> =
             self.steps.iter().flat_map(|step| &step.factors).map(|(name, _)| name.as_str()).collect();
         let mut unused = HashSet::new();
-        let names = self.bodies.iter().flat_map(BodyCase::condition_names);
+        let names = self.bodies.iter().flat_map(BodyCase::<S>::condition_names);
         let names: Vec<&str> = names.filter(|name| !used.contains(name) && unused.insert(*name)).collect();
         let warn = |name: &str| {
             let message =

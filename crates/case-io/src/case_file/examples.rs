@@ -3,9 +3,6 @@
 use super::tree::NodeValue;
 use crate::diagnostic::excerpt;
 
-/// The parts of an expression, for messages.
-pub(super) const EXPRESSION: &str = "numbers, `x`, `y`, `pi`, + - * / ^ and known functions";
-
 /// How keys are written: a word that the path of the key must hold, or `*`, and the line. The first that fits counts.
 const EXAMPLES: &str = include_str!("examples.txt");
 

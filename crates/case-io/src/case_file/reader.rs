@@ -4,12 +4,14 @@
 
 mod arrays;
 
-use super::examples::{EXPRESSION, described, example};
+pub(crate) use arrays::MatrixWords;
+
+use super::examples::{described, example};
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{
     CaseError, Diagnostic, MOST_DIAGNOSTICS, SourcePosition, code, did_you_mean, excerpt, nearest,
 };
-use crate::expression::{AtNodes, Expression, Given, Value};
+use crate::expression::{AtNodes, Expression, Given, Value, joined, quoted};
 use fem_core::geometry::shown;
 use mesh_io::numeral;
 use std::cell::{Cell, RefCell};
@@ -20,8 +22,9 @@ use std::sync::Arc;
 const MOST_LISTED: usize = 1000;
 
 /// The faults that were found in a document, and the place of every key that was read.
-#[derive(Default)]
 pub(crate) struct Findings {
+    /// The names of the coordinates in expressions.
+    coordinates: &'static [&'static str],
     diagnostics: RefCell<Vec<Diagnostic>>,
     /// Faults that are no longer listed, since many come before them.
     omitted: Cell<usize>,
@@ -29,6 +32,23 @@ pub(crate) struct Findings {
 }
 
 impl Findings {
+    /// Begins to read a document.
+    ///
+    /// * `coordinates`: their names in its expressions.
+    pub(crate) fn new(coordinates: &'static [&'static str]) -> Self {
+        Self {
+            coordinates,
+            diagnostics: RefCell::default(),
+            omitted: Cell::default(),
+            places: RefCell::default(),
+        }
+    }
+
+    /// Says what a number that may differ from point to point is.
+    pub(crate) fn expression(&self) -> String {
+        format!("a number, or an expression in {}", joined(self.coordinates))
+    }
+
     pub(crate) fn push(&self, diagnostic: Diagnostic) {
         let mut listed = self.diagnostics.borrow_mut();
         listed.push(diagnostic);
@@ -82,6 +102,11 @@ impl<'a> Reader<'a> {
 
     pub(crate) fn has(&self, key: &str) -> bool {
         self.table.get(key).is_some()
+    }
+
+    /// Returns the text of a key, without making it known.
+    pub(crate) fn word(&self, key: &str) -> Option<&'a str> {
+        self.table.get(key)?.node.word()
     }
 
     /// Returns the entries, for tables whose keys are the user's own names.
@@ -285,7 +310,7 @@ impl<'a> Reader<'a> {
 
     /// * `word`: what is allowed there besides an expression.
     fn expression(&self, path: &str, node: &Node, text: &str, word: Option<&str>) -> Option<Value> {
-        let error = match Expression::parse(text) {
+        let error = match Expression::parse_in(text, self.findings.coordinates) {
             Ok(expression) => return Some(Value::Expression(expression)),
             Err(error) => error,
         };
@@ -300,8 +325,11 @@ impl<'a> Reader<'a> {
             }
         };
         let mut expected = match diagnostic.help {
-            Some(_) => "a number, or an expression in x and y".to_owned(),
-            None => error.expected.unwrap_or_else(|| EXPRESSION.to_owned()),
+            Some(_) => self.findings.expression(),
+            None => error.expected.unwrap_or_else(|| {
+                let names = quoted(self.findings.coordinates);
+                format!("numbers, {names}`pi`, + - * / ^ and known functions")
+            }),
         };
         expected += &word.map_or_else(String::new, |word| format!("; or the word \"{word}\" alone"));
         let help = diagnostic.help.clone().or_else(|| did_you_mean(text, word, '"')).or(error.help);

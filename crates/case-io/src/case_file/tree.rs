@@ -74,6 +74,16 @@ pub enum NodeValue {
     Function(NodalFunction),
 }
 
+impl Node {
+    /// Returns the text, if it is one.
+    pub(crate) fn word(&self) -> Option<&str> {
+        match &self.value {
+            NodeValue::String(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
 impl NodeValue {
     /// Names the type for a message.
     pub(crate) fn type_name(&self) -> &'static str {

@@ -5,22 +5,19 @@
 //! product = factor { ("*" | "/") factor }
 //! factor  = [ "+" | "-" ] power
 //! power   = operand [ "^" [ "+" | "-" ] operand ]
-//! operand = number | "x" | "y" | "pi" | "(" sum ")" | function "(" sum [ "," sum ] ")"
+//! operand = number | coordinate | "pi" | "(" sum ")" | function "(" sum [ "," sum ] ")"
 //! ```
 
-use super::words::{FUNCTIONS, Function, NAMES, function};
+use super::words::{COORDINATES, FUNCTIONS, Function, PI, function, quoted};
 use super::{DEEPEST_EXPRESSION, ExpressionError, LONGEST_EXPRESSION};
 use crate::diagnostic::{excerpt, nearest};
-use fem_core::geometry::Vector;
-use std::ops::Range;
-
-const OPERAND: &str = "a number, `x`, `y`, `pi`, a function or `(`";
+use std::ops::{Index, Range};
 
 /// An expression to be evaluated.
 #[derive(Debug)]
 pub(super) enum Node {
     Number(f64),
-    /// 0 for x, 1 for y.
+    /// 0 for x, 1 for y, 2 for z.
     Coordinate(usize),
     One(fn(f64) -> f64, Box<Self>),
     Two(fn(f64, f64) -> f64, Box<[Self; 2]>),
@@ -28,7 +25,7 @@ pub(super) enum Node {
 
 impl Node {
     /// Evaluates the expression at a point.
-    pub(super) fn at(&self, point: Vector) -> f64 {
+    pub(super) fn at(&self, point: &impl Index<usize, Output = f64>) -> f64 {
         match self {
             Self::Number(value) => *value,
             Self::Coordinate(axis) => point[*axis],
@@ -37,7 +34,7 @@ impl Node {
         }
     }
 
-    /// Says whether `x` or `y` is in the expression.
+    /// Says whether a coordinate is in the expression.
     pub(super) fn uses_coordinates(&self) -> bool {
         match self {
             Self::Number(_) => false,
@@ -49,16 +46,18 @@ impl Node {
 }
 
 /// Reads an expression.
-pub(super) fn parse(text: &str) -> Result<Node, ExpressionError> {
+///
+/// * `coordinates`: their names.
+pub(super) fn parse(text: &str, coordinates: &'static [&'static str]) -> Result<Node, ExpressionError> {
     if text.len() > LONGEST_EXPRESSION {
         let message = format!("the expression has {} bytes", text.len());
         let expected = format!("at most {LONGEST_EXPRESSION}");
         return Err(fault(0..text.len(), message).expected(expected));
     }
+    let mut parser = Parser { text, coordinates, at: 0, open: 0 };
     if text.trim().is_empty() {
-        return Err(fault(0..text.len(), "the expression is empty").expected(OPERAND));
+        return Err(fault(0..text.len(), "the expression is empty").expected(parser.operands()));
     }
-    let mut parser = Parser { text, at: 0, open: 0 };
     let node = parser.sum()?;
     match parser.next() {
         None => Ok(node),
@@ -84,6 +83,7 @@ impl ExpressionError {
 
 struct Parser<'a> {
     text: &'a str,
+    coordinates: &'static [&'static str],
     /// Byte to be read next.
     at: usize,
     /// Number of open parentheses.
@@ -96,6 +96,11 @@ impl<'a> Parser<'a> {
         let rest = self.rest();
         self.at += rest.len() - rest.trim_start_matches([' ', '\t', '\n', '\r']).len();
         self.rest().chars().next()
+    }
+
+    /// Says what may be an operand.
+    fn operands(&self) -> String {
+        format!("a number, {}`{PI}`, a function or `(`", quoted(self.coordinates))
     }
 
     fn rest(&self) -> &'a str {
@@ -179,12 +184,13 @@ impl<'a> Parser<'a> {
             }
             Some(')') if self.open == 0 => Err(self.misplaced()),
             Some(c @ ('+' | '-' | '*' | '/' | '^' | ')' | ',')) => {
-                Err(fault(self.here(), format!("something is missing before `{c}`")).expected(OPERAND))
+                Err(fault(self.here(), format!("something is missing before `{c}`"))
+                    .expected(self.operands()))
             }
             Some(_) => Err(self.misplaced()),
             None => {
                 let end = self.text.trim_end().len();
-                Err(fault(end..end, "something is missing before the end").expected(OPERAND))
+                Err(fault(end..end, "something is missing before the end").expected(self.operands()))
             }
         }
     }
@@ -230,14 +236,14 @@ impl<'a> Parser<'a> {
         let span = self.at..self.at + self.measure_name();
         let name = &self.text[span.clone()];
         self.at = span.end;
-        match name {
-            "x" => return Ok(Node::Coordinate(0)),
-            "y" => return Ok(Node::Coordinate(1)),
-            "pi" => return Ok(Node::Number(std::f64::consts::PI)),
-            _ => {}
+        if let Some(axis) = self.coordinates.iter().position(|axis| *axis == name) {
+            return Ok(Node::Coordinate(axis));
+        }
+        if name == PI {
+            return Ok(Node::Number(std::f64::consts::PI));
         }
         let called = self.next() == Some('(');
-        let Some(function) = function(name) else { return Err(unknown(name, span, called)) };
+        let Some(function) = function(name) else { return Err(self.unknown(name, span, called)) };
         if !called {
             let found = format!("`{name}` is a function without its arguments");
             let arguments = if function.arity() == 1 { "…" } else { "…, …" };
@@ -326,21 +332,24 @@ impl<'a> Parser<'a> {
         let found = format!("an operator is missing before {}", excerpt(&self.text[span.clone()]));
         fault(span, found).help("a product is written with `*`")
     }
-}
 
-/// Makes the error of an unknown name.
-fn unknown(name: &str, span: Range<usize>, called: bool) -> ExpressionError {
-    let functions = FUNCTIONS.iter().map(|f| f.0);
-    let known: Vec<&str> =
-        if called { functions.collect() } else { NAMES.into_iter().chain(functions).collect() };
-    // Any two names of one letter are near each other.
-    let near =
-        nearest(name, known.iter().copied()).filter(|near| name.len() > 1 || near.eq_ignore_ascii_case(name));
-    let help = match near {
-        _ if name == "e" => "write `exp(1)` for Euler's number".to_owned(),
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("the names here are {}", known.join(", ")),
-    };
-    let what = if called { "function" } else { "name" };
-    fault(span, format!("unknown {what} {}", excerpt(name))).help(help)
+    /// Makes the error of an unknown name.
+    fn unknown(&self, name: &str, span: Range<usize>, called: bool) -> ExpressionError {
+        let functions = FUNCTIONS.iter().map(|f| f.0);
+        let numbers = self.coordinates.iter().copied().chain([PI]);
+        let known: Vec<&str> = if called { functions.collect() } else { numbers.chain(functions).collect() };
+        // Any two names of one letter are near each other.
+        let near = nearest(name, known.iter().copied())
+            .filter(|near| name.len() > 1 || near.eq_ignore_ascii_case(name));
+        let help = match near {
+            _ if name == "e" => "write `exp(1)` for Euler's number".to_owned(),
+            Some(near) => format!("did you mean `{near}`?"),
+            None if COORDINATES.contains(&name) => {
+                format!("only cases of solids have the coordinate `{name}`")
+            }
+            None => format!("the names here are {}", known.join(", ")),
+        };
+        let what = if called { "function" } else { "name" };
+        fault(span, format!("unknown {what} {}", excerpt(name))).help(help)
+    }
 }

@@ -173,7 +173,8 @@ fn nearest_names_are_offered() {
     assert_eq!(help("X"), "did you mean `x`?");
     assert_eq!(help("2*PI"), "did you mean `pi`?");
     assert_eq!(help("arctan2(x, y)"), "did you mean `atan2`?");
-    assert!(help("z").starts_with("the names here are x, y, pi, abs"));
+    assert!(help("q").starts_with("the names here are x, y, pi, abs"));
+    assert_eq!(help("z"), "only cases of solids have the coordinate `z`");
     assert!(help("e^x").contains("exp(1)"));
 }
 

@@ -2,10 +2,11 @@
 
 use super::{Expression, NodalData, NodalFunction};
 use fem_core::boundary::ScalarData;
+use fem_core::space::Space;
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
-/// A number, an expression in `x` and `y`, or values at nodes.
+/// A number, an expression in the coordinates, or values at nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// The same everywhere.
@@ -35,19 +36,20 @@ pub enum AtNodes {
 }
 
 impl Value {
-    /// Makes fem-core's datum of a value. An expression without `x` and `y` is a number.
-    pub fn scalar(&self) -> ScalarData {
+    /// Makes fem-core's datum of a value. An expression without coordinates is a number.
+    pub fn scalar<S: Space>(&self) -> ScalarData<S> {
         match self {
             Self::Number(number) => (*number).into(),
-            Self::Expression(expression) if expression.is_constant() => expression.at([0.0; 2]).into(),
+            Self::Expression(expression) if expression.is_constant() => expression.at([0.0; 3]).into(),
             Self::Expression(expression) => {
                 let expression = expression.clone();
-                ScalarData::function(move |point| expression.at(point))
+                ScalarData::Function(Arc::new(move |point| expression.at(point)))
             }
-            Self::Given(_) => ScalarData::function(|_| f64::NAN),
+            Self::Given(_) => ScalarData::Function(Arc::new(|_| f64::NAN)),
             Self::Nodal(data) => {
                 let data = data.clone();
-                ScalarData::function(move |point| data.at(point))
+                // Only the plane has such data.
+                ScalarData::Function(Arc::new(move |point: S::Vector| data.at([point[0], point[1]])))
             }
         }
     }

@@ -49,8 +49,24 @@ pub const FUNCTIONS: [(&str, usize); TABLE.len()] = {
     functions
 };
 
-/// Names of numbers.
-pub(super) const NAMES: [&str; 3] = ["x", "y", "pi"];
+/// The names of the coordinates; the plane has the first two.
+pub const COORDINATES: [&str; 3] = ["x", "y", "z"];
+
+/// The name of a number.
+pub(super) const PI: &str = "pi";
+
+/// Joins names to a list for messages: `x and y`, `x, y and z`.
+pub(crate) fn joined(names: &[&str]) -> String {
+    match names {
+        [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
+        _ => names.concat(),
+    }
+}
+
+/// Joins names in code quotes, each with a comma behind it: `` `x`, `y`, ``.
+pub(crate) fn quoted(names: &[&str]) -> String {
+    names.iter().map(|name| format!("`{name}`, ")).collect()
+}
 
 /// Finds a function.
 pub(super) fn function(name: &str) -> Option<Function> {

@@ -9,6 +9,7 @@ use super::{
 use crate::body::{Body, BodyError};
 use crate::geometry::norm;
 use crate::mesh::id::FacetId;
+use crate::space::{Plane, Space};
 use std::collections::{BTreeSet, HashMap};
 use thiserror::Error;
 
@@ -19,44 +20,44 @@ const MOST_REFINEMENTS: usize = 4;
 
 /// A pair as its user describes it.
 #[derive(Clone, Debug)]
-pub struct Contact {
+pub struct Contact<S: Space = Plane> {
     /// Its name, which names copies of sides that belong to it alone.
     pub name: String,
     /// The sides that may touch.
-    pub sides: Sides,
+    pub sides: Sides<S>,
     /// The law of friction.
-    pub friction: Option<Friction>,
+    pub friction: Option<Friction<S>>,
 }
 
 /// The sides of a pair.
 #[derive(Clone, Debug)]
-pub enum Sides {
+pub enum Sides<S: Space = Plane> {
     /// A side of each of two bodies.
     Bodies {
         /// The numbers of the bodies.
         bodies: [usize; 2],
-        /// An edge group of each.
+        /// A group of facets of each.
         surfaces: [String; 2],
         /// The initial gap.
-        gap: Gap,
+        gap: Gap<S>,
         /// The direction of contact.
-        normal: ContactNormal,
+        normal: ContactNormal<S>,
     },
     /// A side of a body, and an obstacle.
     Obstacle {
         /// The number of the body.
         body: usize,
-        /// Its edge group.
+        /// Its group of facets.
         surface: String,
         /// The obstacle.
-        obstacle: Obstacle,
+        obstacle: Obstacle<S>,
         /// The initial gap; the distance from the obstacle if it is not given.
-        gap: Option<Gap>,
+        gap: Option<Gap<S>>,
     },
 }
 
-impl Sides {
-    /// Lists the bodies and their edge groups.
+impl<S: Space> Sides<S> {
+    /// Lists the bodies and their sides.
     pub fn members(&self) -> impl Iterator<Item = (usize, &String)> {
         let (first, second) = match self {
             Self::Bodies { bodies: [a, b], surfaces: [first, second], .. } => {
@@ -71,11 +72,19 @@ impl Sides {
 /// A problem, and what refining surfaces in common changed.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Paired {
+pub struct Paired<S: Space = Plane> {
     /// The problem; pairs in the order given.
-    pub problem: ContactProblem,
+    pub problem: ContactProblem<S>,
     /// By pair; `None` if its surfaces match as they are.
     pub refined: Vec<Option<Refined>>,
+}
+
+impl<S: Space> Paired<S> {
+    /// Takes a problem whose surfaces match as they are.
+    pub fn of(problem: ContactProblem<S>) -> Self {
+        let refined = vec![None; problem.contacts.len()];
+        Self { problem, refined }
+    }
 }
 
 /// The common refinement of a pair.

@@ -33,8 +33,8 @@ fn expressions_become_functions_of_the_point() {
     assert_eq!((ux.at([5.0, 0.25]), ux.constant()), (0.75e-3, None));
     // Without x and y it is a number.
     assert_eq!(uy.constant(), Some(6.0));
-    assert_eq!(case.solver.lambda.scalar().at([2.0, 0.0]), -0.2);
-    assert_eq!(case.contacts[0].gap.scalar().at([-3.0, 0.0]), 9.0);
+    assert_eq!(case.solver.lambda.scalar::<Plane>().at([2.0, 0.0]), -0.2);
+    assert_eq!(case.contacts[0].gap.scalar::<Plane>().at([-3.0, 0.0]), 9.0);
     let settings = case.settings_json();
     assert_eq!(settings["contact"]["gap"], "x^2");
     assert_eq!(settings["body"][0]["traction"][0]["vector"][0], "x * y^2");
@@ -103,7 +103,8 @@ fn materials_of_three_kinds_are_read() {
     let MaterialLaw::Orthotropic(c) = &wood.law else { unreachable!() };
     assert_eq!((c.young_3, c.poisson_13, c.poisson_23, c.angle), (1.0, 0.4, 0.4, 90.0));
     // Turned by a right angle the stiff axis is y.
-    let d = *wood.elastic(Hypothesis::PlaneStress).unwrap().stiffness();
+    let model = Model { hypothesis: Hypothesis::PlaneStress, thickness: 1.0 };
+    let d = *wood.elastic(&model).unwrap().stiffness();
     assert!(d[(1, 1)] > 10.0 && d[(0, 0)] < 1.1 && d[(0, 2)].abs() < 1e-12, "{d}");
     let full = law("stiffness = [[4, 1, 0.2], [1.0, 3, -0.1], [0.2, -0.1, 1]]");
     assert_eq!(full.law, MaterialLaw::Stiffness([[4.0, 1.0, 0.2], [1.0, 3.0, -0.1], [0.2, -0.1, 1.0]]));

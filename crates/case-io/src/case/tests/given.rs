@@ -176,7 +176,7 @@ fn rows_of_pairs_are_a_vector_at_nodes() {
     let key = "body.0.traction.0.vector";
     let case = given(CONDITIONS, key, rows).unwrap();
     let Load::Vector([x, y]) = &case.bodies[0].tractions[0].load else { panic!("no vector") };
-    let at = |value: &Value| value.scalar().at(Vector::new(1.5, 2.0));
+    let at = |value: &Value| value.scalar::<Plane>().at(Vector::new(1.5, 2.0));
     assert_eq!([at(x), at(y)], [1.5, 2.0]);
 }
 

@@ -1,68 +1,83 @@
-//! Arrays: pairs and matrices.
+//! Arrays: limits, points, cells and matrices.
 
 use super::Reader;
 use crate::case_file::examples::example;
 use crate::case_file::tree::{Node, NodeValue};
 use crate::diagnostic::{Diagnostic, code};
 use crate::expression::Value;
+use fem_core::space::{Item, Space};
 
-/// Returns the fix for a stiffness with this many rows.
-fn of_rows(count: usize) -> &'static str {
-    match count {
-        2 => "give three rows; the last holds the shear modulus: `[0, 0, G]` if shear does not couple",
-        6 => "give three rows, for xx, yy and xy of the plane problem",
-        9 => "put the numbers of each row into brackets",
-        _ => "give three rows, for xx, yy and xy",
-    }
+/// The words of messages about a matrix.
+pub(crate) struct MatrixWords {
+    /// The number of its rows and columns.
+    pub(crate) size: usize,
+    /// What is expected.
+    pub(crate) expected: &'static str,
+    /// The fix for this many rows.
+    pub(crate) rows: fn(usize) -> &'static str,
+    /// The fix for this many entries of a row.
+    pub(crate) entries: fn(usize) -> &'static str,
 }
 
-/// Returns the fix for a row of a stiffness with this many entries.
-fn of_entries(count: usize) -> &'static str {
-    match count {
-        2 => "give three numbers in each row; the last couples with shear, 0 if it does not",
-        6 => "give the three of xx, yy and xy; decimals have a point, not a comma",
-        _ => "give three numbers in each row, for xx, yy and xy",
-    }
-}
+/// The words for small numbers of entries.
+const COUNTS: [&str; 4] = ["no", "one", "two", "three"];
 
-/// Turns the rows of a program's array with two numbers in each into two columns.
-fn columns(node: &Node) -> Option<[Node; 2]> {
+/// Turns the rows of a program's array with as many numbers in each as there are axes into columns.
+fn columns(node: &Node, axes: usize) -> Option<Vec<Node>> {
     let NodeValue::Array(rows) = &node.value else { return None };
-    let pair = |row: &Node| match &row.value {
-        NodeValue::Array(pair) => <[Node; 2]>::try_from(pair.clone()).ok(),
+    let entries = |row: &Node| match &row.value {
+        NodeValue::Array(entries) => Some(entries.clone()).filter(|entries| entries.len() == axes),
         _ => None,
     };
-    let pairs = rows.iter().map(pair).collect::<Option<Vec<_>>>();
-    let pairs = pairs.filter(|pairs| pairs.len() != 2 && node.at.source.is_program())?;
-    let (x, y) = pairs.into_iter().map(|[x, y]| (x, y)).unzip();
-    Some([x, y].map(|column| Node { value: NodeValue::Array(column), at: node.at.clone() }))
+    let entries = rows.iter().map(entries).collect::<Option<Vec<_>>>();
+    let rows = entries.filter(|rows| rows.len() != axes && node.at.source.is_program())?;
+    let column = |k: usize| NodeValue::Array(rows.iter().map(|row| row[k].clone()).collect());
+    Some((0..axes).map(|k| Node { value: column(k), at: node.at.clone() }).collect())
 }
 
 impl Reader<'_> {
-    /// Reads two numbers or expressions, or from a program a pair for each node.
-    pub(crate) fn value_pair(&mut self, key: &'static str) -> Option<[Value; 2]> {
+    /// Reads a number or an expression for each axis, or from a program a row of them for each node.
+    pub(crate) fn values<S: Space>(&mut self, key: &'static str) -> Option<S::Data<Value>> {
         let (path, node) = self.given(key)?;
-        match columns(node) {
+        let found: Vec<Value> = match columns(node, S::DIM) {
             Some(columns) => {
-                let [x, y] = [0, 1].map(|k| {
+                let value = |(k, column): (usize, &Node)| {
                     let path = format!("{path}.{k}");
                     self.findings.note(&path, &node.at);
-                    self.value_of(&path, &columns[k])
-                });
-                Some([x?, y?])
+                    self.value_of(&path, column)
+                };
+                let all: Vec<Option<Value>> = columns.iter().enumerate().map(value).collect();
+                all.into_iter().collect::<Option<Vec<_>>>()?
             }
-            None => self.two(key, "an array of two numbers", Self::value_of),
-        }
+            None => self.several(key, S::DIM, "numbers", Self::value_of)?,
+        };
+        Some(S::data(|k| found[k].clone()))
     }
 
     /// Reads two finite numbers.
     pub(crate) fn pair(&mut self, key: &'static str) -> Option<[f64; 2]> {
-        self.two(key, "an array of two numbers", Self::finite)
+        let found = self.several(key, 2, "numbers", Self::finite)?;
+        <[f64; 2]>::try_from(found).ok()
     }
 
-    /// Reads two whole numbers ≥ 1.
-    pub(crate) fn count_pair(&mut self, key: &'static str) -> Option<[usize; 2]> {
-        self.two(key, "an array of two whole numbers", |r, path, node| r.whole(path, node, 1))
+    /// Reads a finite number for each axis.
+    pub(crate) fn axes<S: Space>(&mut self, key: &'static str) -> Option<S::Axes<f64>> {
+        self.of_axes::<S, f64>(key, "numbers", Self::finite)
+    }
+
+    /// Reads a whole number ≥ 1 for each axis.
+    pub(crate) fn counts<S: Space>(&mut self, key: &'static str) -> Option<S::Axes<usize>> {
+        self.of_axes::<S, usize>(key, "whole numbers", |r, path, node| r.whole(path, node, 1))
+    }
+
+    fn of_axes<S: Space, T: Item>(
+        &mut self,
+        key: &'static str,
+        what: &str,
+        read: impl Fn(&Self, &str, &Node) -> Option<T>,
+    ) -> Option<S::Axes<T>> {
+        let found = self.several(key, S::DIM, what, read)?;
+        Some(S::axes(|k| found[k]))
     }
 
     /// Reads one string or a list of them.
@@ -114,58 +129,87 @@ impl Reader<'_> {
         all.into_iter().collect()
     }
 
-    /// Reads three rows of three finite numbers.
-    pub(crate) fn matrix(&mut self, key: &'static str) -> Option<[[f64; 3]; 3]> {
+    /// Reads a square matrix by its rows.
+    pub(crate) fn matrix(&mut self, key: &'static str, words: &MatrixWords) -> Option<Vec<Vec<f64>>> {
         let (path, node) = self.given(key)?;
-        let mut matrix = [[0.0; 3]; 3];
-        for (i, row) in self.three(&path, node, of_rows)?.iter().enumerate() {
+        let mut matrix = Vec::with_capacity(words.size);
+        for (i, row) in self.counted(&path, node, words.size, words.expected, words.rows)?.iter().enumerate()
+        {
             let path = format!("{path}.{i}");
-            for (j, entry) in self.three(&path, row, of_entries)?.iter().enumerate() {
-                matrix[i][j] = self.finite(&format!("{path}.{j}"), entry)?;
+            let mut entries = Vec::with_capacity(words.size);
+            let row = self.counted(&path, row, words.size, words.expected, words.entries)?;
+            for (j, entry) in row.iter().enumerate() {
+                entries.push(self.finite(&format!("{path}.{j}"), entry)?);
             }
+            matrix.push(entries);
         }
         Some(matrix)
     }
 
-    /// * `fix`: what helps if there are this many entries instead of three.
-    fn three<'b>(&self, path: &str, node: &'b Node, fix: fn(usize) -> &'static str) -> Option<&'b [Node; 3]> {
-        let expected = "three rows of three numbers, `[[a, b, c], [b, d, e], [c, e, f]]`";
-        let items = self.items(path, node, expected)?;
-        let three = <&[Node; 3]>::try_from(items).ok();
-        if three.is_none() {
-            let message = format!("`{path}` has {} entries", items.len());
-            let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
-            self.findings.push(diagnostic.expected(expected).fix(fix(items.len())));
-        }
-        three
+    /// Reads two vectors.
+    pub(crate) fn two_vectors<S: Space>(&mut self, key: &'static str) -> Option<[S::Axes<f64>; 2]> {
+        let found = self.several(key, 2, "vectors", |r, path, node| {
+            let of = |_| "write two vectors, as in `axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]`";
+            let entries = r.counted(path, node, S::DIM, "two vectors", of)?;
+            let found = entries.iter().map(|entry| r.finite(path, entry)).collect::<Option<Vec<_>>>()?;
+            Some(S::axes(|k| found[k]))
+        })?;
+        <[S::Axes<f64>; 2]>::try_from(found).ok()
     }
 
-    fn two<T>(
+    /// Returns the entries of an array of a given length.
+    ///
+    /// * `fix`: what helps if there are this many entries instead.
+    fn counted<'b>(
+        &self,
+        path: &str,
+        node: &'b Node,
+        count: usize,
+        expected: &str,
+        fix: fn(usize) -> &'static str,
+    ) -> Option<&'b [Node]> {
+        let items = self.items(path, node, expected)?;
+        if items.len() == count {
+            return Some(items);
+        }
+        let message = format!("`{path}` has {} entries", items.len());
+        let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
+        self.findings.push(diagnostic.expected(expected).fix(fix(items.len())));
+        None
+    }
+
+    /// Reads an array of a given length.
+    ///
+    /// * `what`: its entries in words.
+    fn several<T>(
         &mut self,
         key: &'static str,
-        expected: &str,
+        count: usize,
+        what: &str,
         read: impl Fn(&Self, &str, &Node) -> Option<T>,
-    ) -> Option<[T; 2]> {
+    ) -> Option<Vec<T>> {
         let (path, node) = self.given(key)?;
-        let items = self.items(&path, node, expected)?;
-        let [a, b] = items else {
+        let expected = format!("an array of {} {what}", COUNTS.get(count).copied().unwrap_or("some"));
+        let items = self.items(&path, node, &expected)?;
+        if items.len() != count {
             let whole = |node: &Node| matches!(node.value, NodeValue::Integer(_));
-            let commas = expected.ends_with("numbers") && items.len() == 4 && items.iter().all(whole);
-            let fix = match example(&path) {
+            let commas = what.ends_with("numbers") && items.len() == 2 * count && items.iter().all(whole);
+            let line = example(&path).filter(|line| line.matches(',').count() + 1 == count);
+            let fix = match line {
                 _ if commas => "decimals have a point: [0.5, 1.5], not [0,5, 1,5]".to_owned(),
                 Some(line) => format!("write it as in `{line}`"),
-                None => format!("write `{key} = [a, b]`"),
+                None => format!("write `{key} = [{}]`", ["a", "b", "c"][..count.min(3)].join(", ")),
             };
-            self.refuse(key, format!("`{path}` has {} entries", items.len()), expected, &fix);
+            self.refuse(key, format!("`{path}` has {} entries", items.len()), &expected, &fix);
             return None;
-        };
-        let read_one = |k: usize, item: &Node| {
+        }
+        let read_one = |(k, item): (usize, &Node)| {
             let path = format!("{path}.{k}");
             self.findings.note(&path, &item.at);
             read(self, &path, item)
         };
-        // Both are read before either is given up, so that both faults are found.
-        let (a, b) = (read_one(0, a), read_one(1, b));
-        Some([a?, b?])
+        // All are read before any is given up, so that all faults are found.
+        let all: Vec<Option<T>> = items.iter().enumerate().map(read_one).collect();
+        all.into_iter().collect()
     }
 }

@@ -1,0 +1,344 @@
+//! Cases of solids.
+
+use super::{Dimension, GeneratorReader, Keys, Refused, Rows};
+use crate::case::Case;
+use crate::case::fixes::refuse_material;
+use crate::case_file::{MatrixWords, Reader};
+use crate::diagnostic::CaseError;
+use crate::expression::COORDINATES;
+use fem_core::body::{Body, BodyError, CurvedSide};
+use fem_core::geometry::shown;
+use fem_core::interface::{
+    Contact, ContactInterface, ContactNormal, ContactProblem, Gap, Paired, PairingError, Refined, Sides,
+};
+use fem_core::material::{LinearElastic, MaterialError, Orthotropic};
+use fem_core::mesh::{MeshError, TetMesh, generate};
+use fem_core::space::{Solid, Space};
+use serde::Serialize;
+use serde_json::{Value as Json, json};
+
+type Vector = <Solid as Space>::Vector;
+
+/// A mesh of tetrahedra that needs no file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum SolidGenerator {
+    /// `generator = { kind = "box", … }`, see [`fem_core::mesh::generate::cuboid()`].
+    Box {
+        /// The corner with the smallest coordinates, m.
+        origin: [f64; 3],
+        /// Lengths along the axes, m.
+        size: [f64; 3],
+        /// Boxes along each axis; each is cut in six tetrahedra.
+        cells: [usize; 3],
+    },
+}
+
+impl Default for SolidGenerator {
+    fn default() -> Self {
+        Self::Box { origin: [0.0; 3], size: [1.0; 3], cells: [1; 3] }
+    }
+}
+
+/// The nine constants of an orthotropic solid, and its axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SolidOrthotropic {
+    /// Those of the plane of axes 1 and 2, and along axis 3; the angle is zero.
+    pub plane: Orthotropic,
+    /// G₁₃ and G₂₃, Pa.
+    pub shear: [f64; 2],
+    /// Vectors along axis 1 and, to the part perpendicular to it, axis 2.
+    pub axes: [[f64; 3]; 2],
+}
+
+impl Dimension for Solid {
+    type Model = ();
+    type Generator = SolidGenerator;
+    type Orthotropic = SolidOrthotropic;
+
+    const COORDINATES: &'static [&'static str] = &COORDINATES;
+    const CORNER: &'static str = "a corner";
+    const EXTENT: &'static str = "area";
+    const CIRCLE: &'static str = "sphere";
+
+    fn model_json((): &()) -> Json {
+        json!({ "hypothesis": HYPOTHESIS })
+    }
+
+    fn isotropic(young: f64, poisson: f64, (): &()) -> Result<LinearElastic<Self>, MaterialError> {
+        LinearElastic::isotropic_solid(young, poisson)
+    }
+
+    fn orthotropic(c: &SolidOrthotropic, (): &()) -> Result<LinearElastic<Self>, MaterialError> {
+        LinearElastic::orthotropic_solid(&c.plane, c.shear, c.axes.map(Vector::from))
+    }
+
+    fn of_stiffness(rows: &Rows<Self>, (): &()) -> Result<LinearElastic<Self>, MaterialError> {
+        LinearElastic::from_solid_stiffness(*rows)
+    }
+
+    fn orthotropic_json(c: &SolidOrthotropic) -> Json {
+        json!({
+            "young_1": c.plane.young_1,
+            "young_2": c.plane.young_2,
+            "young_3": c.plane.young_3,
+            "poisson_12": c.plane.poisson_12,
+            "poisson_13": c.plane.poisson_13,
+            "poisson_23": c.plane.poisson_23,
+            "shear_12": c.plane.shear,
+            "shear_13": c.shear[0],
+            "shear_23": c.shear[1],
+            "axes": c.axes,
+        })
+    }
+
+    fn moduli(c: &SolidOrthotropic) -> [f64; 3] {
+        [c.plane.young_1, c.plane.young_2, c.plane.young_3]
+    }
+
+    fn material_words(constants: Option<&SolidOrthotropic>) -> String {
+        let Some(c) = constants else { return "stiffness".to_owned() };
+        let [a, b, c] = Self::moduli(c).map(shown);
+        format!("E1 {a}  E2 {b}  E3 {c}")
+    }
+
+    fn generated(generator: &SolidGenerator) -> Result<TetMesh, MeshError> {
+        let SolidGenerator::Box { origin, size, cells } = *generator;
+        generate::cuboid(origin, size, cells)
+    }
+
+    fn nodes(generator: &SolidGenerator) -> u64 {
+        let SolidGenerator::Box { cells, .. } = generator;
+        cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
+    }
+
+    fn mesh_of_file(case: &Case<Self>, body: usize) -> Result<TetMesh, CaseError> {
+        Err(case.unread_mesh(body))
+    }
+
+    /// There are no curved sides to declare: the reader refuses them.
+    fn curved(body: Body<Self>, _: &[CurvedSide]) -> Result<Body<Self>, BodyError> {
+        Ok(body)
+    }
+
+    fn check_pieces(_: &Case<Self>, _: &[Body<Self>]) -> Result<(), CaseError> {
+        Ok(())
+    }
+
+    fn pair(bodies: Vec<Body<Self>>, contacts: &[Contact<Self>]) -> Result<Paired<Self>, PairingError> {
+        let interface = |(pair, contact): (usize, &Contact<Self>)| {
+            let found = match &contact.sides {
+                Sides::Bodies { bodies: [a, b], surfaces: [first, second], gap, .. } => {
+                    ContactInterface::pair_flat(&bodies[*a], &bodies[*b], [first, second], gap)
+                }
+                Sides::Obstacle { body, surface, obstacle, gap } => {
+                    ContactInterface::against_plane(&bodies[*body], surface, obstacle, gap.as_ref())
+                }
+            };
+            found.map_err(|error| PairingError::Interface { pair, error })
+        };
+        let interfaces = contacts.iter().enumerate().map(interface).collect::<Result<Vec<_>, _>>()?;
+        let mut problem = ContactProblem::new(bodies);
+        for (contact, interface) in contacts.iter().zip(interfaces) {
+            problem = match &contact.sides {
+                Sides::Bodies { bodies, .. } => problem.contact(*bodies, interface),
+                Sides::Obstacle { body, obstacle, .. } => {
+                    problem.obstacle(*body, interface, obstacle.clone())
+                }
+            };
+        }
+        Ok(Paired::of(problem))
+    }
+
+    fn fits(bodies: [&Body<Self>; 2], sides: [&str; 2], gap: &Gap<Self>, _: ContactNormal<Self>) -> bool {
+        ContactInterface::pair_flat(bodies[0], bodies[1], sides, gap).is_ok()
+    }
+
+    fn notes(_: &Case<Self>, _: &ContactProblem<Self>, _: &[Option<Refined>]) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn spin_json(spin: Vector) -> Json {
+        json!([spin[0], spin[1], spin[2]])
+    }
+}
+
+/// The word for solids.
+const HYPOTHESIS: &str = "solid";
+
+/// Refuses a key that a case of the plane has, and solids do not have yet.
+const fn later(key: &'static str, why: &'static str, fix: &'static str) -> Refused {
+    Refused { key, word: None, why, expected: "a case of solids without it", fix }
+}
+
+/// Refuses a word.
+const fn later_word(
+    key: &'static str,
+    word: &'static str,
+    why: &'static str,
+    expected: &'static str,
+) -> Refused {
+    Refused { key, word: Some(word), why, expected, fix: "take this table out, or write another word" }
+}
+
+/// Refuses a generator of the plane.
+const fn plane_word(word: &'static str) -> Refused {
+    Refused {
+        key: "generator.kind",
+        word: Some(word),
+        why: "it makes a plane body, and this case is one of solids: a case has bodies of one kind",
+        expected: "\"box\"",
+        fix: "write `kind = \"box\"`, or make all bodies plane",
+    }
+}
+
+const TAKE_OUT: &str = "take it out";
+
+impl Keys for Solid {
+    const GENERATORS: &'static [(&'static str, GeneratorReader<Self>)] = &[("box", cuboid)];
+    const MESH: [&'static str; 2] = [
+        "`generator = { kind = \"box\", … }`",
+        "write `generator = { kind = \"box\", size = [2.0, 1.0, 1.0], cells = [8, 4, 4] }` to begin with",
+    ];
+    const CONSTANTS: &'static [&'static str] = &[
+        "young_1",
+        "young_2",
+        "young_3",
+        "poisson_12",
+        "poisson_13",
+        "poisson_23",
+        "shear_12",
+        "shear_13",
+        "shear_23",
+        "axes",
+    ];
+    const MATERIALS: &'static str = "either `young` and `poisson`, or `young_1..3`, `poisson_12`, `poisson_13`, `poisson_23`, `shear_12`, `shear_13`, `shear_23` \
+         and `axes`, or `stiffness`";
+    const STIFFNESS: MatrixWords = MatrixWords {
+        size: 6,
+        expected: "six rows of six numbers, for xx, yy, zz, yz, xz and xy",
+        rows: |count| match count {
+            36 => "put the numbers of each row into brackets",
+            3 => "give six rows; a plane stiffness does not say what happens along z",
+            _ => "give six rows, for xx, yy, zz, yz, xz and xy",
+        },
+        entries: |_| "give six numbers in each row, for xx, yy, zz, yz, xz and xy",
+    };
+    const REFUSED: &'static [Refused] = &[
+        Refused {
+            key: "body.curve",
+            word: None,
+            why: "the sides of solids are surfaces",
+            expected: "[[body.surface]], which declares a curved surface",
+            fix: "take it out: [[body.surface]] is not read yet, so sides keep the faces of the mesh",
+        },
+        later(
+            "body.surface",
+            "curved surfaces of solids are not read yet",
+            "take it out: sides keep the faces of the mesh",
+        ),
+        later(
+            "body.mesh",
+            "mesh files of solids are not read yet",
+            "write `generator = { kind = \"box\", … }`",
+        ),
+        later(
+            "side.circle",
+            "a circle belongs to the plane",
+            "write `sphere = { centre = […], radius = … }`",
+        ),
+        later(
+            "side.cylinder",
+            "sides on a cylinder are not selected yet",
+            "select them by `box` and `facing`",
+        ),
+        plane_word("block"),
+        plane_word("ring"),
+        plane_word("disc"),
+        plane_word("half_disc"),
+        later_word("generator.kind", "ball", "balls are not generated yet", "\"box\""),
+        later_word("generator.kind", "cylinder", "cylinders are not generated yet", "\"box\""),
+        later_word("generator.kind", "tube", "tubes are not generated yet", "\"box\""),
+        later("contact.friction", "contact of solids is frictionless so far", TAKE_OUT),
+        later("contact.normal", "the surfaces are flat, and have their own normal", TAKE_OUT),
+        later(
+            "contact.direction",
+            "surfaces of solids have to match so far",
+            "mesh the two sides alike, and take it out",
+        ),
+        later_word("obstacle.kind", "sphere", "solids touch planes only so far", "\"plane\""),
+        later_word("obstacle.kind", "cylinder", "solids touch planes only so far", "\"plane\""),
+        later(
+            ".adapt",
+            "meshes of tetrahedra are not refined yet",
+            "take `[adapt]` out, and give the bodies finer cells",
+        ),
+        later(
+            ".step",
+            "load steps of solids are not solved yet",
+            "write the loads of the last step, and take [[step]] out",
+        ),
+    ];
+
+    fn model(reader: Option<Reader<'_>>) {
+        let Some(mut r) = reader else { return };
+        for key in ["hypothesis", "thickness"] {
+            let Some(node) = r.node(key) else { continue };
+            if node.word() != Some(HYPOTHESIS) || key == "thickness" {
+                let message =
+                    format!("`{}` belongs to the plane, and this case has solid bodies", r.path_of(key));
+                r.refuse(
+                    key,
+                    message,
+                    "`hypothesis = \"solid\"` alone",
+                    "take it out: bodies of volumes make a case of solids",
+                );
+            }
+        }
+        r.finish();
+    }
+
+    fn constants(r: &mut Reader<'_>, (): &()) -> Option<SolidOrthotropic> {
+        r.require(Self::CONSTANTS);
+        let [young_1, young_2, young_3] = ["young_1", "young_2", "young_3"].map(|key| r.number(key));
+        let [poisson_12, poisson_13, poisson_23] =
+            ["poisson_12", "poisson_13", "poisson_23"].map(|key| r.number(key));
+        let [shear_12, shear_13, shear_23] = ["shear_12", "shear_13", "shear_23"].map(|key| r.number(key));
+        let axes = r.two_vectors::<Self>("axes");
+        let constants = SolidOrthotropic {
+            plane: Orthotropic {
+                young_1: young_1?,
+                young_2: young_2?,
+                young_3: young_3?,
+                poisson_12: poisson_12?,
+                poisson_13: poisson_13?,
+                poisson_23: poisson_23?,
+                shear: shear_12?,
+                angle: 0.0,
+            },
+            shear: [shear_13?, shear_23?],
+            axes: axes?,
+        };
+        Self::orthotropic(&constants, &()).err().iter().for_each(|error| refuse_material(r, error));
+        Some(constants)
+    }
+
+    fn spin(r: &mut Reader<'_>, key: &'static str) -> Option<Vector> {
+        r.axes::<Self>(key).map(Vector::from)
+    }
+}
+
+fn cuboid(mut r: Reader<'_>) -> Option<SolidGenerator> {
+    r.require(&["size", "cells"]);
+    let origin = r.axes::<Solid>("origin").unwrap_or_default();
+    let size = r.axes::<Solid>("size");
+    if size.is_some_and(|s| s.iter().any(|&v| v <= 0.0)) {
+        let fix = "write it as in `size = [2.0, 1.0, 1.0]`";
+        r.refuse("size", "a box needs three lengths", "three numbers > 0", fix);
+    }
+    let cells = r.counts::<Solid>("cells");
+    r.finish();
+    Some(SolidGenerator::Box { origin, size: size?, cells: cells? })
+}
