@@ -48,6 +48,7 @@ mod refusals;
 mod resume;
 mod rounded_punch;
 mod sharpness;
+mod solid_cases;
 mod solids;
 mod solve;
 mod step_case;
