@@ -50,6 +50,7 @@ mod rounded_punch;
 mod sharpness;
 mod solids;
 mod solve;
+mod solve_solids;
 mod step_case;
 mod terms;
 mod threads;
