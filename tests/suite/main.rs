@@ -51,6 +51,7 @@ mod sharpness;
 mod solid_cases;
 mod solids;
 mod solve;
+mod solve_solids;
 mod step_case;
 mod terms;
 mod threads;

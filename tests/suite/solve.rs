@@ -195,10 +195,10 @@ fn a_gap_that_does_not_close_leaves_the_bodies_alone() {
             assert_eq!(answer.nndd.status, NnddStatus::StoppedByCriterion);
             assert!(answer.is_certified());
             let results = results(&answer);
-            assert_eq!([results.contact_force, results.max_pressure, results.max_edge_pressure], [0.0; 3]);
+            assert_eq!([results.contact_force, results.max_pressure, results.max_facet_pressure], [0.0; 3]);
             assert!(results.contact_intervals.is_empty());
             assert!(results.min_opening > 0.0);
-            if settings.criterion != Settings::default().criterion {
+            if settings.criterion != Criterion::default() {
                 let (first, second) = (results.energy_norm_squared[0], results.energy_norm_squared[1]);
                 assert!((first / alone - 1.0).abs() < 1e-9, "{imposed:?}: {first} against {alone}");
                 assert!(second < 1e-18 * alone, "{imposed:?}: {second}");
@@ -252,7 +252,7 @@ fn results_of_the_papers_problem() {
     let pressures = &answer.estimate.as_ref().unwrap().pair.contacts[0].pressure;
     let largest = pressures.iter().copied().fold(0.0, f64::max);
     assert_eq!(r.max_pressure, largest);
-    assert!(r.max_edge_pressure < largest && r.max_edge_pressure > r.contact_force / paper::CONTACT_END);
+    assert!(r.max_facet_pressure < largest && r.max_facet_pressure > r.contact_force / paper::CONTACT_END);
     assert!(r.max_displacement >= 0.02);
 }
 
@@ -306,7 +306,7 @@ fn results_come_in_the_order_handed_over_whoever_carries_lambda() {
             }
             assert!(close(r.contact_force, expected.contact_force));
             assert!(close(r.max_pressure, expected.max_pressure));
-            assert!(close(r.max_edge_pressure, expected.max_edge_pressure));
+            assert!(close(r.max_facet_pressure, expected.max_facet_pressure));
             assert!(close(r.max_von_mises.unwrap(), expected.max_von_mises.unwrap()));
             assert!(close(r.max_displacement, expected.max_displacement));
             assert_eq!(r.contact_intervals.len(), expected.contact_intervals.len());

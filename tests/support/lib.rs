@@ -42,6 +42,7 @@ pub mod shapes;
 pub mod sharp;
 pub mod signorini;
 pub mod smooth;
+pub mod solids;
 pub mod stacks;
 pub mod tresca;
 

@@ -13,6 +13,7 @@ use fem_core::double_double::DoubleDouble;
 use fem_core::interface::{ContactPair, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
+use fem_core::space::{Plane, Space};
 use nndd::stopping::EtaNndd;
 use nndd::{Iterate, Method, NnddError, NnddSettings, Start, UnilateralSolution};
 use rayon::prelude::*;
@@ -27,9 +28,9 @@ const REDUCTION: f64 = 1e-2;
 const MOST_ITERATIONS: usize = 30;
 
 /// An iterate and its fields.
-pub(crate) struct Corrected {
+pub(crate) struct Corrected<S: Space = Plane> {
     pub(crate) iterate: Iterate,
-    pub(crate) fields: Vec<SplitField>,
+    pub(crate) fields: Vec<SplitField<S>>,
 }
 
 /// Corrects an iterate by its own defect.
@@ -43,13 +44,13 @@ pub(crate) struct Corrected {
 ///
 /// # Errors
 /// See [`nndd::solve_from`].
-pub(crate) fn correct(
-    problem: &mut PreparedProblem,
+pub(crate) fn correct<S: Space>(
+    problem: &mut PreparedProblem<S>,
     iterate: &Iterate,
-    fields: Vec<SplitField>,
+    fields: Vec<SplitField<S>>,
     method: &Method,
     advance: bool,
-) -> Result<Option<Corrected>, NnddError> {
+) -> Result<Option<Corrected<S>>, NnddError> {
     let contact = problem.problem();
     let bodies = 0..contact.bodies.len();
     let touching: Vec<usize> =
@@ -85,11 +86,11 @@ pub(crate) fn correct(
     found
 }
 
-struct Correction<'a> {
+struct Correction<'a, S: Space> {
     /// The problem for increments about the current fields: its gaps and condensed loads are what the fields leave.
-    increments: &'a mut PreparedProblem,
+    increments: &'a mut PreparedProblem<S>,
     /// The pairs, with their own gaps.
-    contacts: Vec<ContactPair>,
+    contacts: Vec<ContactPair<S>>,
     /// The bodies in contact.
     touching: Vec<usize>,
     /// The loads of all bodies, once they are replaced.
@@ -97,13 +98,13 @@ struct Correction<'a> {
     method: Method,
 }
 
-impl Correction<'_> {
+impl<S: Space> Correction<'_, S> {
     fn run(
         &mut self,
         iterate: &Iterate,
-        mut fields: Vec<SplitField>,
-    ) -> Result<Option<Corrected>, NnddError> {
-        let mut best: Option<Corrected> = None;
+        mut fields: Vec<SplitField<S>>,
+    ) -> Result<Option<Corrected<S>>, NnddError> {
+        let mut best: Option<Corrected<S>> = None;
         let mut active = iterate.contact.active.clone();
         let mut before = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
@@ -133,9 +134,9 @@ impl Correction<'_> {
     }
 
     /// Brings the fields into equilibrium for their traces and sets up the problem for increments from them.
-    fn restate(&mut self, fields: &mut [SplitField]) {
+    fn restate(&mut self, fields: &mut [SplitField<S>]) {
         let Self { increments, contacts, loads, .. } = self;
-        let of_body = |b: usize, field: &mut SplitField| {
+        let of_body = |b: usize, field: &mut SplitField<S>| {
             let (body, condensed) = (&increments.problem().bodies[b], &increments.bodies()[b]);
             condensed.refine(body, &[], true, field);
             condensed.interface_forces(&residual::of_field(body, field))
@@ -166,14 +167,14 @@ impl Correction<'_> {
     }
 
     /// Converts an iterate of the increments into one of the problem.
-    fn total(&self, iterate: &Iterate, found: Iterate, fields: &[SplitField]) -> Iterate {
+    fn total(&self, iterate: &Iterate, found: Iterate, fields: &[SplitField<S>]) -> Iterate {
         let trace = |role: usize| -> Vec<f64> {
-            let of_pair = |pair: &ContactPair| -> Vec<f64> {
+            let of_pair = |pair: &ContactPair<S>| -> Vec<f64> {
                 let (roles, side) = (pair.roles, pair.roles.sides()[role]);
                 let field = &fields[self.increments.problem().places_of(pair)[side]];
-                let of_node = |p: &NodePair| {
+                let of_node = |p: &NodePair<S>| {
                     let u = field.at(p.nodes[side].index());
-                    roles.sign() * (u[0] * p.normal[0] + u[1] * p.normal[1]).rounded()
+                    roles.sign() * along_normal(p, |c| u[c]).rounded()
                 };
                 pair.interface.pairs().iter().map(of_node).collect()
             };
@@ -192,7 +193,12 @@ impl Correction<'_> {
 }
 
 /// Computes the opening `g − (u¹ − u²)·n` of a pair.
-fn opening(fields: [&SplitField; 2], pair: &NodePair) -> DoubleDouble {
+fn opening<S: Space>(fields: [&SplitField<S>; 2], pair: &NodePair<S>) -> DoubleDouble {
     let [a, b] = [0, 1].map(|b: usize| fields[b].at(pair.nodes[b].index()));
-    (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + pair.gap
+    along_normal(pair, |c| b[c] - a[c]) + pair.gap
+}
+
+/// Computes the component along the normal of a pair, times its length.
+fn along_normal<S: Space>(pair: &NodePair<S>, vector: impl Fn(usize) -> DoubleDouble) -> DoubleDouble {
+    (1..S::DIM).fold(vector(0) * pair.normal[0], |sum, c| sum + vector(c) * pair.normal[c])
 }

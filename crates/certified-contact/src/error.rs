@@ -3,13 +3,14 @@
 use cre_estimator::EstimatorError;
 use fem_core::interface::{ContactProblem, InterfaceError, LoadFactorError, RefineError};
 use fem_core::prepared::{AssemblyMotion, PrepareError};
+use fem_core::space::{Plane, Space};
 use nndd::{NnddError, UnresistedMotion};
 use thiserror::Error;
 
 /// Why a problem could not be solved.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum SolveError {
+pub enum SolveError<S: Space = Plane> {
     /// The bodies cannot be assembled or factorised, for example floating ones.
     #[error(transparent)]
     Prepare(PrepareError),
@@ -17,7 +18,7 @@ pub enum SolveError {
     #[error("the assembly is not held: a load of {:e} moves {} and nothing resists", motion.load, motion.bodies.iter().map(|of| of.0.to_string()).collect::<Vec<_>>().join(", "))]
     NotHeld {
         /// The motion.
-        motion: AssemblyMotion,
+        motion: AssemblyMotion<S>,
     },
     /// No forces within the cones of Coulomb friction balance the loads.
     #[error(
@@ -59,9 +60,9 @@ pub enum SolveError {
 /// Bodies that move by at most this fraction of the one that moves most do not move.
 pub(crate) const NO_MOTION: f64 = 1e-10;
 
-impl SolveError {
+impl<S: Space> SolveError<S> {
     /// Says what an error of the algebra means for the bodies.
-    pub(crate) fn of_nndd(problem: &ContactProblem, error: NnddError) -> Self {
+    pub(crate) fn of_nndd(problem: &ContactProblem<S>, error: NnddError) -> Self {
         let motion = |of: UnresistedMotion| {
             problem.assembly_motion(&problem.rigid_motions(), &of.amounts, of.work, NO_MOTION)
         };

@@ -2,6 +2,7 @@
 
 use cre_estimator::Estimate;
 use fem_core::interface::ContactProblem;
+use fem_core::space::Space;
 use nndd::{Iterate, IterationRow};
 
 /// One iteration with its estimate, if there is one.
@@ -20,7 +21,7 @@ pub struct IterationRecord {
 
 impl IterationRecord {
     /// Creates the row of an iterate without estimate.
-    pub(crate) fn new(iterate: &Iterate, problem: &ContactProblem) -> Self {
+    pub(crate) fn new<S: Space>(iterate: &Iterate, problem: &ContactProblem<S>) -> Self {
         let mut contact_forces = [0.0; 2];
         for (pair, block) in problem.contacts.iter().zip(problem.blocks()) {
             let by_side = pair.roles.by_side(iterate.contact_forces_of(block));
@@ -30,7 +31,7 @@ impl IterationRecord {
     }
 
     /// Copies the estimated values.
-    pub(crate) fn take(&mut self, estimate: &Estimate) {
+    pub(crate) fn take<S: Space>(&mut self, estimate: &Estimate<S>) {
         let found = estimate.unchecked();
         self.eta_dis = Some(found.eta_dis);
         self.e_cre = Some(found.e_cre);

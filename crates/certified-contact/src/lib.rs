@@ -65,6 +65,7 @@ mod coulomb;
 mod defect_correction;
 mod error;
 mod history;
+mod lines;
 mod observer;
 mod reactions;
 mod recovered_pressure;
@@ -74,6 +75,7 @@ mod settings;
 mod solution;
 mod solve;
 mod solve_coulomb;
+mod space;
 mod state;
 mod steps;
 mod stopping;
@@ -102,9 +104,10 @@ pub use settings::{Criterion, Imposed, Settings, prefers_exact, suits_iteration}
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
 pub use solve_coulomb::solve_coulomb;
+pub use space::ContactSpace;
 pub use state::estimate;
 pub use steps::LoadSteps;
-pub use support::{Support, free_motions, support, without_spin};
+pub use support::{PartnerMotions, Support, free_motions, support, without_spin};
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

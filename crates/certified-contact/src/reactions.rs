@@ -3,83 +3,88 @@
 use fem_core::body::{Body, RigidMotion, RigidSide, SupportSet};
 use fem_core::dense::pseudo_inverse;
 use fem_core::directions::Directions;
-use fem_core::double_double::DoubleDouble;
 use fem_core::field;
-use fem_core::geometry::{Vector, cross, norm};
+use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::Partner;
-use fem_core::mesh::TriMesh;
+use fem_core::mesh::Mesh;
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use fem_core::space::{Plane, Space};
+use nalgebra::DMatrix;
 use nndd::Iterate;
 
 /// The reaction of one support.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reaction {
+pub struct Reaction<S: Space = Plane> {
     /// The body, in the order of [`crate::Results`].
     pub body: usize,
-    /// The supported edge group.
+    /// The supported side.
     pub on: String,
     /// Force of the support on the body, N/m; a roller's is along its normal. If supports share a node and a direction, it counts for
-    /// the first; two rollers with different normals take the components along their normals.
-    pub force: Vector,
+    /// the first; rollers with different normals take the components along their normals.
+    pub force: S::Vector,
 }
 
 /// The motion of a rigid side, and the force that moves it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct RigidSideResults {
+pub struct RigidSideResults<S: Space = Plane> {
     /// The body, in the order of [`crate::Results`].
     pub body: usize,
-    /// The edge group.
+    /// The side.
     pub on: String,
     /// Its motion, about the point of its condition.
-    pub motion: RigidMotion,
+    pub motion: RigidMotion<S>,
     /// Resultant on the body, N/m: the given one along the components that its condition leaves free. Supports at its nodes have their
     /// own reaction.
-    pub force: Vector,
+    pub force: S::Vector,
     /// Moment about that point, N.
-    pub moment: f64,
+    pub moment: S::Spin,
 }
 
 /// Sum of all forces on one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Balance {
+pub struct Balance<S: Space = Plane> {
     /// Their sum, N/m.
-    pub force: Vector,
+    pub force: S::Vector,
     /// Their moment about the body's centroid, N, positive counter-clockwise.
-    pub moment: f64,
+    pub moment: S::Spin,
 }
 
-impl Balance {
+impl<S: Space> Balance<S> {
     /// Adds a force at a point; `arm` is the vector from the centroid to it.
-    fn add(&mut self, arm: Vector, force: Vector) {
+    fn add(&mut self, arm: S::Vector, force: S::Vector) {
         self.force += force;
-        self.moment += cross(arm, force);
+        self.moment += S::moment(arm, force);
     }
 }
 
 /// Computes the centroid of a mesh.
-fn centroid(mesh: &TriMesh) -> Vector {
-    let mut sum = Vector::zeros();
-    let mut area = 0.0;
+fn centroid<S: Space>(mesh: &Mesh<S>) -> S::Vector {
+    let mut sum = S::Vector::ZERO;
+    let mut whole = 0.0;
     // Relative to a point of the mesh, to avoid cancellation far from the origin.
     let origin = mesh.points()[0];
     for (t, corners) in mesh.cells().iter().enumerate() {
-        let middle: Vector = corners.iter().map(|&v| mesh.points()[v] - origin).sum();
-        sum += mesh.measure(t) / 3.0 * middle;
-        area += mesh.measure(t);
+        let corners = corners.as_ref();
+        let middle: S::Vector = corners.iter().map(|&v| mesh.points()[v] - origin).sum();
+        sum += middle * (mesh.measure(t) / corners.len() as f64);
+        whole += mesh.measure(t);
     }
-    origin + 1.0 / area * sum
+    origin + sum * (1.0 / whole)
 }
 
 /// Computes `K u − f` at every node, N/m: without rounding if the displacement was corrected; `low` are then the
 /// low-order parts of the displacement.
-pub(crate) fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>) -> Vec<Vector> {
+pub(crate) fn nodal_forces<S: Space>(
+    body: &Body<S>,
+    displacement: &[S::Vector],
+    low: Option<&Vec<S::Vector>>,
+) -> Vec<S::Vector> {
     let Some(low) = low else { return field::nodal_residual(body, displacement) };
     let split = SplitField { high: displacement.to_vec(), low: low.clone() };
-    residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded).into()).collect()
+    residual::of_field(body, &split).iter().map(|r| S::Vector::of(|c| r[c].rounded())).collect()
 }
 
 /// Computes the motion of a rigid side and the force that moves it. The share of the supports at its nodes is left in `forces` there.
@@ -88,48 +93,52 @@ pub(crate) fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Ve
 ///
 /// * `displacement`: of all nodes, m; `forces`: `K u − f` without contact, N/m.
 /// * `holders`: the supports of each node.
-fn rigid_side(
-    (body, b): (&Body, usize),
-    side: &RigidSide,
-    displacement: &[Vector],
-    forces: &mut [Vector],
-    holders: &[Vec<Holder>],
-) -> RigidSideResults {
+fn rigid_side<S: Space>(
+    (body, b): (&Body<S>, usize),
+    side: &RigidSide<S>,
+    displacement: &[S::Vector],
+    forces: &mut [S::Vector],
+    holders: &[Vec<Holder<S>>],
+) -> RigidSideResults<S> {
     let points = body.mesh().points();
-    let mut force = Vector::zeros();
-    let mut moment = 0.0;
+    let mut force = S::Vector::ZERO;
+    let mut moment = S::Spin::default();
     for (node, load) in side.nodes.iter().zip(&side.forces) {
-        let on_side = std::mem::take(&mut forces[*node]) + load;
+        let on_side = std::mem::take(&mut forces[*node]) + *load;
         force += on_side;
-        moment += cross(points[*node] - side.about, on_side);
+        moment += S::moment(points[*node] - side.about, on_side);
     }
     let (motion, _) = side.motion_of(points, displacement);
     let size = side.nodes.iter().map(|n| norm(points[*n] - side.about)).fold(f64::MIN_POSITIVE, f64::max);
-    // The equations that the side's own condition leaves to supports: two forces, and the moment over the side's size.
-    let left: Vector3<f64> = Vector3::from_fn(|c, _| f64::from(u8::from(!side.imposes[c])));
-    let rest =
-        Vector3::new(force[0] - side.force[0], force[1] - side.force[1], (moment - side.moment) / size);
-    let columns: Vec<(NodeId, Vector, Vector3<f64>)> = side
-        .nodes
-        .iter()
-        .flat_map(|&node| {
-            held_by(&holders[node.index()]).basis().iter().map(|d| (node, *d)).collect::<Vec<_>>()
-        })
-        .map(|(node, d)| {
-            let turns = cross(points[node] - side.about, d) / size;
-            (node, d, Vector3::new(d[0], d[1], turns).component_mul(&left))
-        })
+    // The equations that the side's own condition leaves to supports: the forces, and the moments over the side's size.
+    let equation = |force: S::Vector, moment: S::Spin| {
+        let all = S::motion(force, moment / size);
+        S::components(|c| if side.imposes[c] { 0.0 } else { all[c] })
+    };
+    let rest = equation(force - side.force, moment - side.moment);
+    let held = |node: &NodeId| held_by(&holders[node.index()]).basis().iter().map(|d| (*node, *d)).collect();
+    let columns: Vec<(NodeId, S::Vector)> = side.nodes.iter().flat_map::<Vec<_>, _>(held).collect();
+    let columns: Vec<(NodeId, S::Vector, S::Components<f64>)> = columns
+        .into_iter()
+        .map(|(node, d)| (node, d, equation(d, S::moment(points[node] - side.about, d))))
         .collect();
-    let normal: Matrix3<f64> = columns.iter().map(|(_, _, a)| a * a.transpose()).sum();
+    let mut normal = DMatrix::<f64>::zeros(S::COMPONENTS, S::COMPONENTS);
+    for (i, j) in (0..S::COMPONENTS).flat_map(|j| (0..S::COMPONENTS).map(move |i| (i, j))) {
+        normal[(i, j)] = columns.iter().fold(0.0, |sum, (_, _, a)| sum + a[i] * a[j]);
+    }
     let zero = DEPENDENT * normal.trace();
-    let inverse = pseudo_inverse(DMatrix::from_column_slice(3, 3, normal.as_slice()), zero);
-    let inverse = inverse.map_or_else(Matrix3::zeros, |found| Matrix3::from_column_slice(found.as_slice()));
-    let factors = inverse * rest.component_mul(&left);
+    let inverse = pseudo_inverse(normal, zero);
+    let factors = S::components(|i| {
+        inverse
+            .as_ref()
+            .map_or(0.0, |inverse| (0..S::COMPONENTS).fold(0.0, |sum, j| sum + inverse[(i, j)] * rest[j]))
+    });
     for (node, direction, equation) in columns {
-        let taken = equation.dot(&factors) * direction;
+        let factor = (0..S::COMPONENTS).fold(0.0, |sum, k| sum + equation[k] * factors[k]);
+        let taken = direction * factor;
         forces[node] += taken;
         force -= taken;
-        moment -= cross(points[node] - side.about, taken);
+        moment -= S::moment(points[node] - side.about, taken);
     }
     RigidSideResults { body: b, on: side.group.clone(), motion, force, moment }
 }
@@ -139,42 +148,59 @@ const DEPENDENT: f64 = 1e-9;
 
 /// A support, and the directions in which it holds a node.
 #[derive(Clone, Copy)]
-struct Holder {
+struct Holder<S: Space> {
     /// Place of the support in the body.
     support: usize,
-    holds: Directions,
+    holds: Directions<S>,
 }
 
 /// Computes the directions in which the supports of a node hold it.
-fn held_by(holders: &[Holder]) -> Directions {
+fn held_by<S: Space>(holders: &[Holder<S>]) -> Directions<S> {
     let all = holders.iter().flat_map(|holder| holder.holds.basis());
     all.fold(Directions::NONE, |span, d| span.with(*d, DEPENDENT))
 }
 
-/// Splits the force on a node between its supports: along the directions of the first, then of the next that holds another direction.
+/// Splits the force on a node between its supports: each that holds a direction that those before it do not takes a part along its own directions.
 ///
-/// Two rollers with different normals take the components along their normals. Without a second support the part across the first is no
-/// reaction; the balance shows it.
-fn shares(force: Vector, holders: &[Holder]) -> impl Iterator<Item = (usize, Vector)> + use<> {
-    let mut held = holders.iter().filter(|holder| !holder.holds.is_none());
-    let first = held.next();
-    let other = first.and_then(|first| held.find(|other| held_by(&[*first, **other]) != first.holds));
-    let beside = other.map_or(Directions::NONE, |other| other.holds);
-    let part = first.map(|first| (first.support, first.holds.part_beside(&beside, force)));
-    let rest = part.zip(other).map(|((_, part), other)| (other.support, force - part));
-    part.into_iter().chain(rest)
+/// Rollers with different normals take the components along their normals. The part across all supports is no reaction; the balance shows it.
+fn shares<S: Space>(force: S::Vector, holders: &[Holder<S>]) -> Vec<(usize, S::Vector)> {
+    let (mut span, mut taking) = (Directions::<S>::NONE, Vec::new());
+    for holder in holders {
+        let wider = holder.holds.basis().iter().fold(span, |span, d| span.with(*d, DEPENDENT));
+        if wider.count() > span.count() {
+            taking.push(*holder);
+        }
+        span = wider;
+    }
+    let mut left = force;
+    let mut shares = Vec::with_capacity(taking.len());
+    for (k, holder) in taking.iter().enumerate() {
+        let others = held_by(&taking[k + 1..]);
+        let part = match () {
+            () if others.is_none() && k > 0 && span.is_all() => left,
+            () if others.is_none() => holder.holds.project(left),
+            () => {
+                let across = held_by(&taking[k..]).complement();
+                let beside = across.basis().iter().fold(others, |beside, d| beside.with(*d, DEPENDENT));
+                holder.holds.part_beside(&beside, left)
+            }
+        };
+        left -= part;
+        shares.push((holder.support, part));
+    }
+    shares
 }
 
 /// Adds the reactions of a body's supports and of its rigid sides, and returns its balance.
-pub(crate) fn support_reactions(
-    prepared: &PreparedProblem,
+pub(crate) fn support_reactions<S: Space>(
+    prepared: &PreparedProblem<S>,
     iterate: &Iterate,
-    (b, displacement): (usize, &[Vector]),
-    mut residual: Vec<Vector>,
-    (reactions, rigid_sides): (&mut Vec<Reaction>, &mut Vec<RigidSideResults>),
-) -> Balance {
+    (b, displacement): (usize, &[S::Vector]),
+    mut residual: Vec<S::Vector>,
+    (reactions, rigid_sides): (&mut Vec<Reaction<S>>, &mut Vec<RigidSideResults<S>>),
+) -> Balance<S> {
     let problem = prepared.problem();
-    let body: &Body = &problem.bodies[b];
+    let body = &problem.bodies[b];
     let centroid = centroid(body.mesh());
     let arm = |node: usize| body.mesh().points()[node] - centroid;
     let mut balance = Balance::default();
@@ -185,7 +211,7 @@ pub(crate) fn support_reactions(
         let along_tangents = &[&iterate.tangential.reaction, &iterate.tangential.force][role][tangents];
         let forces = iterate.reactions()[role][block].iter().chain(along_tangents);
         for (row, r) in pair.rows().zip(forces) {
-            let force = pair.roles.sign() * r * row.direction;
+            let force = row.direction * (pair.roles.sign() * r);
             let node = row.nodes[side].index();
             residual[node] -= force;
             balance.add(arm(node), force);
@@ -194,7 +220,7 @@ pub(crate) fn support_reactions(
     for (node, force) in prepared.external_forces()[b].iter().enumerate() {
         balance.add(arm(node), *force);
     }
-    let mut holders: Vec<Vec<Holder>> = vec![Vec::new(); residual.len()];
+    let mut holders: Vec<Vec<Holder<S>>> = vec![Vec::new(); residual.len()];
     for (support, set) in body.supports().iter().enumerate() {
         for (node, &holds) in set.nodes.iter().zip(&set.reactions) {
             holders[node.index()].push(Holder { support, holds });
@@ -209,7 +235,7 @@ pub(crate) fn support_reactions(
         rigid_sides.push(rigid_side((body, b), side, displacement, &mut residual, &holders));
     }
     let begin = reactions.len();
-    let unloaded = |set: &SupportSet| Reaction { body: b, on: set.group.clone(), force: Vector::zeros() };
+    let unloaded = |set: &SupportSet<S>| Reaction { body: b, on: set.group.clone(), force: S::Vector::ZERO };
     reactions.extend(body.supports().iter().map(unloaded));
     for (node, holders) in holders.iter().enumerate() {
         for (support, part) in shares(residual[node], holders) {

@@ -3,6 +3,7 @@
 use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;
 use fem_core::interface::ContactProblem;
+use fem_core::space::{Plane, Space};
 use nndd::{Method, NewtonSettings};
 
 /// Which body carries λ, the paper's Ω₁.
@@ -53,7 +54,7 @@ impl Default for Criterion {
 /// Settings of [`crate::solve`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Settings {
+pub struct Settings<S: Space = Plane> {
     /// Which body carries λ.
     pub imposed: Imposed,
     /// Which body of each pair carries λ, if not the one that `imposed` says; missing entries count as `None`.
@@ -63,7 +64,7 @@ pub struct Settings {
     /// The exact solution is used instead where it is faster, see [`prefers_exact`]; `None`: `method` is used for every problem.
     pub exact: Option<NewtonSettings>,
     /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.
-    pub lambda: ScalarData,
+    pub lambda: ScalarData<S>,
     /// When to stop.
     pub criterion: Criterion,
     /// How far the equilibrated stresses are relaxed, [`Relaxation`]: a fixed number of steps, or until little is left to gain. The bound is strict
@@ -73,7 +74,7 @@ pub struct Settings {
     pub estimate_every: usize,
 }
 
-impl Settings {
+impl<S: Space> Settings<S> {
     /// Sets the algorithm for every problem: [`nndd::NnddSettings`] or [`nndd::NewtonSettings`].
     #[must_use]
     pub fn with_method(mut self, method: impl Into<Method>) -> Self {
@@ -82,7 +83,7 @@ impl Settings {
     }
 
     /// Returns the algorithm that is used for a problem.
-    pub fn method_for(&self, problem: &ContactProblem) -> Method {
+    pub fn method_for(&self, problem: &ContactProblem<S>) -> Method {
         match &self.exact {
             Some(exact) if prefers_exact(problem) => exact.clone().into(),
             _ => self.method.clone(),
@@ -96,7 +97,7 @@ const FEW_ROWS: usize = 100;
 
 /// Tells whether a problem is left to the exact solution unless a method is named: one with friction, one with obstacles, and an assembly whose
 /// bodies have few rows each, unless it is the paper's problem.
-pub fn prefers_exact(problem: &ContactProblem) -> bool {
+pub fn prefers_exact<S: Space>(problem: &ContactProblem<S>) -> bool {
     // Most rows are those of two bodies.
     let few = 2 * problem.node_pairs() <= FEW_ROWS * problem.bodies.len();
     // Measured on one body above 1 to 64 obstacles, and on beams on rollers: with few rows newton-nn takes four times as long, with 642 to 1752 half
@@ -107,12 +108,12 @@ pub fn prefers_exact(problem: &ContactProblem) -> bool {
 
 /// Tells whether a problem is the paper's: one pair without friction, of two bodies that their supports hold, apart from its nodes along the
 /// normal. Bodies that touch nothing do not count.
-pub fn suits_iteration(problem: &ContactProblem) -> bool {
+pub fn suits_iteration<S: Space>(problem: &ContactProblem<S>) -> bool {
     let held = |b: &usize| problem.bodies[*b].free_motion().is_none();
     problem.plain_pair().is_some_and(|pair| pair.bodies().is_some_and(|both| both.iter().all(held)))
 }
 
-impl Default for Settings {
+impl<S: Space> Default for Settings<S> {
     fn default() -> Self {
         Self {
             imposed: Imposed::default(),

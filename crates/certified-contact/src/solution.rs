@@ -5,6 +5,7 @@ use crate::history::{IterationRecord, Step};
 use crate::results::Results;
 use cre_estimator::{Estimate, EstimatorError};
 use fem_core::interface::{ContactProblem, Roles};
+use fem_core::space::{Plane, Space};
 use nndd::{Iterate, Method, NnddSolution};
 
 /// Why this body carries λ.
@@ -22,9 +23,9 @@ pub enum RoleReason {
 /// A solved problem and its certificate.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct CertifiedSolution {
+pub struct CertifiedSolution<S: Space = Plane> {
     /// The problem passed in, with the roles of the iteration.
-    pub problem: ContactProblem,
+    pub problem: ContactProblem<S>,
     /// Why this body carries λ.
     pub role_reason: RoleReason,
     /// The algorithm that was used.
@@ -34,19 +35,19 @@ pub struct CertifiedSolution {
     /// One row per iteration.
     pub rows: Vec<IterationRecord>,
     /// The certificate of the last iteration; `None` if its numbers are not finite.
-    pub estimate: Option<Estimate>,
+    pub estimate: Option<Estimate<S>>,
     /// Why the estimate is missing. `None` if it exists or if the run was stopped first.
     pub no_estimate: Option<EstimatorError>,
     /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold if
     /// [`Self::is_certified`].
     pub bounds: Option<Bounds>,
     /// The quantities of interest.
-    pub results: Option<Results>,
+    pub results: Option<Results<S>>,
     /// Unknowns of each body.
     pub unknowns: Vec<usize>,
 }
 
-impl CertifiedSolution {
+impl<S: Space> CertifiedSolution<S> {
     /// Tells which body of each pair carries λ.
     pub fn roles(&self) -> Vec<Roles> {
         self.problem.roles()
@@ -59,7 +60,7 @@ impl CertifiedSolution {
 
     /// Tells whether the bodies have no strain energy: see [`Estimate::holds_no_energy`].
     pub fn holds_no_energy(&self) -> bool {
-        self.estimate.as_ref().is_some_and(Estimate::holds_no_energy)
+        self.estimate.as_ref().is_some_and(Estimate::<S>::holds_no_energy)
     }
 
     /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` unless [`Self::is_certified`], or if the

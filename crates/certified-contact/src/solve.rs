@@ -8,16 +8,16 @@ use crate::observer::{Observer, Phase};
 use crate::results;
 use crate::settings::{Criterion, Imposed, Settings, suits_iteration};
 use crate::solution::{CertifiedSolution, RoleReason};
+use crate::space::ContactSpace;
 use crate::state::state_of;
 use crate::stopping::{EstimatorStop, enough, rounding};
-use crate::support::without_spin;
 use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
 use fem_core::boundary::ScalarData;
 use fem_core::condensation::CondensedBody;
-use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
+use fem_core::space::{Plane, Space};
 use nndd::{Iterate, Method, NnddSolution, NnddStatus, Recovery, Start};
 
 /// Solves a contact problem and certifies the solution.
@@ -28,35 +28,38 @@ use nndd::{Iterate, Method, NnddSolution, NnddStatus, Recovery, Start};
 /// # Errors
 /// A body without unique solution, or invalid settings; Coulomb friction. No convergence is a status in `nndd.status`, not an error; the
 /// certificate then belongs to the last iterate.
-pub fn solve(
-    problem: ContactProblem,
-    settings: &Settings,
+pub fn solve<S: ContactSpace>(
+    problem: ContactProblem<S>,
+    settings: &Settings<S>,
     observer: &mut dyn Observer,
-) -> Result<CertifiedSolution, SolveError> {
+) -> Result<CertifiedSolution<S>, SolveError<S>> {
     Ok(solve_step(problem, Previous::default(), settings, observer)?.0)
 }
 
 /// The data that a load step passes to the next one: the factorised bodies, and the start of the iteration.
 #[derive(Clone, Debug)]
-pub(crate) struct Previous<S> {
+pub(crate) struct Previous<T, S: Space = Plane> {
     /// None before the first step.
-    pub(crate) bodies: Vec<CondensedBody>,
-    pub(crate) start: Option<S>,
+    pub(crate) bodies: Vec<CondensedBody<S>>,
+    pub(crate) start: Option<T>,
 }
 
-impl<S> Default for Previous<S> {
+impl<T, S: Space> Default for Previous<T, S> {
     fn default() -> Self {
         Self { bodies: Vec::new(), start: None }
     }
 }
 
+/// A solution, and the factorised bodies.
+type StepSolution<S> = (CertifiedSolution<S>, Vec<CondensedBody<S>>);
+
 /// Solves and certifies a load step, and returns the factorised bodies as well.
-pub(crate) fn solve_step(
-    problem: ContactProblem,
-    previous: Previous<Start>,
-    settings: &Settings,
+pub(crate) fn solve_step<S: ContactSpace>(
+    problem: ContactProblem<S>,
+    previous: Previous<Start, S>,
+    settings: &Settings<S>,
     observer: &mut dyn Observer,
-) -> Result<(CertifiedSolution, Vec<CondensedBody>), SolveError> {
+) -> Result<StepSolution<S>, SolveError<S>> {
     let mut problem = prepare(problem, previous.bodies, observer)?;
     let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
     let (roles, reason) = choose_roles(&problem, settings);
@@ -69,8 +72,8 @@ pub(crate) fn solve_step(
 }
 
 /// Evaluates the initial λ at the nodes of the body that carries it, m; zero along tangents.
-fn initial_lambda(problem: &ContactProblem, lambda: &ScalarData) -> Vec<f64> {
-    let of_pair = |pair: &ContactPair| -> Vec<f64> {
+fn initial_lambda<S: Space>(problem: &ContactProblem<S>, lambda: &ScalarData<S>) -> Vec<f64> {
+    let of_pair = |pair: &ContactPair<S>| -> Vec<f64> {
         // An obstacle moves as it is told.
         let Some(carrier) = pair.imposed().body() else {
             return vec![0.0; pair.row_count()];
@@ -85,26 +88,26 @@ fn initial_lambda(problem: &ContactProblem, lambda: &ScalarData) -> Vec<f64> {
 }
 
 /// Solves a finer problem in the order of the coarser one, starting from its solution.
-pub(crate) fn solve_again(
-    problem: ContactProblem,
+pub(crate) fn solve_again<S: ContactSpace>(
+    problem: ContactProblem<S>,
     reason: RoleReason,
     start: Start,
-    settings: &Settings,
+    settings: &Settings<S>,
     observer: &mut dyn Observer,
-) -> Result<CertifiedSolution, SolveError> {
+) -> Result<CertifiedSolution<S>, SolveError<S>> {
     let problem = prepare(problem, Vec::new(), observer)?;
     let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
     Ok(iterate(problem, reason, start, settings, observer)?.0)
 }
 
 /// Iterates, certifies the last iterate, and computes the results; all in the order of the iteration.
-fn iterate(
-    mut problem: PreparedProblem,
+fn iterate<S: ContactSpace>(
+    mut problem: PreparedProblem<S>,
     role_reason: RoleReason,
     start: Start,
-    settings: &Settings,
+    settings: &Settings<S>,
     observer: &mut dyn Observer,
-) -> Result<(CertifiedSolution, Vec<CondensedBody>), SolveError> {
+) -> Result<StepSolution<S>, SolveError<S>> {
     observer.phase(Phase::Iterations);
     let system = problem.system();
     let mut follow = EstimatorStop::new((&problem, &system), settings, observer);
@@ -165,7 +168,7 @@ fn iterate(
 /// Tells whether rounding of the solution is a noticeable part of its bound.
 ///
 /// η_NNDD of an iteration comes from its operators, without an allowance for rounding; all of that of an exact solution is rounding.
-fn needs_correction(estimate: &Estimate, iterate: &Iterate) -> bool {
+fn needs_correction<S: Space>(estimate: &Estimate<S>, iterate: &Iterate) -> bool {
     let found = estimate.unchecked();
     let eta_nndd = match iterate.recovery {
         Recovery::Traces => iterate.eta_nndd,
@@ -176,20 +179,20 @@ fn needs_correction(estimate: &Estimate, iterate: &Iterate) -> bool {
 }
 
 /// A corrected solution with its estimate.
-struct Better {
+struct Better<S: Space> {
     iterate: Iterate,
-    estimate: Estimate,
+    estimate: Estimate<S>,
     /// Low-order parts of the displacements (their rounding errors).
-    low: Vec<Vec<Vector>>,
+    low: Vec<Vec<S::Vector>>,
 }
 
 /// Corrects the solution by its defect; `None` if that gives no improvement.
-fn corrected(
-    problem: &mut PreparedProblem,
+fn corrected<S: ContactSpace>(
+    problem: &mut PreparedProblem<S>,
     nndd: &NnddSolution,
-    estimate: &Estimate,
-    settings: &Settings,
-) -> Result<Option<Better>, SolveError> {
+    estimate: &Estimate<S>,
+    settings: &Settings<S>,
+) -> Result<Option<Better<S>>, SolveError<S>> {
     let fields = estimate.pair.bodies.iter().map(|body| SplitField::new(body.displacement.clone())).collect();
     // λ may change only if the iterate is meant to be the discrete solution.
     let advance = matches!(nndd.status, NnddStatus::StoppedByCriterion | NnddStatus::Stalled { .. })
@@ -215,12 +218,12 @@ fn corrected(
 const FREE_MOTIONS: f64 = 0.1;
 
 /// Stores the measured η_NNDD and checks whether the criterion still holds with it.
-fn recheck_stop(
-    problem: &ContactProblem,
+fn recheck_stop<S: Space>(
+    problem: &ContactProblem<S>,
     nndd: &mut NnddSolution,
     rows: &mut [IterationRecord],
-    estimate: &Estimate,
-    settings: &Settings,
+    estimate: &Estimate<S>,
+    settings: &Settings<S>,
 ) {
     let rounding = rounding(rows);
     let eta_nndd = nndd.last.eta_nndd.max(estimate.unchecked().eta_nndd);
@@ -245,12 +248,12 @@ fn recheck_stop(
 /// Assembles and factorises all bodies, in parallel.
 ///
 /// * `factorised`: the bodies with other loads, if an earlier load step has factorised them.
-pub(crate) fn prepare(
-    problem: ContactProblem,
-    factorised: Vec<CondensedBody>,
+pub(crate) fn prepare<S: ContactSpace>(
+    problem: ContactProblem<S>,
+    factorised: Vec<CondensedBody<S>>,
     observer: &mut dyn Observer,
-) -> Result<PreparedProblem, SolveError> {
-    let problem = without_spin(problem)?;
+) -> Result<PreparedProblem<S>, SolveError<S>> {
+    let problem = S::without_spin(problem)?;
     let mut started = false;
     let found = PreparedProblem::prepare_again(problem, factorised, |stage| {
         // The order belongs to the factorisation.
@@ -275,7 +278,7 @@ pub(crate) fn prepare(
 const STIFFER: f64 = 1e-9;
 
 /// Decides which body of each pair carries λ.
-fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, RoleReason) {
+fn choose_roles<S: Space>(problem: &PreparedProblem<S>, settings: &Settings<S>) -> (Vec<Roles>, RoleReason) {
     let contacts = &problem.problem().contacts;
     let of_pair = |k: usize| settings.imposed_by_pair.get(k).copied().flatten().unwrap_or(settings.imposed);
     let only = problem.problem().plain_pair();

@@ -4,10 +4,11 @@ use crate::history::IterationRecord;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
 use crate::state::state_of;
-use cre_estimator::{Estimate, Estimator, EstimatorError};
+use cre_estimator::{Estimate, Estimator, EstimatorError, Recovery};
 use fem_core::condensation::InterfaceOperator;
 use fem_core::contact_system::ContactSystem;
 use fem_core::prepared::PreparedProblem;
+use fem_core::space::{Plane, Space};
 use nndd::Iterate;
 use nndd::stopping::{Decision, StoppingCriterion};
 
@@ -25,23 +26,23 @@ const NEAR_ROUND_OFF: f64 = 0.01;
 const ROUND_OFF: f64 = 1e-14;
 
 /// Follows the iteration, estimates when asked, and decides.
-pub(crate) struct EstimatorStop<'a> {
-    problem: &'a PreparedProblem,
+pub(crate) struct EstimatorStop<'a, S: Recovery = Plane> {
+    problem: &'a PreparedProblem<S>,
     system: &'a ContactSystem<'a>,
-    estimator: Estimator<'a>,
-    settings: &'a Settings,
+    estimator: Estimator<'a, S>,
+    settings: &'a Settings<S>,
     observer: &'a mut dyn Observer,
     pub(crate) rows: Vec<IterationRecord>,
     /// The number of an iteration, and its estimate.
-    pub(crate) latest: Option<(usize, Estimate)>,
+    pub(crate) latest: Option<(usize, Estimate<S>)>,
     /// Why the last attempted estimate failed.
     pub(crate) no_estimate: Option<EstimatorError>,
 }
 
-impl<'a> EstimatorStop<'a> {
+impl<'a, S: Recovery> EstimatorStop<'a, S> {
     pub(crate) fn new(
-        (problem, system): (&'a PreparedProblem, &'a ContactSystem<'a>),
-        settings: &'a Settings,
+        (problem, system): (&'a PreparedProblem<S>, &'a ContactSystem<'a>),
+        settings: &'a Settings<S>,
         observer: &'a mut dyn Observer,
     ) -> Self {
         let estimator = Estimator::new(problem, settings.relaxation);
@@ -113,7 +114,7 @@ impl<'a> EstimatorStop<'a> {
     fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, EstimatorError> {
         let first = self.rows[0].iteration.eta_nndd;
         let rounding = rounding(&self.rows);
-        let small = |latest: &Option<(usize, Estimate)>| {
+        let small = |latest: &Option<(usize, Estimate<S>)>| {
             latest.as_ref().is_none_or(|(_, e)| iterate.eta_nndd <= enough(e, ratio, rounding))
         };
         // If the initial λ cannot be improved, η_NNDD does not fall.
@@ -150,7 +151,7 @@ fn force_round_off(system: &ContactSystem<'_>, iterate: &Iterate) -> f64 {
     iterate.lambda.len() as f64 * f64::EPSILON * terms
 }
 
-impl StoppingCriterion for EstimatorStop<'_> {
+impl<S: Recovery> StoppingCriterion for EstimatorStop<'_, S> {
     fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
         self.rows.push(IterationRecord::new(iterate, self.problem.problem()));
         let every = self.settings.estimate_every;
@@ -198,7 +199,7 @@ pub(crate) fn rounding(rows: &[IterationRecord]) -> f64 {
 /// fraction [`NEAR_ROUND_OFF`] of the mesh error, an η_NNDD of the size of round-off is small enough.
 ///
 /// * `rounding`: see [`rounding`].
-pub(crate) fn enough(estimate: &Estimate, ratio: f64, rounding: f64) -> f64 {
+pub(crate) fn enough<S: Space>(estimate: &Estimate<S>, ratio: f64, rounding: f64) -> f64 {
     let found = estimate.unchecked();
     // Far from the solution η_dis may exceed the whole bound; then it does not measure the mesh error.
     let mesh = found.eta_dis.min(found.e_cre);

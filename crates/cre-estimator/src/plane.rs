@@ -13,6 +13,7 @@ use crate::{cells, eet};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
+use fem_core::material::LinearElastic;
 use fem_core::mesh::TriMesh;
 use fem_core::space::Plane;
 use fem_core::tensor::SymTensor2;
@@ -33,6 +34,10 @@ impl Recovery for Plane {
         used: Option<StarRelaxation<'_>>,
     ) -> RelaxationReport {
         relax_with_stars(body, stress, relaxation, stars, used)
+    }
+
+    fn von_mises(material: &LinearElastic, stress: SymTensor2) -> Option<f64> {
+        material.von_mises(stress)
     }
 
     fn bytes_of_relaxation(mesh: &TriMesh) -> usize {

@@ -1,15 +1,12 @@
 //! The recovered stress: a continuous picture of the equilibrated one, with one value per node and material.
 
+use crate::recovery::Recovery;
 use fem_core::body::Body;
-use fem_core::geometry::Vector;
-use fem_core::mesh::TriMesh;
+use fem_core::mesh::Mesh;
 use fem_core::mesh::id::NodeId;
-use fem_core::tensor::SymTensor2;
-use nalgebra::{Matrix3, Vector3};
+use fem_core::space::{Plane, Space};
 use rayon::prelude::*;
 
-/// A patch of fewer cells is extended by the cells at its corners: boundary nodes have few.
-const FEWEST: usize = 5;
 /// Below this determinant of the scaled equations the cells of a patch lie on a line, and their mean is taken.
 const FLAT: f64 = 1e-3;
 /// Smallest number of cells or nodes per parallel task.
@@ -21,34 +18,37 @@ const FEWEST_PER_TASK: usize = 1024;
 /// It is smoother than the stress of the cells, and usually closer to the exact one at a side, but it is not in equilibrium and bounds
 /// nothing. Source: the patch recovery of Zienkiewicz and Zhu 1992, here of a stress in equilibrium.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RecoveredStress {
+pub struct RecoveredStress<S: Space = Plane> {
     /// The value of each node and material, sorted: node, place of the material in [`fem_core::material::Materials::list`], Pa.
-    values: Vec<(NodeId, u32, SymTensor2)>,
+    values: Vec<(NodeId, u32, S::Tensor)>,
 }
 
 /// The mean stress of a cell.
-struct Cell {
-    centre: Vector,
-    area: f64,
-    stress: SymTensor2,
+struct Cell<S: Space> {
+    centre: S::Vector,
+    measure: f64,
+    stress: S::Components<f64>,
 }
 
-impl RecoveredStress {
-    /// Fits the mean stresses of the triangles.
+impl<S: Recovery> RecoveredStress<S> {
+    /// Fits the mean stresses of the cells.
     ///
-    /// * `means`: one per triangle, such as [`crate::Estimate::mean_stress`], Pa.
+    /// * `means`: one per cell, such as [`crate::Estimate::mean_stress`], Pa.
     ///
     /// # Panics
-    /// If there is not one for every triangle.
-    pub fn new(body: &Body, means: &[SymTensor2]) -> Self {
+    /// If there is not one for every cell.
+    pub fn new(body: &Body<S>, means: &[S::Tensor]) -> Self {
         let mesh = body.mesh();
         let count = mesh.cells().len();
-        assert!(means.len() == count, "{} stresses of {count} triangles", means.len());
+        assert!(means.len() == count, "{} stresses of {count} cells", means.len());
         let cell = |t: usize| {
-            let [a, b, c] = mesh.corners(t);
-            Cell { centre: (a + b + c) / 3.0, area: mesh.measure(t), stress: means[t] }
+            let corners = mesh.corners(t);
+            let corners = corners.as_ref();
+            let sum = corners[1..].iter().fold(corners[0], |sum, corner| sum + *corner);
+            Cell { centre: sum / corners.len() as f64, measure: mesh.measure(t), stress: means[t].into() }
         };
-        let cells: Vec<Cell> = (0..count).into_par_iter().with_min_len(FEWEST_PER_TASK).map(cell).collect();
+        let cells: Vec<Cell<S>> =
+            (0..count).into_par_iter().with_min_len(FEWEST_PER_TASK).map(cell).collect();
         let material = |t: u32| body.materials().index(t as usize) as u32;
         let at_node = |n: usize| {
             let node = NodeId::new(n);
@@ -67,17 +67,17 @@ impl RecoveredStress {
     }
 
     /// Lists the values: node, place of the material in the body's list, stress in Pa.
-    pub fn values(&self) -> impl Iterator<Item = (NodeId, usize, SymTensor2)> + '_ {
+    pub fn values(&self) -> impl Iterator<Item = (NodeId, usize, S::Tensor)> + '_ {
         self.values.iter().map(|(node, material, stress)| (*node, *material as usize, *stress))
     }
 
     /// Computes the von Mises stress of a value, Pa; `None` if the out-of-plane stress of the material is unknown.
-    fn von_mises(body: &Body, material: usize, stress: SymTensor2) -> Option<f64> {
-        body.materials().list().get(material)?.von_mises(stress)
+    fn von_mises(body: &Body<S>, material: usize, stress: S::Tensor) -> Option<f64> {
+        S::von_mises(body.materials().list().get(material)?, stress)
     }
 
     /// Finds the largest von Mises stress, Pa, and its node; `None` if the out-of-plane stress of a material is unknown.
-    pub fn largest_von_mises(&self, body: &Body) -> Option<(f64, NodeId)> {
+    pub fn largest_von_mises(&self, body: &Body<S>) -> Option<(f64, NodeId)> {
         let mut largest = None;
         for (node, material, stress) in self.values() {
             let found = Self::von_mises(body, material, stress)?;
@@ -90,9 +90,9 @@ impl RecoveredStress {
 
     /// Chooses one value per node, with the place of its material: the value with the largest von Mises stress if several materials
     /// meet there.
-    pub fn by_node(&self, body: &Body) -> Vec<(usize, SymTensor2)> {
-        let mut chosen: Vec<(usize, SymTensor2)> = Vec::with_capacity(body.mesh().points().len());
-        let size = |(m, s): (usize, SymTensor2)| Self::von_mises(body, m, s).unwrap_or(0.0);
+    pub fn by_node(&self, body: &Body<S>) -> Vec<(usize, S::Tensor)> {
+        let mut chosen: Vec<(usize, S::Tensor)> = Vec::with_capacity(body.mesh().points().len());
+        let size = |(m, s): (usize, S::Tensor)| Self::von_mises(body, m, s).unwrap_or(0.0);
         for (node, material, stress) in self.values() {
             match chosen.get_mut(node.index()) {
                 None => chosen.push((material, stress)),
@@ -104,13 +104,14 @@ impl RecoveredStress {
     }
 }
 
-/// Lists the cells around a node, ascending: at least [`FEWEST`], if there are this many within two cells.
+/// Lists the cells around a node, ascending: more than twice as many as there are axes, if there are this many within two cells. Boundary
+/// nodes have few.
 ///
 /// * `belongs`: whether a cell has the material.
-fn patch(mesh: &TriMesh, node: NodeId, belongs: impl Fn(u32) -> bool) -> Vec<u32> {
+fn patch<S: Space>(mesh: &Mesh<S>, node: NodeId, belongs: impl Fn(u32) -> bool) -> Vec<u32> {
     let around = |n: NodeId| mesh.topology().cells_around(n).iter().copied().filter(|t| belongs(*t));
     let mut patch: Vec<u32> = around(node).collect();
-    if patch.len() < FEWEST {
+    if patch.len() <= 2 * S::DIM {
         let corners = patch.iter().flat_map(|t| mesh.cells()[*t as usize]);
         patch = corners.flat_map(around).collect();
     }
@@ -119,48 +120,68 @@ fn patch(mesh: &TriMesh, node: NodeId, belongs: impl Fn(u32) -> bool) -> Vec<u32
     patch
 }
 
-/// Computes the value at a point of the linear function that is nearest to the means of cells: least squares, weighted by areas.
-fn fit<'a>(point: Vector, cells: impl ExactSizeIterator<Item = &'a Cell> + Clone) -> SymTensor2 {
-    let area: f64 = cells.clone().map(|cell| cell.area).sum();
-    let size = (area / cells.len() as f64).sqrt();
-    let mut matrix = Matrix3::zeros();
-    let mut sums = [Vector3::zeros(); 3];
+/// Computes the value at a point of the linear function that is nearest to the means of cells: least squares, weighted by measures.
+fn fit<'a, S: Space>(
+    point: S::Vector,
+    cells: impl ExactSizeIterator<Item = &'a Cell<S>> + Clone,
+) -> S::Tensor {
+    let measure: f64 = cells.clone().map(|cell| cell.measure).sum();
+    let size = (measure / cells.len() as f64).powf(1.0 / S::DIM as f64);
+    let mut matrix = S::corners(|_| S::corners(|_| 0.0));
+    let mut sums = S::components(|_| S::corners(|_| 0.0));
     for cell in cells {
         let way = (cell.centre - point) / size;
-        let basis = Vector3::new(1.0, way[0], way[1]);
-        let weight = cell.area / area;
-        matrix += weight * basis * basis.transpose();
-        let SymTensor2 { xx, yy, xy } = cell.stress;
-        for (sum, component) in sums.iter_mut().zip([xx, yy, xy]) {
-            *sum += weight * component * basis;
+        let basis = S::corners(|k| if k == 0 { 1.0 } else { way[k - 1] });
+        let weight = cell.measure / measure;
+        for i in 0..=S::DIM {
+            let weighted = weight * basis[i];
+            for j in 0..=S::DIM {
+                matrix[i][j] += weighted * basis[j];
+            }
+            for k in 0..S::COMPONENTS {
+                sums[k][i] += weight * cell.stress[k] * basis[i];
+            }
         }
     }
     // The first row of the inverse, times the determinant.
-    let first = matrix.column(1).cross(&matrix.column(2));
-    let determinant = first.dot(&matrix.column(0));
-    let [xx, yy, xy] =
-        sums.map(|sum| if determinant > FLAT { first.dot(&sum) / determinant } else { sum[0] });
-    SymTensor2::new(xx, yy, xy)
+    let first = S::corners(|left_out| {
+        let row = |j: usize| if j < left_out { j } else { j + 1 };
+        let minor = S::axes(|i| S::axes(|j| matrix[row(j)][i + 1]));
+        let determinant = product::<S>(&S::cofactors(&minor)[0], &minor[0]);
+        if left_out % 2 == 0 { determinant } else { -determinant }
+    });
+    let along = |column: &S::Corners<f64>| {
+        (1..=S::DIM).fold(first[0] * column[0], |sum, k| sum + first[k] * column[k])
+    };
+    let determinant = along(&matrix[0]);
+    S::components(|k| if determinant > FLAT { along(&sums[k]) / determinant } else { sums[k][0] }).into()
+}
+
+/// Computes `Σ a_k b_k`.
+fn product<S: Space>(a: &S::Axes<f64>, b: &S::Axes<f64>) -> f64 {
+    (1..S::DIM).fold(a[0] * b[0], |sum, k| sum + a[k] * b[k])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fem_core::geometry::Vector;
+    use fem_core::tensor::SymTensor2;
 
     #[test]
     fn a_linear_stress_is_fitted_exactly_and_cells_on_a_line_give_their_mean() {
         let exact = |p: Vector| SymTensor2::new(1.0 + p[0], p[0] - 2.0 * p[1], 0.5 * p[1]);
-        let cell = |(x, y, area): (f64, f64, f64)| {
+        let cell = |(x, y, measure): (f64, f64, f64)| -> Cell<Plane> {
             let centre = Vector::new(x, y);
-            Cell { centre, area, stress: exact(centre) }
+            Cell { centre, measure, stress: exact(centre).into() }
         };
         let places = [(0.1, 0.2, 0.5), (1.1, 0.1, 0.4), (0.9, 1.2, 0.7), (0.2, 0.8, 0.6), (2.0, 0.4, 0.1)];
-        let cells: Vec<Cell> = places.map(cell).into();
+        let cells: Vec<Cell<Plane>> = places.map(cell).into();
         let point = Vector::new(-0.3, 0.1);
         let found = fit(point, cells.iter());
         let off = found.minus(exact(point));
         assert!(off.xx.abs().max(off.yy.abs()).max(off.xy.abs()) < 1e-13, "{found:?}");
-        let line: Vec<Cell> = [(0.0, 0.0, 1.0), (2.0, 0.0, 3.0)].map(cell).into();
+        let line: Vec<Cell<Plane>> = [(0.0, 0.0, 1.0), (2.0, 0.0, 3.0)].map(cell).into();
         let mean = fit(point, line.iter());
         assert!((mean.xx - 2.5).abs() < 1e-15, "{mean:?}");
     }

@@ -6,6 +6,7 @@ use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::relaxation::{Relaxation, RelaxationReport};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
+use fem_core::material::LinearElastic;
 use fem_core::mesh::Mesh;
 use fem_core::space::Space;
 
@@ -34,6 +35,9 @@ pub trait Recovery: Space {
         stars: &mut Option<Self::Stars<'a>>,
         used: Option<Self::Stars<'_>>,
     ) -> RelaxationReport;
+
+    /// Computes von Mises' equivalent stress, Pa; `None` if a component out of the plane is unknown.
+    fn von_mises(material: &LinearElastic<Self>, stress: Self::Tensor) -> Option<f64>;
 
     /// Counts the bytes of the relaxation of a body.
     fn bytes_of_relaxation(mesh: &Mesh<Self>) -> usize;

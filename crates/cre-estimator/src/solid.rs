@@ -22,6 +22,7 @@ use cell::{CellMap, CellMoments, CellStress};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
+use fem_core::material::LinearElastic;
 use fem_core::mesh::TetMesh;
 use fem_core::norm::sum_over_cells;
 use fem_core::space::{Solid, Space};
@@ -53,6 +54,10 @@ impl Recovery for Solid {
             return RelaxationReport::unrelaxed(stress.distance_squared(body));
         }
         EdgeStars::new(body, stress).relax(stress, relaxation)
+    }
+
+    fn von_mises(_material: &LinearElastic<Self>, stress: SymTensor3) -> Option<f64> {
+        Some(stress.von_mises())
     }
 
     fn bytes_of_relaxation(mesh: &TetMesh) -> usize {

@@ -88,6 +88,13 @@ impl SymTensor3 {
         self.joined(other, |a, b| a - b)
     }
 
+    /// Computes von Mises' equivalent stress, `√(3/2 s : s)` of the deviator `s`, Pa.
+    pub fn von_mises(self) -> f64 {
+        let pairs = (self.xx - self.yy).powi(2) + (self.yy - self.zz).powi(2) + (self.zz - self.xx).powi(2);
+        let shears = self.yz * self.yz + self.xz * self.xz + self.xy * self.xy;
+        (0.5 * pairs + 3.0 * shears).sqrt()
+    }
+
     #[inline(always)]
     fn joined(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
         let [a, b]: [[f64; 6]; 2] = [self.into(), other.into()];

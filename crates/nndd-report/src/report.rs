@@ -264,7 +264,7 @@ fn results(case: &Case, solution: &Fields<'_>, change: Option<f64>) -> Results {
         contact_stretches: Some(stretches.collect()),
         max_pressure: Some(r.max_pressure),
         max_pressure_recovered: max_recovered(r),
-        max_edge_pressure: Some(r.max_edge_pressure),
+        max_edge_pressure: Some(r.max_facet_pressure),
         min_opening: Some(r.min_opening),
         reactions: Some(reactions.collect()),
         balance: Some(r.balance.iter().map(|b| [b.force[0], b.force[1], b.moment]).collect()),

@@ -1,0 +1,186 @@
+//! Problems of solid bodies whose solutions another code has printed.
+
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::LinearElastic;
+use fem_core::mesh::generate::cuboid;
+use fem_core::space::Solid;
+use nalgebra::{Complex, Vector3};
+use std::error::Error;
+use std::sync::Arc;
+
+type Conditions = BoundaryConditions<Solid>;
+
+const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// Two blocks of which the upper one is pressed down on its left half and pulled up on its right half, with `n` cells per unit of length.
+pub fn half_open(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let material = LinearElastic::isotropic_solid(1000.0, 0.3)?;
+    let body = |z: f64, conditions: Conditions| -> Result<Body<Solid>, Box<dyn Error>> {
+        let mesh = cuboid([0.0, 0.0, z], [2.0, 1.0, 1.0], [2 * n, n, n])?;
+        Ok(Body::new(mesh, material.clone(), &conditions.roller("front", 0.0))?)
+    };
+    let half = |x: [f64; 2]| FacetSelection::from("top").within([x, ALL, ALL]);
+    let pressed = Conditions::default()
+        .roller("left", 0.0)
+        .components(half([0.0, 1.0]), [None, None, Some((-0.02).into())])
+        .traction(half([1.0, 2.0]), [0.0.into(), 0.0.into(), 5.0.into()]);
+    let (upper, lower) = (body(1.0, pressed)?, body(0.0, Conditions::default().fix("bottom"))?);
+    let interface = ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    Ok(ContactProblem::between([upper, lower], interface))
+}
+
+/// Radius of the contact zone of [`Hertz`], m.
+const RADIUS: f64 = 0.6;
+/// Its largest pressure, Pa.
+const PEAK: f64 = 0.1;
+
+/// Hertz' field under a circle in the half-space `z > 0`, with a bending that leaves the circle flat.
+#[derive(Clone, Copy, Debug)]
+pub struct Hertz {
+    /// E, Pa.
+    pub modulus: f64,
+    /// ν.
+    pub nu: f64,
+}
+
+/// The derivatives of the potential `φ` at a point: along the plane they are the coordinate times a factor.
+struct Potential {
+    z: f64,
+    zz: f64,
+    zzz: f64,
+    /// `φ_,α / x_α` and `φ_,zα / x_α`.
+    across: f64,
+    z_across: f64,
+}
+
+impl Hertz {
+    fn potential(x: Vector3<f64>) -> Potential {
+        let (a, z, squared) = (RADIUS, x[2], x[0] * x[0] + x[1] * x[1]);
+        let w = Complex::new(z, a);
+        let root = (w * w + squared).sqrt();
+        let log = (root + w).ln();
+        let kappa = PEAK / (4.0 * a);
+        let front = a * a + z * z - 0.5 * squared;
+        let ia = Complex::new(0.0, a);
+        let zz = -4.0 * kappa * (root - log * z).im;
+        let zzz = -4.0 * kappa * (ia / root - log).im;
+        let inner = w * (a * a) + (w - z).powu(3) / 3.0 - root * (a * a + z * z)
+            + (w * root - log * squared) * z
+            - root.powu(3) / 3.0
+            + root * squared;
+        Potential {
+            z: 2.0 * kappa * (log * front - root * (2.0 * z) + w * root * 0.5).im,
+            zz,
+            zzz,
+            across: if squared > 0.0 { 2.0 * kappa / squared * inner.im } else { -0.5 * zz },
+            z_across: 2.0
+                * kappa
+                * (Complex::from(front) / (root * (root + w)) - log - Complex::from(2.0 * z) / root
+                    + w / (root * 2.0))
+                    .im,
+        }
+    }
+
+    fn bending(&self) -> f64 {
+        -(1.0 + self.nu) * std::f64::consts::PI * PEAK / (2.0 * RADIUS)
+    }
+
+    /// Computes the displacement at a point, m.
+    pub fn displacement(&self, x: Vector3<f64>) -> Vector3<f64> {
+        let (nu, e, k, p) = (self.nu, self.modulus, self.bending(), Self::potential(x));
+        let twice = e / (1.0 + nu);
+        let across = (-(1.0 - 2.0 * nu) * p.across - x[2] * p.z_across) / twice + (1.0 - nu) * k * x[2] / e;
+        let squared = x[0] * x[0] + x[1] * x[1];
+        let constant = 2.0 * (1.0 - nu) / twice * std::f64::consts::PI * PEAK * RADIUS / 4.0;
+        let up = (2.0 * (1.0 - nu) * p.z - x[2] * p.zz) / twice
+            - (1.0 - nu) * k * squared / (2.0 * e)
+            - nu * k * x[2] * x[2] / e
+            - constant;
+        Vector3::new(x[0] * across, x[1] * across, up)
+    }
+
+    /// Computes the traction on the side `x = 1`, or on `y = 1`, Pa.
+    pub fn traction(&self, side: usize, x: Vector3<f64>) -> Vector3<f64> {
+        let (nu, p) = (self.nu, Self::potential(x));
+        let squared = x[0] * x[0] + x[1] * x[1];
+        // The Laplacians of φ and φ_,z vanish.
+        let second = |i: usize, j: usize, factor: f64, along: f64| {
+            let diagonal = if i == j { factor } else { 0.0 };
+            diagonal + x[i] * x[j] * (-along - 2.0 * factor) / squared
+        };
+        let stress = |i: usize, j: usize| {
+            let common = if i == j { 2.0 * nu * p.zz + self.bending() * x[2] } else { 0.0 };
+            common - (1.0 - 2.0 * nu) * second(i, j, p.across, p.zz) - x[2] * second(i, j, p.z_across, p.zzz)
+        };
+        let shear = -x[2] * x[side] * Self::zz_across(x);
+        Vector3::new(stress(side, 0), stress(side, 1), shear)
+    }
+
+    /// `φ_,zzα / x_α`.
+    fn zz_across(x: Vector3<f64>) -> f64 {
+        let w = Complex::new(x[2], RADIUS);
+        let root = (w * w + x[0] * x[0] + x[1] * x[1]).sqrt();
+        let numerator = root + Complex::new(0.0, RADIUS);
+        -PEAK / RADIUS * (numerator / (root * (root + w))).im
+    }
+}
+
+/// A quarter of two blocks with the field of [`Hertz`] in the upper one and its image in the lower one.
+pub fn circle(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let field = Arc::new(Hertz { modulus: 1.0, nu: 0.3 });
+    let material = LinearElastic::isotropic_solid(field.modulus, field.nu)?;
+    let body = |sign: f64, far: &str| -> Result<Body<Solid>, Box<dyn Error>> {
+        let image = move |x: Vector3<f64>| Vector3::new(x[0], x[1], sign * x[2]);
+        let component = |value: fn(&Hertz, usize, Vector3<f64>) -> Vector3<f64>, side: usize| {
+            [0, 1, 2].map(|c: usize| {
+                let field = field.clone();
+                ScalarData::<Solid>::Function(Arc::new(move |x| image(value(&field, side, image(x)))[c]))
+            })
+        };
+        let conditions = Conditions::default()
+            .roller("left", 0.0)
+            .roller("front", 0.0)
+            .components(far, component(|field, _, x| field.displacement(x), 0).map(Some))
+            .traction("right", component(Hertz::traction, 0))
+            .traction("back", component(Hertz::traction, 1));
+        let mesh = cuboid([0.0, 0.0, 0.5 * (sign - 1.0)], [1.0; 3], [n; 3])?;
+        Ok(Body::new(mesh, material.clone(), &conditions)?)
+    };
+    let (upper, lower) = (body(1.0, "top")?, body(-1.0, "bottom")?);
+    let interface = ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    Ok(ContactProblem::between([upper, lower], interface))
+}
+
+/// The exact displacement of [`cube`] is the gradient of `φ = e^{ax} cos(y/2 + 0.3) cos(1.2z + 0.2)`, `a² = 0.25 + 1.44`: this is its
+/// derivative along the given axes.
+pub fn derivative(x: Vector3<f64>, axes: &[usize]) -> f64 {
+    let order = |axis: usize| axes.iter().filter(|k| **k == axis).count() as i32;
+    let wave = |argument: f64, factor: f64, order: i32| {
+        factor.powi(order) * (argument + f64::from(order) * std::f64::consts::FRAC_PI_2).cos()
+    };
+    let a = 1.69f64.sqrt();
+    a.powi(order(0))
+        * (a * x[0]).exp()
+        * wave(0.5 * x[1] + 0.3, 0.5, order(1))
+        * wave(1.2 * x[2] + 0.2, 1.2, order(2))
+}
+
+/// The unit cube with the displacement of [`derivative`], imposed at the bottom, and its tractions on the other sides.
+pub fn cube(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let function =
+        |f: Box<dyn Fn(Vector3<f64>) -> f64 + Send + Sync>| ScalarData::<Solid>::Function(f.into());
+    let twice_mu = 1.0 / 1.3;
+    let imposed = [0, 1, 2].map(|i| Some(function(Box::new(move |x| derivative(x, &[i])))));
+    let mut conditions = Conditions::default().components("bottom", imposed);
+    let sides = [("left", 0, -1.0), ("right", 0, 1.0), ("front", 1, -1.0), ("back", 1, 1.0), ("top", 2, 1.0)];
+    for (side, axis, sign) in sides {
+        let load =
+            [0, 1, 2].map(|i| function(Box::new(move |x| sign * twice_mu * derivative(x, &[i, axis]))));
+        conditions = conditions.traction(side, load);
+    }
+    let mesh = cuboid([0.0; 3], [1.0; 3], [n; 3])?;
+    let body = Body::new(mesh, LinearElastic::isotropic_solid(1.0, 0.3)?, &conditions)?;
+    Ok(ContactProblem::new(vec![body]))
+}
