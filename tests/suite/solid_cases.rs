@@ -15,7 +15,8 @@ use std::path::Path;
 fn build(name: &str, n: usize, across: usize) -> ContactProblem<Solid> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/solid").join(name);
     let bytes = std::fs::read(path).unwrap();
-    let solid = |overrides: &[(String, String)]| match AnyCase::parse_bytes(&bytes, name, overrides).unwrap() {
+    let solid = |overrides: &[(String, String)]| match AnyCase::parse_bytes(&bytes, name, overrides).unwrap()
+    {
         AnyCase::Solid(case) => case,
         AnyCase::Plane(_) => panic!("{name} is a case of the plane"),
     };
@@ -142,7 +143,11 @@ fn a_cube_in_a_corner_of_planes_has_the_energy_of_another_code() {
     for (n, closed, energy) in [(2, [7, 8, 9], 0.353_742_920_42), (4, [20, 21, 25], 0.383_216_646_65)] {
         let found = solved(build("corner.toml", n, n));
         assert_eq!(found.closed, closed);
-        found.forces.iter().zip([7.0, 7.0, 20.0]).for_each(|(found, known)| assert_near(*found, known, 1e-11));
+        found
+            .forces
+            .iter()
+            .zip([7.0, 7.0, 20.0])
+            .for_each(|(found, known)| assert_near(*found, known, 1e-11));
         assert_near(found.energies[0], energy, 1e-10);
     }
 }
