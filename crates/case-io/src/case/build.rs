@@ -137,9 +137,8 @@ impl<S: Dimension> Case<S> {
         let materials = self.build_materials(body, &mesh).ok()?;
         let all = self.boundary_conditions(body).displacements;
         let contradicts = |earlier: &usize| {
-            let mut two = BoundaryConditions::default();
-            two.displacements =
-                [*earlier, place.index].into_iter().filter_map(|k| all.get(k).cloned()).collect();
+            let both = [*earlier, place.index].into_iter().filter_map(|k| all.get(k).cloned());
+            let two = BoundaryConditions { displacements: both.collect(), ..BoundaryConditions::default() };
             matches!(Body::new(mesh.clone(), materials.clone(), &two), Err(BodyError::Conflict { .. }))
         };
         let earlier = (0..place.index).find(contradicts)?;
