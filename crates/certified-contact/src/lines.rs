@@ -1,8 +1,32 @@
 //! The results along a contact line of the plane: intervals of arc length, and connected parts.
 
-use crate::results::{PairForces, Stretch, mean};
+use crate::pair_forces::{PairForces, mean};
 use fem_core::geometry::{Vector, cross};
 use fem_core::interface::ContactInterface;
+
+/// One connected part of a contact line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Stretch {
+    /// Arc lengths of its first and last pair, m; a closed one ends at the place where it begins.
+    pub s: [f64; 2],
+    /// Number of pairs.
+    pub pairs: usize,
+    /// Length, m; for a closed part it includes the last edge.
+    pub length: f64,
+    /// `Σ r²_i`, N/m.
+    pub contact_force: f64,
+    /// The force of the contact on the first body, friction included, N/m.
+    pub resultant: Vector,
+    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
+    pub moment: f64,
+    /// Largest nodal pressure, Pa.
+    pub max_pressure: f64,
+    /// Largest mean pressure of an edge, Pa: at most `max_pressure`.
+    pub max_edge_pressure: f64,
+    /// Smallest opening, m.
+    pub min_opening: f64,
+}
 
 /// Adds up the forces of each connected part: consecutive pairs that are joined by edges.
 pub(crate) fn stretches(line: &PairForces<'_>) -> Vec<Stretch> {

@@ -1,38 +1,16 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
+use crate::lines::Stretch;
+use crate::pair_forces::{PairForces, mean, pair_forces};
 use crate::reactions::{Balance, Reaction, RigidSideResults, nodal_forces, support_reactions};
 use crate::space::ContactSpace;
 use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress, Recovery};
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, norm};
-use fem_core::interface::{ContactArea, ContactFacet, ContactInterface, ContactProblem};
+use fem_core::geometry::norm;
+use fem_core::interface::{ContactArea, ContactProblem};
 use fem_core::prepared::PreparedProblem;
 use fem_core::space::{Plane, Space};
 use nndd::Iterate;
-
-/// One connected part of a contact line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Stretch {
-    /// Arc lengths of its first and last pair, m; a closed one ends at the place where it begins.
-    pub s: [f64; 2],
-    /// Number of pairs.
-    pub pairs: usize,
-    /// Length, m; for a closed part it includes the last edge.
-    pub length: f64,
-    /// `Σ r²_i`, N/m.
-    pub contact_force: f64,
-    /// The force of the contact on the first body, friction included, N/m.
-    pub resultant: Vector,
-    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
-    pub moment: f64,
-    /// Largest nodal pressure, Pa.
-    pub max_pressure: f64,
-    /// Largest mean pressure of an edge, Pa: at most `max_pressure`.
-    pub max_edge_pressure: f64,
-    /// Smallest opening, m.
-    pub min_opening: f64,
-}
 
 /// The results of one pair.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +34,7 @@ pub struct PairResults<S: Space = Plane> {
     pub max_pressure: f64,
     /// Largest mean pressure of a facet, Pa: at most `max_pressure`.
     pub max_facet_pressure: f64,
-    /// Largest pressure of [`recovered_pressure`], Pa, if there is one.
+    /// Largest pressure of [`crate::recovered_pressure`], Pa, if there is one.
     pub max_recovered_pressure: Option<f64>,
     /// Pairs of nodes with a force.
     pub active: usize,
@@ -155,7 +133,7 @@ pub(crate) fn results<S: ContactSpace>(
     let means = problem.bodies.iter().zip(&estimate.mean_stress);
     let recovered: Vec<RecoveredStress<S>> = means.map(|(body, of)| RecoveredStress::new(body, of)).collect();
     let peak_stress = peak_stress(problem, &recovered);
-    let contacts: Vec<PairResults<S>> = pairs().map(|pair| pair.results()).collect();
+    let contacts: Vec<PairResults<S>> = pairs().map(|pair| of_pair(&pair)).collect();
     let stretches: Vec<Stretch> = pairs().flat_map(|pair| S::stretches(&pair)).collect();
     Results {
         energy_norm_squared: estimate.energy_norm_squared.clone(),
@@ -199,122 +177,45 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, f64::max)
 }
 
-/// One pair with its forces and openings.
-#[derive(Clone, Copy)]
-pub struct PairForces<'a, S: Space = Plane> {
-    problem: &'a ContactProblem<S>,
-    /// The number of the pair.
-    pair: usize,
-    pub(crate) interface: &'a ContactInterface<S>,
-    /// `r²_i`, N/m.
-    force: &'a [f64],
-    /// Of the iteration, m.
-    pub(crate) opening: &'a [f64],
-    /// Friction forces, N/m, and slips, m; empty without friction.
-    friction: &'a [f64],
-    slip: &'a [f64],
-    /// The nodes of the first body, m.
-    pub(crate) points: &'a [S::Vector],
-}
-
-/// Lists the forces and openings of all pairs.
-fn pair_forces<'a, S: Space>(
-    problem: &'a ContactProblem<S>,
-    iterate: &'a Iterate,
-) -> impl Iterator<Item = PairForces<'a, S>> {
-    let blocks = problem.blocks().zip(problem.tangential_blocks());
-    problem.contacts.iter().zip(blocks).enumerate().map(|(pair, (of, (block, tangents)))| PairForces {
-        problem,
-        pair,
-        interface: &of.interface,
-        force: &iterate.contact.normal_reaction[block.clone()],
-        opening: &iterate.opening[block],
-        friction: &iterate.tangential.force[tangents.clone()],
-        slip: &iterate.tangential.slip[tangents],
-        points: problem.bodies[of.body].mesh().points(),
+/// Computes the results of friction; `None` without it.
+fn friction<S: ContactSpace>(of: &PairForces<'_, S>) -> Option<FrictionResults> {
+    let sticks = |k: usize| of.slip[k] == 0.0;
+    (!of.friction.is_empty()).then(|| FrictionResults {
+        force: of.interface.pairs().iter().zip(of.friction).map(|(pair, q)| q * pair.normal_length()).sum(),
+        max_slip: largest(of.distances(of.slip).map(f64::abs)),
+        stick_intervals: S::intervals(of.interface, &|k| of.is_pressed(k) && sticks(k)),
+        slip_intervals: S::intervals(of.interface, &|k| of.is_pressed(k) && !sticks(k)),
     })
 }
 
-impl<'a, S: ContactSpace> PairForces<'a, S> {
-    /// Returns the pressure `|n_i| r²_i/ℓ_i` at each pair, Pa.
-    pub(crate) fn pressures(&self) -> impl Iterator<Item = f64> + '_ {
-        self.pressed().zip(self.interface.pairs()).map(|(r, pair)| r / pair.weight)
+/// Computes the results of a pair.
+fn of_pair<S: ContactSpace>(of: &PairForces<'_, S>) -> PairResults<S> {
+    let place = |k: usize| of.points[of.interface.pairs()[k].nodes[0].index()];
+    let contact_force: f64 = of.pressed().sum();
+    let weighted: S::Vector = of.pressed().enumerate().map(|(k, r)| place(k) * r).sum();
+    let pressures: Vec<f64> = of.pressures().collect();
+    let most = (0..pressures.len()).max_by(|a, b| pressures[*a].total_cmp(&pressures[*b]));
+    let mut moment = S::Spin::default();
+    for k in 0..of.force.len() {
+        moment += S::moment(place(k), of.on_first(k));
     }
-
-    /// Returns the sizes `|n_i| r²_i` of the normal forces, N/m.
-    fn pressed(&self) -> impl Iterator<Item = f64> + '_ {
-        self.interface.pairs().iter().zip(self.force).map(|(pair, r)| r * pair.normal_length())
+    let facets = of.interface.facets().iter();
+    PairResults {
+        resultant: (0..of.force.len()).map(|k| of.on_first(k)).sum(),
+        moment,
+        centre: (contact_force > 0.0).then(|| weighted * (1.0 / contact_force)),
+        max_pressure_at: most.filter(|k| pressures[*k] > 0.0).map(place),
+        contact_force,
+        contact_intervals: S::intervals(of.interface, &|k| of.is_pressed(k)),
+        area: of.interface.contact_area(|k| of.is_pressed(k)),
+        max_pressure: largest(pressures.iter().copied()),
+        max_facet_pressure: largest(facets.map(|facet| mean(&pressures, facet))),
+        max_recovered_pressure: {
+            let forces: Vec<f64> = of.pressed().collect();
+            S::recovered_pressure(of.problem, of.pair, &forces).map(largest)
+        },
+        active: of.force.iter().filter(|r| **r > 0.0).count(),
+        min_opening: of.distances(of.opening).fold(f64::INFINITY, f64::min),
+        friction: friction(of),
     }
-
-    /// Returns distances along the normals and tangents, from numbers over their lengths, m.
-    fn distances(&self, by_pair: &'a [f64]) -> impl Iterator<Item = f64> + '_ {
-        self.interface.pairs().iter().zip(by_pair).map(|(pair, o)| o / pair.normal_length())
-    }
-
-    /// Returns the force of pair `k` on the first body, N/m.
-    pub(crate) fn on_first(&self, k: usize) -> S::Vector {
-        let normal = self.interface.pairs()[k].normal;
-        let pressed = normal * -self.force[k];
-        self.friction.get(k).map_or(pressed, |q| pressed - S::complement(&[normal])[0] * *q)
-    }
-
-    /// Tells whether pair `k` carries a force.
-    fn is_pressed(&self, k: usize) -> bool {
-        self.force[k] > 0.0
-    }
-
-    /// Computes the results of friction; `None` without it.
-    fn friction(&self) -> Option<FrictionResults> {
-        let sticks = |k: usize| self.slip[k] == 0.0;
-        (!self.friction.is_empty()).then(|| FrictionResults {
-            force: self
-                .interface
-                .pairs()
-                .iter()
-                .zip(self.friction)
-                .map(|(pair, q)| q * pair.normal_length())
-                .sum(),
-            max_slip: largest(self.distances(self.slip).map(f64::abs)),
-            stick_intervals: S::intervals(self.interface, &|k| self.is_pressed(k) && sticks(k)),
-            slip_intervals: S::intervals(self.interface, &|k| self.is_pressed(k) && !sticks(k)),
-        })
-    }
-
-    fn results(&self) -> PairResults<S> {
-        let place = |k: usize| self.points[self.interface.pairs()[k].nodes[0].index()];
-        let contact_force: f64 = self.pressed().sum();
-        let weighted: S::Vector = self.pressed().enumerate().map(|(k, r)| place(k) * r).sum();
-        let pressures: Vec<f64> = self.pressures().collect();
-        let most = (0..pressures.len()).max_by(|a, b| pressures[*a].total_cmp(&pressures[*b]));
-        let mut moment = S::Spin::default();
-        for k in 0..self.force.len() {
-            moment += S::moment(place(k), self.on_first(k));
-        }
-        let facets = self.interface.facets().iter();
-        PairResults {
-            resultant: (0..self.force.len()).map(|k| self.on_first(k)).sum(),
-            moment,
-            centre: (contact_force > 0.0).then(|| weighted * (1.0 / contact_force)),
-            max_pressure_at: most.filter(|k| pressures[*k] > 0.0).map(place),
-            contact_force,
-            contact_intervals: S::intervals(self.interface, &|k| self.is_pressed(k)),
-            area: self.interface.contact_area(|k| self.is_pressed(k)),
-            max_pressure: largest(pressures.iter().copied()),
-            max_facet_pressure: largest(facets.map(|facet| mean(&pressures, facet))),
-            max_recovered_pressure: {
-                let forces: Vec<f64> = self.pressed().collect();
-                S::recovered_pressure(self.problem, self.pair, &forces).map(largest)
-            },
-            active: self.force.iter().filter(|r| **r > 0.0).count(),
-            min_opening: self.distances(self.opening).fold(f64::INFINITY, f64::min),
-            friction: self.friction(),
-        }
-    }
-}
-
-/// Computes the mean pressure of a facet, Pa.
-///
-/// * `pressures`: at the pairs, Pa.
-pub(crate) fn mean<S: Space>(pressures: &[f64], facet: &ContactFacet<S>) -> f64 {
-    facet.corners(pressures).as_ref().iter().sum::<f64>() / S::DIM as f64
 }

@@ -1,8 +1,9 @@
 //! What the results of contact are in the plane and in space.
 
 use crate::error::SolveError;
-use crate::results::{PairForces, Stretch};
-use crate::{lines, recovered_pressure, support};
+use crate::lines::{self, Stretch};
+use crate::pair_forces::PairForces;
+use crate::{recovered_pressure, spin};
 use cre_estimator::Recovery;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::space::{Plane, Solid};
@@ -40,7 +41,7 @@ pub trait ContactSpace: Recovery {
 
 impl ContactSpace for Plane {
     fn without_spin(problem: ContactProblem) -> Result<ContactProblem, SolveError> {
-        support::without_spin(problem)
+        spin::without_spin(problem)
     }
 
     fn intervals(interface: &ContactInterface, carries: &dyn Fn(usize) -> bool) -> Vec<[f64; 2]> {
