@@ -50,8 +50,8 @@ fn the_error_of_half_open_blocks_is_between_nested_meshes_and_the_bound() {
     let force = results(&coarse).contact_force;
     // The iteration stops at one percent of the error of the mesh.
     assert!((force / 11.792_162_388_6 - 1.0).abs() < 1e-5, "{force}");
-    let area = results(&coarse).contacts[0].area;
-    assert!(area.inner < area.outer && area.outer < 2.0 && area.patches == 1, "{area:?}");
+    let area = &results(&coarse).contacts[0].area;
+    assert!(area.inner < area.outer && area.outer < 2.0 && area.patches.len() == 1, "{area:?}");
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn a_pressed_block_has_the_resultants_of_its_load() {
     // The load acts in the middle of the side, at (1, ½).
     assert!((pair.moment - Vector3::new(3.0, -6.0, 0.0)).norm() < 1e-11, "{pair:?}");
     assert!((pair.centre.unwrap() - Vector3::new(1.0, 0.5, 1.0)).norm() < 1e-11, "{pair:?}");
-    assert_eq!((pair.area.inner, pair.area.outer, pair.area.patches), (2.0, 2.0, 1));
+    assert_eq!((pair.area.inner, pair.area.outer, pair.area.patches.len()), (2.0, 2.0, 1));
     assert!((r.reactions[0].force - Vector3::new(0.0, 0.0, 6.0)).norm() < 1e-11, "{:?}", r.reactions);
     for balance in &r.balance {
         assert!(balance.force.norm() < 1e-11 && balance.moment.norm() < 1e-11, "{balance:?}");

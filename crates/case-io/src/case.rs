@@ -47,7 +47,7 @@ pub use body::{BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, 
 pub use choices::{Acceleration, Criterion, Imposed, Method, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
 pub use dimension::{Dimension, Model, PlaneGenerator, Rows, SolidGenerator, SolidOrthotropic};
-pub use given::mesh_of_generator;
+pub use given::{is_solid_generator, mesh_of_generator, solid_mesh_of_generator};
 pub use matching::Notes;
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
@@ -182,13 +182,6 @@ pub struct RelaxUntil {
     pub tolerance: f64,
     /// Steps at most.
     pub max_steps: usize,
-}
-
-impl Default for RelaxUntil {
-    /// Less than 2 % is left to gain, at most 100 steps.
-    fn default() -> Self {
-        Self { tolerance: 0.02, max_steps: 100 }
-    }
 }
 
 /// `[adapt]`: an adaptive run.

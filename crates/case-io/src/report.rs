@@ -8,13 +8,17 @@ mod certificate;
 mod contact;
 mod finite;
 mod results;
+mod spin;
 mod sweep;
 
 pub use bodies::{BodySummary, FreeMotion, RigidSideSummary};
 pub use certificate::{Bounds, Certificate, Checks, Coulomb, Parts, ProjectedLoad, Split};
-pub use contact::{ContactStretch, ContactSummary, FrictionSummary};
+pub use contact::{
+    ContactLine, ContactStretch, ContactSummary, ContactSurface, FrictionSummary, SurfaceArea, SurfacePatch,
+};
 pub(crate) use finite::{NotFinite, check as check_finite};
-pub use results::{PeakStress, Reaction, Results};
+pub use results::{LineResults, PeakStress, Reaction, Results};
+pub use spin::Spin;
 pub use sweep::{SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 
 use serde::Serialize;

@@ -23,8 +23,8 @@ const HISTORY_COLUMNS: [&str; 14] = [
     "inner",
 ];
 
-/// The columns of contact.csv.
-const CONTACT_COLUMNS: [&str; 7] = ["s", "x", "y", "gap", "opening", "pressure", "active"];
+/// The columns of contact.csv in the plane and, without `s`, of solids.
+const CONTACT_COLUMNS: [&str; 8] = ["s", "x", "y", "z", "gap", "opening", "pressure", "active"];
 
 /// The columns of contact.csv with friction.
 const FRICTION_COLUMNS: [&str; 4] = ["tangential", "slip", "limit", "state"];
@@ -55,12 +55,16 @@ pub enum TableError {
 /// One node pair of the interface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ContactRow {
-    /// Arc length along the first body's surface, m.
-    pub s: f64,
+    /// Arc length along the first body's surface, m; left out of solids.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub s: Option<f64>,
     /// Position, m.
     pub x: f64,
     /// Position, m.
     pub y: f64,
+    /// Position, m; left out in the plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z: Option<f64>,
     /// Initial gap, m, ≥ 0: datum of the problem.
     pub gap: f64,
     /// Current opening, m, ≥ 0: the gap less the approach of the two bodies.
@@ -78,6 +82,13 @@ pub struct ContactRow {
     /// The load step, from 1; `None` without load steps.
     #[serde(skip)]
     pub step: Option<usize>,
+}
+
+impl ContactRow {
+    /// Returns the arc length, m; 0 of solids.
+    pub fn arc_length(&self) -> f64 {
+        self.s.unwrap_or_default()
+    }
 }
 
 /// Friction at one node pair of the interface.
@@ -116,8 +127,13 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
     }
     let several = pairs.iter().any(|(name, _)| *name != pairs[0].0);
     let with_friction = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.friction.is_some());
-    let mut columns = CONTACT_COLUMNS.to_vec();
-    columns.extend(several.then_some("pair"));
+    let of_solids = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.z.is_some());
+    let foreign = if of_solids { "s" } else { "z" };
+    let mut columns: Vec<&str> = CONTACT_COLUMNS.into_iter().filter(|name| *name != foreign).collect();
+    // The name is the first column of solids, and in the plane one of several pairs.
+    let named = several && !of_solids;
+    columns.splice(0..0, of_solids.then_some("pair"));
+    columns.extend(named.then_some("pair"));
     columns.extend(with_friction.then_some(FRICTION_COLUMNS).into_iter().flatten());
     let recovered = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.pressure_recovered.is_some());
     columns.extend(recovered.then_some("pressure_recovered"));
@@ -130,8 +146,9 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
         let state = of.map_or_else(String::new, |f| f.state.clone());
         let if_any = |used: bool, text: String| if used { vec![text] } else { vec![] };
         (
+            if_any(of_solids, (*name).to_owned()),
             row.clone(),
-            if_any(several, (*name).to_owned()),
+            if_any(named, (*name).to_owned()),
             if with_friction { numbers.to_vec() } else { vec![] },
             if_any(with_friction, state),
             if recovered { vec![row.pressure_recovered] } else { vec![] },
@@ -234,9 +251,10 @@ mod tests {
     #[test]
     fn contact_has_its_columns() {
         let row = ContactRow {
-            s: 0.5,
+            s: Some(0.5),
             x: 0.5,
             y: 1.0,
+            z: None,
             gap: 0.25,
             opening: 0.0,
             pressure: 1234.5678901234567,
@@ -256,6 +274,15 @@ mod tests {
             "s,x,y,gap,opening,pressure,active,pair,tangential,slip,limit,state,pressure_recovered\n\
              0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1,a,,,,,\n\
              0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1,b,-1.5,0.0,4.0,stick,1230.0\n"
+        );
+    }
+
+    #[test]
+    fn rows_of_solids_have_three_coordinates_and_no_arc_length() {
+        let row = ContactRow { x: 0.5, z: Some(2.0), pressure: 7.0, ..ContactRow::default() };
+        assert_eq!(
+            contact_csv(&[("top", vec![row])]).unwrap(),
+            "pair,x,y,z,gap,opening,pressure,active\ntop,0.5,0.0,2.0,0.0,0.0,7.0,0\n"
         );
     }
 

@@ -51,7 +51,7 @@ fn certified(n: usize, relaxation: Relaxation) -> Result<Certified, Box<dyn Erro
     let estimate = found.estimate.as_ref().ok_or("there is no estimate")?;
     let bound = estimate.certificate().ok_or("a check of the estimate fails")?.e_cre;
     let (bounds, results) = (found.bounds.ok_or("no bounds")?, found.results.ok_or("no results")?);
-    let area = results.contacts[0].area;
+    let area = &results.contacts[0].area;
     Ok(Certified {
         nodes: found.problem.nodes(),
         potential: bounds.potential_energy,

@@ -3,8 +3,8 @@
 use crate::history::{IterationRecord, Step};
 use crate::results::Results;
 use cre_estimator::Estimate;
-use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
+use fem_core::space::{Plane, Space};
 use nndd::{CoulombSolution, Iterate, NodeState};
 
 /// The conditional estimate is not made beyond this coupling: near 1 it has no digits.
@@ -13,27 +13,27 @@ const LARGEST_COUPLING: f64 = 0.9;
 /// One solution of a discrete problem with Coulomb friction, with the residual of its equations. See [`crate::theory`], (34) and (35).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct CoulombResult {
+pub struct CoulombResult<S: Space = Plane> {
     /// The problem passed in.
-    pub problem: ContactProblem,
+    pub problem: ContactProblem<S>,
     /// The solution of the discrete problem, and how the fixed point ended.
     pub solution: CoulombSolution,
-    pub(crate) displacement: Vec<Vec<Vector>>,
+    pub(crate) displacement: Vec<Vec<S::Vector>>,
     /// The solution as an iterate.
     pub last: Iterate,
     /// The quantities of interest.
-    pub results: Results,
+    pub results: Results<S>,
     /// Unknowns of each body.
     pub unknowns: Vec<usize>,
-    pub(crate) estimate: Estimate,
+    pub(crate) estimate: Estimate<S>,
     pub(crate) one_sign: bool,
     pub(crate) kappa: Option<f64>,
     pub(crate) coupling: Option<f64>,
 }
 
-impl CoulombResult {
+impl<S: Space> CoulombResult<S> {
     /// Returns the displacements of each body, Cartesian, m.
-    pub fn displacement(&self) -> &[Vec<Vector>] {
+    pub fn displacement(&self) -> &[Vec<S::Vector>] {
         &self.displacement[..self.problem.bodies.len()]
     }
 
@@ -43,7 +43,7 @@ impl CoulombResult {
     }
 
     /// Returns the equilibrated stresses and the admissible pair behind the residual. There is no [`Estimate::certificate`] of it.
-    pub fn estimate(&self) -> &Estimate {
+    pub fn estimate(&self) -> &Estimate<S> {
         &self.estimate
     }
 

@@ -7,7 +7,7 @@ use crate::space::ContactSpace;
 use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress, Recovery};
 use fem_core::body::Body;
 use fem_core::geometry::norm;
-use fem_core::interface::{ContactArea, ContactProblem};
+use fem_core::interface::{ContactArea, ContactPatch, ContactProblem};
 use fem_core::prepared::PreparedProblem;
 use fem_core::space::{Plane, Space};
 use nndd::Iterate;
@@ -30,6 +30,8 @@ pub struct PairResults<S: Space = Plane> {
     pub contact_intervals: Vec<[f64; 2]>,
     /// The area in contact from both sides, and its patches; in the plane a length.
     pub area: ContactArea,
+    /// The resultants of these patches.
+    pub patches: Vec<PatchResults<S>>,
     /// Largest nodal pressure, Pa.
     pub max_pressure: f64,
     /// Largest mean pressure of a facet, Pa: at most `max_pressure`.
@@ -42,6 +44,16 @@ pub struct PairResults<S: Space = Plane> {
     pub min_opening: f64,
     /// The results of friction; `None` without friction.
     pub friction: Option<FrictionResults>,
+}
+
+/// The force of a patch of [`ContactArea::patches`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PatchResults<S: Space = Plane> {
+    /// The mean of its nodes weighted by their forces, m.
+    pub centre: S::Vector,
+    /// The force on the first body, friction included, N/m.
+    pub resultant: S::Vector,
 }
 
 /// The results of friction along a pair.
@@ -200,6 +212,16 @@ fn of_pair<S: ContactSpace>(of: &PairForces<'_, S>) -> PairResults<S> {
         moment += S::moment(place(k), of.on_first(k));
     }
     let facets = of.interface.facets().iter();
+    let area = of.interface.contact_area(|k| of.is_pressed(k));
+    let forces: Vec<f64> = of.pressed().collect();
+    let patch = |patch: &ContactPatch| {
+        let pairs = || patch.pairs.iter().copied();
+        let force: f64 = pairs().map(|k| forces[k]).sum();
+        PatchResults {
+            centre: pairs().map(|k| place(k) * (forces[k] / force)).sum(),
+            resultant: pairs().map(|k| of.on_first(k)).sum(),
+        }
+    };
     PairResults {
         resultant: (0..of.force.len()).map(|k| of.on_first(k)).sum(),
         moment,
@@ -207,13 +229,11 @@ fn of_pair<S: ContactSpace>(of: &PairForces<'_, S>) -> PairResults<S> {
         max_pressure_at: most.filter(|k| pressures[*k] > 0.0).map(place),
         contact_force,
         contact_intervals: S::intervals(of.interface, &|k| of.is_pressed(k)),
-        area: of.interface.contact_area(|k| of.is_pressed(k)),
+        patches: area.patches.iter().map(patch).collect(),
+        area,
         max_pressure: largest(pressures.iter().copied()),
         max_facet_pressure: largest(facets.map(|facet| mean(&pressures, facet))),
-        max_recovered_pressure: {
-            let forces: Vec<f64> = of.pressed().collect();
-            S::recovered_pressure(of.problem, of.pair, &forces).map(largest)
-        },
+        max_recovered_pressure: S::recovered_pressure(of.problem, of.pair, &forces).map(largest),
         active: of.force.iter().filter(|r| **r > 0.0).count(),
         min_opening: of.distances(of.opening).fold(f64::INFINITY, f64::min),
         friction: friction(of),

@@ -36,7 +36,7 @@ use outline::Radial;
 use profile::Profile;
 use std::ops::{Add, Mul};
 
-pub use area::ContactArea;
+pub use area::{ContactArea, ContactPatch};
 pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
 pub use error::InterfaceError;
 pub(crate) use facing::{FacingSide, facing_edges};

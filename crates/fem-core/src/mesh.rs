@@ -198,6 +198,11 @@ impl<S: Space> Mesh<S> {
         let nodes = self.topology.oriented_facet(facet, &self.cells);
         S::facet_normal(&S::axes(|k| self.points[nodes[k]]))
     }
+
+    /// Computes the smallest angle of all cells, see [`Space::smallest_angle`], in degrees.
+    pub fn smallest_angle(&self) -> f64 {
+        (0..self.cells.len()).map(|cell| S::smallest_angle(&self.corners(cell))).fold(180.0, f64::min)
+    }
 }
 
 impl TriMesh {
@@ -229,12 +234,6 @@ impl TriMesh {
             }
         }
         found
-    }
-
-    /// Computes the smallest angle of all triangles, in degrees.
-    pub fn smallest_angle(&self) -> f64 {
-        let angle = |t: usize| geometry::smallest_angle(self.corners(t));
-        (0..self.cells.len()).map(angle).fold(180.0, f64::min)
     }
 }
 

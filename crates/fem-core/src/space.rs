@@ -22,6 +22,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 pub use array::{Array, Item, Number};
 pub use matrix::Matrix;
 pub use plane::Plane;
+pub(crate) use plane::SAMPLED_PARTS;
 pub use solid::Solid;
 
 mod sealed {
@@ -131,12 +132,16 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
     ///
     /// * `measure`: of the cell.
     fn gradients(corners: &Self::Corners<Self::Vector>, measure: f64) -> Self::Corners<Self::Vector>;
+    /// Computes the smallest angle between two facets of a cell, in degrees; not positive in a triangle that runs clockwise.
+    fn smallest_angle(corners: &Self::Corners<Self::Vector>) -> f64;
     /// Computes the measure of a facet, m or m².
     fn facet_measure(corners: &Self::Axes<Self::Vector>) -> f64;
     /// Computes the unit normal of a facet whose corners are in the order of [`Self::facet`].
     fn facet_normal(corners: &Self::Axes<Self::Vector>) -> Self::Vector;
     /// Returns a quadrature rule on a facet that is exact for polynomials of the fifth degree: barycentric coordinates, and weights of sum 1.
     fn facet_rule() -> &'static [(Self::Axes<f64>, f64)];
+    /// Returns many points of a facet, at which functions are compared with their linear interpolants: barycentric coordinates, and weights of sum 1.
+    fn facet_samples() -> Vec<(Self::Axes<f64>, f64)>;
 
     /// Computes the displacement of a rotation about the origin, `ω × x`.
     fn turned(spin: Self::Spin, arm: Self::Vector) -> Self::Vector;

@@ -95,6 +95,24 @@ impl SymTensor3 {
         (0.5 * pairs + 3.0 * shears).sqrt()
     }
 
+    /// Computes the largest principal value by its size: of the mean `m` and the deviator `s` these are `m + 2 ρ cos(θ + 2kπ/3)` with
+    /// `6 ρ² = s : s` and `cos 3θ = det s / 2ρ³`.
+    pub fn largest_principal(self) -> f64 {
+        let mean = (self.xx + self.yy + self.zz) / 3.0;
+        let [a, b, c] = [self.xx - mean, self.yy - mean, self.zz - mean];
+        let Self { yz, xz, xy, .. } = self;
+        let squares = a * a + b * b + c * c + 2.0 * (yz * yz + xz * xz + xy * xy);
+        let radius = (squares / 6.0).sqrt();
+        if radius == 0.0 {
+            return mean.abs();
+        }
+        let [a, b, c, yz, xz, xy] = [a, b, c, yz, xz, xy].map(|x| x / radius);
+        let determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz);
+        let angle = (0.5 * determinant).clamp(-1.0, 1.0).acos() / 3.0;
+        let value = |k: f64| (mean + 2.0 * radius * (angle + k * std::f64::consts::TAU / 3.0).cos()).abs();
+        value(0.0).max(value(1.0))
+    }
+
     #[inline(always)]
     fn joined(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
         let [a, b]: [[f64; 6]; 2] = [self.into(), other.into()];
@@ -138,5 +156,16 @@ mod tests {
     fn contraction_counts_the_shear_twice() {
         let t = SymTensor2::new(1.0, 2.0, 3.0);
         assert_eq!(t.contract(t), 1.0 + 4.0 + 18.0);
+    }
+
+    #[test]
+    fn the_largest_principal_value_has_the_largest_size() {
+        let of = |values: [f64; 6]| SymTensor3::from(values).largest_principal();
+        assert!((of([1.0, -3.0, 2.0, 0.0, 0.0, 0.0]) - 3.0).abs() < 1e-14);
+        assert!((of([2.0, 2.0, 2.0, 0.0, 0.0, 0.0]) - 2.0).abs() < 1e-14);
+        // A shear of yz alone: ±4.
+        assert!((of([0.0, 0.0, 0.0, 4.0, 0.0, 0.0]) - 4.0).abs() < 1e-14);
+        // [2, 1, 0; 1, 2, 0; 0, 0, -1]: 3, 1, -1.
+        assert!((of([2.0, 2.0, -1.0, 0.0, 0.0, 1.0]) - 3.0).abs() < 1e-14);
     }
 }

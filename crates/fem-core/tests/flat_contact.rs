@@ -172,7 +172,7 @@ fn the_area_in_contact_lies_between_two_numbers() {
     let interface = pair(&upper, &lower, &Gap::Touching).unwrap();
     let area = |closed: &dyn Fn(Vector) -> bool| {
         let found = interface.contact_area(|k| closed(upper.mesh().points()[interface.pairs()[k].nodes[0]]));
-        [found.inner, found.outer, found.patches as f64]
+        [found.inner, found.outer, found.patches.len() as f64]
     };
     // Cells of 0.5 × 0.5, each cut from its lowest to its highest corner.
     assert_eq!(area(&|_| true), [3.0, 3.0, 1.0]);

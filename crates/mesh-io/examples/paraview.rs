@@ -18,7 +18,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn write(directory: &Path) -> Result<(), Box<dyn Error>> {
     let mesh = block([0.0, 0.0], [2.0, 1.0], [30, 15])?;
-    let displacement: Vec<_> = mesh.points().iter().map(|p| [0.01 * p[0] * p[1], -0.02 * p[1]]).collect();
+    let displaced = |p: &Vector| Vector::new(0.01 * p[0] * p[1], -0.02 * p[1]);
+    let displacement: Vec<Vector> = mesh.points().iter().map(displaced).collect();
     let stress: Vec<_> = (0..mesh.cells().len()).map(|t| [1.0, 2.0, 3.0, t as f64, 0.0, 0.5]).collect();
     let area = (0..mesh.cells().len()).map(|t| mesh.measure(t)).collect();
     let body = VtuMesh::from(&mesh);
@@ -29,7 +30,7 @@ fn write(directory: &Path) -> Result<(), Box<dyn Error>> {
     };
     save(&directory.join("body.vtu"), &body, &data)?;
 
-    let points: Vec<_> = (0..=30).map(|k| Vector::new(2.0 * f64::from(k) / 30.0, 0.0)).collect();
+    let points: Vec<_> = (0..=30).map(|k| [2.0 * f64::from(k) / 30.0, 0.0, 0.0]).collect();
     let pressure = points.iter().map(|p| 1.0 / (1.0 + p[0])).collect();
     let line = VtuMesh { points, cells: VtuCells::Lines((0..30).map(|k| [k, k + 1]).collect()) };
     let data = VtuData { point: vec![VtuArray::scalars("pressure", pressure)], ..VtuData::default() };

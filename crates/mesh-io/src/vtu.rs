@@ -10,8 +10,9 @@ pub use collection::{PvdEntry, pvd, series};
 pub use fields::{FieldError, PointVectors, point_vectors};
 
 use crate::words::attribute;
-use fem_core::geometry::Vector;
-use fem_core::mesh::TriMesh;
+use fem_core::geometry::Coordinates;
+use fem_core::mesh::Mesh;
+use fem_core::space::Space;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use thiserror::Error;
@@ -19,49 +20,69 @@ use thiserror::Error;
 /// The cells of a grid, all of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VtuCells {
-    /// VTK type 5.
-    Triangles(Vec<[u32; 3]>),
     /// VTK type 3.
     Lines(Vec<[u32; 2]>),
+    /// VTK type 5.
+    Triangles(Vec<[u32; 3]>),
+    /// VTK type 10.
+    Tetrahedra(Vec<[u32; 4]>),
 }
 
 impl VtuCells {
-    fn len(&self) -> usize {
-        match self {
-            Self::Triangles(cells) => cells.len(),
-            Self::Lines(cells) => cells.len(),
+    /// Makes cells of the numbers of their corners: two lines, three triangles, four tetrahedra; other numbers of corners make none.
+    ///
+    /// * `nodes`: cell after cell.
+    pub fn of_corners(corners: usize, nodes: &[u32]) -> Self {
+        match corners {
+            2 => Self::Lines(nodes.as_chunks().0.to_vec()),
+            3 => Self::Triangles(nodes.as_chunks().0.to_vec()),
+            4 => Self::Tetrahedra(nodes.as_chunks().0.to_vec()),
+            _ => Self::Lines(Vec::new()),
         }
     }
 
     fn nodes(&self) -> &[u32] {
         match self {
-            Self::Triangles(cells) => cells.as_flattened(),
             Self::Lines(cells) => cells.as_flattened(),
+            Self::Triangles(cells) => cells.as_flattened(),
+            Self::Tetrahedra(cells) => cells.as_flattened(),
         }
     }
 
     fn corners_and_type(&self) -> (usize, u8) {
         match self {
-            Self::Triangles(_) => (3, 5),
             Self::Lines(_) => (2, 3),
+            Self::Triangles(_) => (3, 5),
+            Self::Tetrahedra(_) => (4, 10),
         }
+    }
+
+    fn len(&self) -> usize {
+        self.nodes().len() / self.corners_and_type().0
     }
 }
 
-/// Points and cells; z is 0.
+/// Points and cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VtuMesh {
-    /// Positions.
-    pub points: Vec<Vector>,
+    /// Positions, in the plane with z = 0, see [`three`].
+    pub points: Vec<[f64; 3]>,
     /// Cells by the numbers of their points.
     pub cells: VtuCells,
 }
 
-impl From<&TriMesh> for VtuMesh {
-    fn from(mesh: &TriMesh) -> Self {
-        let corners = mesh.cells().iter().map(|corners| corners.map(u32::from));
-        Self { points: mesh.points().to_vec(), cells: VtuCells::Triangles(corners.collect()) }
+impl<S: Space> From<&Mesh<S>> for VtuMesh {
+    fn from(mesh: &Mesh<S>) -> Self {
+        let nodes: Vec<u32> = mesh.cells().iter().flat_map(|corners| *corners).map(u32::from).collect();
+        let points = mesh.points().iter().map(three).collect();
+        Self { points, cells: VtuCells::of_corners(1 + S::DIM, &nodes) }
     }
+}
+
+/// Returns three components of a vector: of a plane one the third is 0.
+pub fn three<V: Coordinates>(vector: &V) -> [f64; 3] {
+    let entries = vector.entries();
+    std::array::from_fn(|c| entries.get(c).copied().unwrap_or(0.0))
 }
 
 /// A named field: one entry of `components` numbers per point, per cell, or any number of them as field data.
@@ -89,10 +110,9 @@ impl VtuArray {
         Self { whole: true, ..Self::scalars(name, values) }
     }
 
-    /// Makes a field of plane vectors with a third component 0, so that ParaView can warp by it.
-    pub fn vectors(name: &str, values: &[impl Copy + Into<Vector>]) -> Self {
-        let vectors = values.iter().map(|v| (*v).into()).map(|v: Vector| [v[0], v[1], 0.0]);
-        let values = vectors.collect::<Vec<_>>().into_flattened();
+    /// Makes a field of vectors of three components, so that ParaView can warp by it; of plane vectors the third is 0.
+    pub fn vectors<V: Coordinates>(name: &str, values: &[V]) -> Self {
+        let values = values.iter().map(three).collect::<Vec<_>>().into_flattened();
         Self { name: name.to_owned(), components: 3, values, whole: false }
     }
 
@@ -157,12 +177,14 @@ pub enum VtuError {
 /// Writes a grid.
 ///
 /// ```
+/// use fem_core::geometry::Vector;
 /// use mesh_io::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, write};
 /// let mesh = VtuMesh {
-///     points: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Into::into).into(),
+///     points: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
 ///     cells: VtuCells::Triangles(vec![[0, 1, 2]]),
 /// };
-/// let displacement = VtuArray::vectors("displacement", &[[0.0, 0.0], [0.1, 0.0], [0.0, 0.2]]);
+/// let values = [[0.0, 0.0], [0.1, 0.0], [0.0, 0.2]].map(Vector::from);
+/// let displacement = VtuArray::vectors("displacement", &values);
 /// let mut file = Vec::new();
 /// write(&mut file, &mesh, &VtuData { point: vec![displacement], ..VtuData::default() })?;
 /// assert!(file.starts_with(b"<?xml"));
@@ -190,8 +212,8 @@ pub fn write(out: &mut dyn Write, mesh: &VtuMesh, data: &VtuData) -> Result<(), 
     block(out, count, (1..=count).map(|k| ((k * corners) as i64).to_le_bytes()))?;
     let nodes = mesh.cells.nodes();
     block(out, nodes.len(), nodes.iter().map(|&n| i64::from(n).to_le_bytes()))?;
-    let coordinates = mesh.points.iter().flat_map(|p| [p[0], p[1], 0.0]);
-    block(out, 3 * mesh.points.len(), coordinates.map(f64::to_le_bytes))?;
+    let coordinates = mesh.points.as_flattened().iter();
+    block(out, 3 * mesh.points.len(), coordinates.map(|x| x.to_le_bytes()))?;
     fields(out, &data.cell)?;
     fields(out, &data.point)?;
     fields(out, &data.field)?;
@@ -210,7 +232,7 @@ fn check(mesh: &VtuMesh, data: &VtuData) -> Result<(), VtuError> {
             Err(VtuError::NotFinite { name: name.to_owned(), entry: k / components, value: *value })
         })
     };
-    finite("points", 2, &mut mesh.points.iter().flatten())?;
+    finite("points", 3, &mut mesh.points.as_flattened().iter())?;
     let sizes = [(&data.point, Some(points)), (&data.cell, Some(mesh.cells.len())), (&data.field, None)];
     for (arrays, entries) in sizes {
         for array in arrays {

@@ -3,62 +3,73 @@
 use crate::args::{Check, Format};
 use crate::console;
 use crate::machine::Machine;
-use fem_core::geometry::Vector;
+use case_io::Case;
+use case_io::case::AnyCase;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::ContactProblem;
 use nndd_report::check::{CheckedBody, resultant, summary};
 use nndd_report::memory::{self, mebibytes};
-use nndd_report::words::{counted, one_line, seven};
-use nndd_report::{Failure, run};
+use nndd_report::words::{components, counted, one_line, seven};
+use nndd_report::{Failure, ReportSpace, run};
 use std::fmt::Write as _;
 
 /// Writes what a body consists of.
-fn describe(text: &mut String, body: &CheckedBody) {
-    let sides: Vec<String> =
-        body.sides.iter().map(|(name, edges)| format!("{name} ({})", counted(*edges, "edge"))).collect();
+fn describe<S: ReportSpace>(text: &mut String, body: &CheckedBody<S>) {
+    let sides: Vec<String> = body
+        .sides
+        .iter()
+        .map(|(name, edges)| format!("{name} ({})", counted(*edges, S::WORDS.facet)))
+        .collect();
     let [supports, loads] = [body.supports, body.loads].map(|count| counted(count, "condition"));
     let _ = writeln!(text, "\n  body \"{}\"", one_line(&body.name));
-    let _ = writeln!(text, "    edge groups     {}", sides.join(", "));
+    let _ = writeln!(text, "    {:<15} {}", format!("{} groups", S::WORDS.facet), sides.join(", "));
     let _ = writeln!(text, "    supports        {supports} on {}", counted(body.held_nodes, "node"));
     if body.rigid_sides > 0 {
         let _ = writeln!(text, "    rigid           {}", counted(body.rigid_sides, "side"));
     }
     let resultant =
-        if body.loads == 0 { String::new() } else { format!(", resultant {}", components(body.resultant)) };
+        if body.loads == 0 { String::new() } else { format!(", resultant {}", shown(body.resultant)) };
     let _ = writeln!(text, "    loads           {loads}{resultant}");
     let _ = writeln!(text, "    smallest angle  {:.1} degrees", body.smallest_angle);
 }
 
 /// Writes the resultant of all loads.
-fn all_loads(problem: &ContactProblem, bodies: &[CheckedBody]) -> String {
+fn all_loads<S: ReportSpace>(problem: &ContactProblem<S>, bodies: &[CheckedBody<S>]) -> String {
     let loaded = problem.obstacles.iter().filter(|obstacle| obstacle.load_size() > 0.0).count();
     let with = if loaded == 0 {
         String::new()
     } else {
         format!(", {} included", counted(loaded, "loaded obstacle"))
     };
-    format!("  all loads       resultant {}{with}", components(resultant(problem, bodies)))
+    format!("  all loads       resultant {}{with}", shown(resultant(problem, bodies)))
 }
 
 /// Writes the components of a force.
-fn components(force: Vector) -> String {
-    format!("({}, {})", seven(force[0]), seven(force[1]))
+fn shown<V: Coordinates>(force: V) -> String {
+    components(force.entries(), seven)
 }
 
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let machine = Machine::start(options.format == Format::Json);
-    let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let (problem, mut notes) = run::build(&case, &machine)?;
+    match run::read_case(&options.case.case, &run::overrides(&options.case.set)?)? {
+        AnyCase::Plane(case) => check(options, &case, &machine),
+        AnyCase::Solid(case) => check(options, &case, &machine),
+    }
+}
+
+fn check<S: ReportSpace>(options: &Check, case: &Case<S>, machine: &Machine) -> Result<u8, Failure> {
+    let (problem, mut notes) = run::build(case, machine)?;
     console::warnings(&case.warnings());
-    notes.extend(nndd_report::notes::of_problem(&case, &problem));
+    notes.extend(nndd_report::notes::of_problem(case, &problem));
     console::notes(&notes);
-    run::begins(&case, "the checks of loads, supports and free motions", &machine);
-    let bodies = nndd_report::check::check(&case, &problem)?;
+    run::begins(case, "the checks of loads, supports and free motions", machine);
+    let bodies = nndd_report::check::check(case, &problem)?;
     machine.has_result();
     if options.format == Format::Json {
-        console::print_json(&summary(&case, &problem, &bodies, &notes))?;
+        console::print_json(&summary(case, &problem, &bodies, &notes))?;
         return Ok(0);
     }
-    let mut text = console::header(&case, &problem, &case.output_directory());
+    let mut text = console::header(case, &problem, &case.output_directory());
     let all = all_loads(&problem, &bodies);
     bodies.iter().for_each(|body| describe(&mut text, body));
     for (given, pair) in case.contacts.iter().zip(&problem.contacts) {
@@ -68,9 +79,8 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
         let obstacle = given.obstacle.as_ref().map(|_| "a rigid obstacle".to_owned());
         let sides: Vec<String> = sides.chain(obstacle).collect();
         let _ = writeln!(text, "    between         {}", sides.join(" and "));
-        let length = seven(pair.interface.measure());
-        let _ =
-            writeln!(text, "    pairs           {} on a length of {length}", pair.interface.pairs().len());
+        let (pairs, extent) = (pair.interface.pairs().len(), seven(pair.interface.measure()));
+        let _ = writeln!(text, "    pairs           {pairs}, {} {extent}", S::EXTENT);
     }
     let floating = problem.bodies.iter().filter(|body| body.free_motion().is_some()).count();
     let free = problem.obstacles.iter().filter(|obstacle| !obstacle.free_motions().is_empty()).count();

@@ -8,13 +8,13 @@ mod table;
 use case_io::Case;
 use case_io::case::{Material, Target};
 use case_io::diagnostic::Diagnostic;
-use certified_contact::{RoleReason, Step};
+use certified_contact::Step;
 use fem_core::geometry::bounding_box;
-use fem_core::interface::{ContactPair, ContactProblem, Partner};
+use fem_core::interface::{ContactPair, ContactProblem};
 use nndd_report::convert;
 use nndd_report::memory::{self, mebibytes};
-use nndd_report::words::{self, blanked, counted, one_line, plain, seven, short};
-use nndd_report::{Failure, RunResult, Solved};
+use nndd_report::words::{self, blanked, one_line, plain, seven, short};
+use nndd_report::{Failure, ReportSpace};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
@@ -123,7 +123,7 @@ fn render(kind: &str, diagnostic: &Diagnostic) -> String {
 }
 
 /// The header: version, sizes, settings; no wider than the terminal.
-pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> String {
+pub(crate) fn header<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>, output: &str) -> String {
     let mut text = format!("nndd {}   {}\n", env!("CARGO_PKG_VERSION"), case.file_name());
     if !case.title.is_empty() {
         let _ = writeln!(text, "  {}", one_line(&case.title));
@@ -131,39 +131,41 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
     for (k, (body, model)) in case.bodies.iter().zip(&problem.bodies).enumerate() {
         let [low, high] = bounding_box(model.mesh().points());
         let materials: Vec<String> = case.materials_of(k).into_iter().map(Material::summary).collect();
+        let sides: Vec<String> =
+            (0..S::DIM).map(|c| format!("[{}, {}]", seven(low[c]), seven(high[c]))).collect();
         let _ = writeln!(
             text,
-            "  {:<10} {:>8} nodes {:>8} triangles   {}   [{}, {}] x [{}, {}]",
+            "  {:<10} {:>8} nodes {:>8} {}   {}   {}",
             one_line(&body.name),
             model.mesh().points().len(),
             model.mesh().cells().len(),
+            S::WORDS.cells,
             materials.join(" | "),
-            seven(low[0]),
-            seven(high[0]),
-            seven(low[1]),
-            seven(high[1])
+            sides.join(" x ")
         );
     }
     for (given, ContactPair { interface, .. }) in case.contacts.iter().zip(&problem.contacts) {
         let name = if case.contacts.len() == 1 { "contact" } else { given.name.as_str() };
         let _ = writeln!(
             text,
-            "  {:<10} {:>8} pairs, length {}",
+            "  {:<10} {:>8} pairs, {} {}",
             one_line(name),
             interface.pairs().len(),
+            S::EXTENT,
             seven(interface.measure())
         );
     }
     if let Some(units) = &case.units {
         let _ = writeln!(
             text,
-            "  {:<10} lengths {}, forces {}, stresses {}; forces and energies per thickness {} and {}",
+            "  {:<10} lengths {}, forces {}, stresses {}; forces and energies{} {} and {}",
             "units",
             units.length,
             units.force,
             units.stress(),
-            units.line_force(),
-            units.force
+            if S::thickness(&case.model).is_some() { " per thickness" } else { "" },
+            S::force_unit(units),
+            S::moment_unit(units)
         );
     }
     let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
@@ -186,7 +188,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
 }
 
 /// How the case is solved, and when the iteration stops.
-fn solver_lines(case: &Case, problem: &ContactProblem, output: &str) -> String {
+fn solver_lines<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>, output: &str) -> String {
     let mut text = String::new();
     let solver = &case.solver;
     if case.coulomb_pair().is_some() {
@@ -236,7 +238,7 @@ fn solver_lines(case: &Case, problem: &ContactProblem, output: &str) -> String {
     text
 }
 
-fn relaxation_and_output(case: &Case, output: &str) -> String {
+fn relaxation_and_output<S: ReportSpace>(case: &Case<S>, output: &str) -> String {
     format!(
         "relaxation {}; threads {}; output {output}",
         match case.estimator.until {
@@ -297,57 +299,6 @@ fn scientific(x: f64, width: usize, digits: usize) -> String {
         None => text,
     };
     format!("{text:>width$}")
-}
-
-/// Lists the choices that were made and why, for `--verbose`.
-pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
-    let mut text = String::new();
-    let solution = match &solved.answer {
-        RunResult::Certified(solution) => solution,
-        RunResult::Coulomb(result) => {
-            let found = &result.solution;
-            let changes: Vec<String> = found.changes.iter().map(|change| format!("{change:.1e}")).collect();
-            let _ = writeln!(
-                text,
-                "  {} of the fixed point, {} restarts; changes of the friction limit: {}",
-                counted(found.steps, "step"),
-                found.restarts,
-                changes.join(" ")
-            );
-            return text;
-        }
-    };
-    let Some(pair) = solution.problem.contacts.first() else { return text };
-    let name = |of: Partner| of.body().map_or("the obstacle", |body| case.bodies[body].name.as_str());
-    let names = pair.partners().map(name);
-    let carrier = name(pair.imposed());
-    let _ = match solution.role_reason {
-        RoleReason::Given if solution.problem.only_pair().is_none() => Ok(()),
-        RoleReason::Given => writeln!(text, "  lambda is carried by \"{carrier}\", as given"),
-        RoleReason::Stiffer { compliance } => writeln!(
-            text,
-            "  lambda is carried by \"{carrier}\", the stiffer body: compliance {:.3e} of \"{}\" against {:.3e} of \"{}\"",
-            compliance[0], names[0], compliance[1], names[1]
-        ),
-    };
-    if let Some(s) = solution.nndd.spectrum {
-        let _ = writeln!(
-            text,
-            "  theta {:.4}: spectrum of the interface operator [{:.4}, {:.4}] from {} Lanczos steps, limit {:.4}",
-            solution.nndd.theta,
-            s.smallest,
-            s.largest,
-            s.steps,
-            s.theta_limit()
-        );
-    }
-    let kkt = solution.rows.iter().map(|r| r.iteration.qp_kkt).fold(0.0, f64::max);
-    let _ = writeln!(
-        text,
-        "  contact problems: Clarabel called {} times, largest KKT residual {kkt:.1e}",
-        solution.nndd.clarabel_calls
-    );
-    text
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 use crate::args::{Format, Solve};
 use crate::console;
 use case_io::Case;
-use case_io::report::Report;
-use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Step};
+use case_io::report::{Report, StepSummary};
+use certified_contact::{IterationRecord, Step};
 use fem_core::interface::ContactProblem;
 use nndd_report::words::{self, counted};
-use nndd_report::{Failure, RunResult, Solved, adaptive_row, notes, report, verdict, without_bound};
+use nndd_report::{Failure, ReportSpace, Solved, adaptive_row, notes, report, verdict, without_bound};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -34,7 +34,7 @@ pub(crate) struct Printer {
 
 impl Printer {
     /// Prepares for a case: the iterations of an adaptive run are shown if they are asked for.
-    pub(crate) fn new(options: &Solve, case: &Case, started: Instant) -> Self {
+    pub(crate) fn new<S: ReportSpace>(options: &Solve, case: &Case<S>, started: Instant) -> Self {
         let format = options.format;
         let one_solve = case.adapt.is_none() && case.steps.is_empty();
         let every_iteration = one_solve || options.run.verbose || format == Format::Json;
@@ -48,10 +48,10 @@ impl Printer {
     /// Prints what is known before the run begins.
     ///
     /// * `notes`: on the case, see [`nndd_report::run::build`], and on the state it resumes from.
-    pub(crate) fn begin(
+    pub(crate) fn begin<S: ReportSpace>(
         &mut self,
-        case: &Case,
-        problem: &ContactProblem,
+        case: &Case<S>,
+        problem: &ContactProblem<S>,
         output: &str,
         notes: [&[String]; 2],
     ) -> Result<(), Failure> {
@@ -129,15 +129,18 @@ impl Printer {
     }
 
     /// Prints a load step.
-    pub(crate) fn load_step(&mut self, step: usize, of: usize, answer: &RunResult) {
-        let force = answer.contact_force();
-        let relative = answer.certified().and_then(CertifiedSolution::relative);
-        let residual = answer.coulomb().and_then(CoulombResult::relative_residual);
+    ///
+    /// * `of`: the number of load steps.
+    pub(crate) fn load_step(&mut self, summary: &StepSummary, of: usize) {
+        let step = summary.step;
+        let force = summary.results.contact_force;
+        let certificate = summary.certificate.as_ref();
+        let relative = certificate.and_then(|certificate| certificate.relative);
+        let residual = summary.coulomb.as_ref().and_then(|coulomb| coulomb.relative);
         let percent = |x: f64| words::rounded_up(100.0 * x);
         // Without strain energy the numbers are absolute.
-        let estimate = answer.certified().and_then(|solution| solution.estimate.as_ref());
-        let bound = estimate.and_then(|estimate| Some(estimate.certificate()?.e_cre));
-        let absolute = answer.coulomb().and_then(CoulombResult::residual);
+        let bound = certificate.filter(|certificate| certificate.valid).and_then(|found| found.e_cre);
+        let absolute = summary.coulomb.as_ref().and_then(|coulomb| coulomb.e_b);
         let result = match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => {
@@ -146,7 +149,7 @@ impl Printer {
                 let error = match (bounded, left.or(absolute.map(words::rounded_up))) {
                     (Some(bound), _) => format!("certified error of the increment <= {bound}"),
                     (None, Some(residual)) => format!("residual e_b = {residual}, no bound"),
-                    (None, None) if answer.certified().is_some() => "no certificate".to_owned(),
+                    (None, None) if certificate.is_some() => "no certificate".to_owned(),
                     (None, None) => "no residual".to_owned(),
                 };
                 let force = force
@@ -166,11 +169,11 @@ impl Printer {
         drop(result);
     }
 
-    pub(crate) fn end(
+    pub(crate) fn end<S: ReportSpace>(
         &self,
         verbose: bool,
-        case: &Case,
-        solved: &Solved,
+        case: &Case<S>,
+        solved: &Solved<S>,
         report: &Report,
         directory: &str,
         written: &[String],
@@ -188,7 +191,7 @@ impl Printer {
                 let remark = console::remark(case, report).filter(|_| self.every_iteration);
                 text.extend(remark.map(|remark| format!("note: {remark}\n")));
                 if verbose {
-                    text += &console::choices(case, solved);
+                    text += &verdict::choices(case, solved);
                 }
                 text += &wrote(directory, written);
                 console::print(&text)?;

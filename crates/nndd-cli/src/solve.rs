@@ -4,28 +4,41 @@ use crate::args::{Format, Solve};
 use crate::machine::{Machine, Showing};
 use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
-use case_io::case::Criterion;
+use case_io::Case;
+use case_io::case::{AnyCase, Criterion};
 use nndd_report::memory_limit;
-use nndd_report::{Event, Failure, Host, RunDirectory, Stopwatch, check, files, memory, run};
+use nndd_report::{Event, Failure, Host, ReportSpace, RunDirectory, Stopwatch, check, files, memory, run};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
 
 pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let machine = Machine::listen(options.format == Format::Json)?;
-    let mut watch = Stopwatch::start(machine.elapsed());
+    let watch = Stopwatch::start(machine.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
-    let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let (mut problem, notes) = run::build(&case, &machine)?;
-    run::begins(&case, "the question whether the bodies are held", &machine);
-    check::held(&case, &mut problem)?;
+    match run::read_case(&options.case.case, &run::overrides(&options.case.set)?)? {
+        AnyCase::Plane(case) => solve(options, &case, machine, watch, &started),
+        AnyCase::Solid(case) => solve(options, &case, machine, watch, &started),
+    }
+}
+
+fn solve<S: ReportSpace>(
+    options: &Solve,
+    case: &Case<S>,
+    machine: Machine,
+    mut watch: Stopwatch,
+    started: &str,
+) -> Result<u8, Failure> {
+    let (mut problem, notes) = run::build(case, &machine)?;
+    run::begins(case, "the question whether the bodies are held", &machine);
+    check::held(case, &mut problem)?;
     let memory_estimate = memory::estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut place = match options.resume {
-        true => RunDirectory::resume(&case, &path)?,
-        false => RunDirectory::open(&case, &path, options.run.force)?,
+        true => RunDirectory::resume(case, &path)?,
+        false => RunDirectory::open(case, &path, options.run.force)?,
     };
-    let mut printer = Printer::new(options, &case, machine.started);
-    printer.begin(&case, &problem, &path.display().to_string(), [&notes, place.notes()])?;
+    let mut printer = Printer::new(options, case, machine.started);
+    printer.begin(case, &problem, &path.display().to_string(), [&notes, place.notes()])?;
     let stop = &case.solver.stop;
     let goal = Goal {
         ratio: (stop.criterion == Criterion::Estimator).then_some(stop.ratio),
@@ -37,16 +50,16 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
         Ok(())
     };
     let mut host = Showing { machine, show };
-    let solved = run::solve(&case, (problem, notes), &mut place, &mut watch, &mut host)?;
+    let solved = run::solve(case, (problem, notes), &mut place, &mut watch, &mut host)?;
     let Showing { machine, .. } = host;
     drop(progress);
     let mut about = describe(options);
     about.insert("started".into(), started.into());
     about.insert("memory_estimate".into(), memory_estimate.into());
     about.insert("output".into(), path.display().to_string().into());
-    let written = files::write(&case, &solved, place, about, &mut watch, &machine)?;
+    let written = files::write(case, &solved, place, about, &mut watch, &machine)?;
     let (report, files) = (&written.report, &written.files);
-    printer.end(options.run.verbose, &case, &solved, report, &path.display().to_string(), files)?;
+    printer.end(options.run.verbose, case, &solved, report, &path.display().to_string(), files)?;
     Ok(report.status.code)
 }
 
@@ -65,9 +78,9 @@ fn show(printer: &mut Printer, progress: &mut Progress, event: &Event<'_>) {
             printer.step(step, None);
             progress.step(step);
         }
-        Event::LoadStep { step, of, answer } => {
+        Event::LoadStep { step, of } => {
             progress.clear();
-            printer.load_step(step, of, answer);
+            printer.load_step(step, of);
         }
         _ => {}
     }

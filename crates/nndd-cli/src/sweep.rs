@@ -72,13 +72,13 @@ fn show(options: &Options, width: &mut usize, event: Event<'_>) -> Result<(), Fa
                 console::print(&format!("\n{name}\n{key:>width$} {head}"))?;
             }
         }
-        Event::Value { value, case, solved } => {
+        Event::Value { value, row, choices, .. } => {
             let width = *width;
-            if let Some(row) = sweep::last_row(solved).filter(|_| !options.run.quiet) {
-                console::print(&format!("{value:>width$} {}", layout.row(&row, 0.0)))?;
+            if let Some(row) = row.filter(|_| !options.run.quiet) {
+                console::print(&format!("{value:>width$} {}", layout.row(row, 0.0)))?;
             }
             if options.run.verbose {
-                console::print(&console::choices(case, solved))?;
+                console::print(choices)?;
             }
         }
         _ => {}

@@ -31,7 +31,7 @@ fn the_note_is_said_by_check_and_solve_and_written_down() {
     assert!(report.certificate.as_ref().unwrap().valid);
     let of_surfaces: Vec<&String> = report.notes.iter().filter(|text| text.starts_with(note)).collect();
     assert!(of_surfaces.len() == 1 && of_surfaces[0].contains("is free"), "{:?}", report.notes);
-    assert!((report.contact[0].length - 1.5).abs() < 1e-12);
+    assert!((report.contact[0].line.as_ref().unwrap().length - 1.5).abs() < 1e-12);
     // A sweep has the same mesh, and a matching case no note.
     let swept = nndd("sweep", "nonmatching.toml", &["--over", "solver.theta=0.4:0.5:0.1"], temp.path());
     assert_eq!(swept.status.code(), Some(0), "{}", String::from_utf8_lossy(&swept.stderr));
@@ -51,12 +51,17 @@ fn bent_lines_of_different_counts_are_solved_and_each_stretch_has_its_results() 
     let report = Report::from_json(&text).unwrap();
     assert!(report.certificate.as_ref().unwrap().valid);
     // Lame's pressure, as rings.toml says.
-    let Some([stretch]) = report.results.contact_stretches.as_deref() else { panic!("{text}") };
+    let Some([stretch]) = report.results.lines.as_ref().unwrap().contact_stretches.as_deref() else {
+        panic!("{text}")
+    };
     let mean = stretch.contact_force / stretch.length;
     assert!((mean / 7.208947 - 1.0).abs() < 1e-3, "{mean}");
     assert!((stretch.max_edge_pressure / 7.208947 - 1.0).abs() < 0.05, "{stretch:?}");
     assert!(stretch.max_pressure >= stretch.max_edge_pressure, "{stretch:?}");
-    assert_eq!((stretch.pairs, stretch.length), (report.contact[0].pairs, report.contact[0].length));
+    assert_eq!(
+        (stretch.pairs, stretch.length),
+        (report.contact[0].pairs, report.contact[0].line.as_ref().unwrap().length)
+    );
     assert!((stretch.contact_force / report.results.contact_force.unwrap() - 1.0).abs() < 1e-12);
 }
 
@@ -67,8 +72,12 @@ fn a_closed_line_in_contact_everywhere_is_in_contact_on_its_whole_length() {
     assert_eq!(solved.status.code(), Some(0), "{}", String::from_utf8_lossy(&solved.stderr));
     let text = std::fs::read_to_string(temp.path().join("out/report.json")).unwrap();
     let results = Report::from_json(&text).unwrap().results;
-    let [stretch] = &results.contact_stretches.unwrap()[..] else { panic!("{text}") };
-    let [[start, end]] = results.contact_intervals.unwrap()[..] else { panic!("{text}") };
+    let [stretch] = &results.lines.as_ref().unwrap().contact_stretches.as_ref().unwrap()[..] else {
+        panic!("{text}")
+    };
+    let [[start, end]] = results.lines.as_ref().unwrap().contact_intervals.as_ref().unwrap()[..] else {
+        panic!("{text}")
+    };
     assert!(start == 0.0 && (end / stretch.length - 1.0).abs() < 1e-12, "{start} {end} {}", stretch.length);
     assert!((stretch.s[1] / stretch.length - 1.0).abs() < 1e-12, "{stretch:?}");
 }

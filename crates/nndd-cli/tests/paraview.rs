@@ -340,7 +340,7 @@ fn the_largest_pressure_is_the_same_number_on_the_page_and_in_the_tables() {
         let largest = columns(&out)["pressure"].iter().copied().fold(0.0, f64::max);
         let results = &report.results;
         assert_eq!(results.max_pressure, Some(largest), "{case}");
-        let stretches = results.contact_stretches.as_deref().unwrap();
+        let stretches = results.lines.as_ref().unwrap().contact_stretches.as_deref().unwrap();
         let of_stretches = stretches.iter().map(|s| s.max_pressure).fold(0.0, f64::max);
         assert_eq!(of_stretches, largest, "{case}");
         let of_edges = stretches.iter().map(|s| s.max_edge_pressure).fold(0.0, f64::max);

@@ -37,7 +37,8 @@ fn schema() -> Value {
 /// One key of the schema.
 struct Key {
     path: String,
-    unit: String,
+    /// In the plane, and of solids.
+    units: [String; 2],
     meaning: String,
 }
 
@@ -48,8 +49,10 @@ fn keys(schema: &Value, path: &str, found: &mut Vec<Key>) {
     }
     for (name, property) in schema.get("properties").and_then(Value::as_object).into_iter().flatten() {
         let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-        let text = |key: &str| property.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
-        found.push(Key { path: path.clone(), unit: text("x-unit"), meaning: text("description") });
+        let text = |key: &str| property.get(key).and_then(Value::as_str).map(str::to_owned);
+        let unit = text("x-unit").unwrap_or_default();
+        let units = [unit.clone(), text("x-unit-solid").unwrap_or(unit)];
+        found.push(Key { path: path.clone(), units, meaning: text("description").unwrap_or_default() });
         keys(property, &path, found);
     }
 }
@@ -82,7 +85,7 @@ fn complaints(schema: &Value, value: &Value, path: &str, found: &mut Vec<String>
     for (keyword, wanted) in schema.as_object().unwrap() {
         let size = |length: Option<usize>| length.map(|length| length as u64);
         match keyword.as_str() {
-            "$schema" | "title" | "description" | "x-unit" | "properties" | "items" => {}
+            "$schema" | "title" | "description" | "x-unit" | "x-unit-solid" | "properties" | "items" => {}
             "type" => {
                 let names = wanted.as_array().map_or_else(|| std::slice::from_ref(wanted), Vec::as_slice);
                 if !names.iter().any(|name| is_of_type(value, name.as_str().unwrap())) {
@@ -164,7 +167,7 @@ fn the_report_of_every_case_satisfies_the_schema() {
     let files = |folder: &Path| -> Vec<PathBuf> {
         std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
     };
-    let mut all = files(&cases());
+    let mut all = [files(&cases()), files(&cases().join("solid"))].concat();
     all.extend(
         files(&cases().join("bad")).into_iter().filter(|path| path.is_file() && leaves_a_report(path)),
     );
@@ -231,8 +234,8 @@ fn a_report_with_another_key_or_type_does_not_satisfy_the_schema() {
 fn the_page_of_the_keys_has_every_key_of_the_schema_with_its_unit_and_meaning() {
     let page = std::fs::read_to_string(cases().join("REPORT.md")).unwrap();
     let rows: Vec<&str> = page.lines().filter(|line| line.starts_with("| `")).collect();
-    let expected: Vec<String> =
-        all_keys().iter().map(|key| format!("| `{}` | {} | {} |", key.path, key.unit, key.meaning)).collect();
+    let row = |key: &Key| format!("| `{}` | {} | {} |", key.path, key.units.join(" | "), key.meaning);
+    let expected: Vec<String> = all_keys().iter().map(row).collect();
     assert!(
         expected.len() > 100 && !expected.iter().any(|row| row.ends_with("|  |")),
         "a key without meaning"

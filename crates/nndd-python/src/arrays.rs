@@ -1,9 +1,10 @@
 //! Arrays of NumPy, in and out.
 
 use crate::errors::wrong;
-use fem_core::geometry::Vector;
-use fem_core::mesh::TriMesh;
+use fem_core::geometry::{Coordinates, Vector};
+use fem_core::mesh::Mesh;
 use fem_core::mesh::id::{FacetId, NodeId};
+use fem_core::space::Space;
 use mesh_io::MeshArrays;
 use mesh_io::vtu::VtuArray;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -22,8 +23,8 @@ pub(crate) fn rows<'py, T: numpy::Element>(
 }
 
 /// Makes an array of vectors, one per row.
-pub(crate) fn vectors<'py>(py: Python<'py>, values: &[Vector]) -> PyResult<Bound<'py, PyAny>> {
-    rows(py, values.iter().map(|v| [v[0], v[1]]).collect::<Vec<_>>().into_flattened(), 2)
+pub(crate) fn vectors<'py, S: Space>(py: Python<'py>, values: &[S::Vector]) -> PyResult<Bound<'py, PyAny>> {
+    rows(py, values.iter().flat_map(|v| v.entries().iter().copied()).collect(), S::DIM)
 }
 
 /// Reads vectors, one per row.
@@ -89,31 +90,31 @@ impl GivenMesh {
     }
 }
 
-/// Makes points (n, 2), triangles (m, 3) and the edges (k, 2) of each side.
-pub(crate) fn mesh<'py>(py: Python<'py>, mesh: &TriMesh) -> PyResult<Bound<'py, PyDict>> {
+/// Makes points (n, 2), triangles (m, 3) and the edges (k, 2) of each side; of solids points (n, 3), tetrahedra (m, 4) and faces (k, 3).
+pub(crate) fn mesh<'py, S: Space>(py: Python<'py>, mesh: &Mesh<S>) -> PyResult<Bound<'py, PyDict>> {
     let node = |n: NodeId| n.index() as i64;
-    let edges = mesh.topology().facets();
-    let side = |ids: &[FacetId]| ids.iter().flat_map(|edge| edges[*edge].map(node)).collect();
+    let facets = mesh.topology().facets();
+    let side = |ids: &[FacetId]| ids.iter().flat_map(|facet| facets[*facet]).map(node).collect();
     let sides = mesh.groups().iter().map(|(name, ids)| (name.as_str(), side(ids)));
-    let triangles = mesh.cells().as_flattened().iter().map(|n| node(*n));
-    of_parts(py, mesh.points(), triangles.collect(), sides)
+    let cells = mesh.cells().iter().flat_map(|cell| *cell).map(node);
+    of_parts::<S>(py, mesh.points(), cells.collect(), sides)
 }
 
 /// Makes a dict of a mesh.
 ///
-/// * `triangles`: three nodes each; `sides`: names, and the two nodes of each edge.
-pub(crate) fn of_parts<'py, 'a>(
+/// * `cells`: the nodes of each; `sides`: names, and the nodes of each facet.
+pub(crate) fn of_parts<'py, 'a, S: Space>(
     py: Python<'py>,
-    points: &[Vector],
-    triangles: Vec<i64>,
+    points: &[S::Vector],
+    cells: Vec<i64>,
     sides: impl Iterator<Item = (&'a str, Vec<i64>)>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (made, by_name) = (PyDict::new(py), PyDict::new(py));
     for (name, ends) in sides {
-        by_name.set_item(name, rows(py, ends, 2)?)?;
+        by_name.set_item(name, rows(py, ends, S::DIM)?)?;
     }
-    made.set_item("points", vectors(py, points)?)?;
-    made.set_item("triangles", rows(py, triangles, 3)?)?;
+    made.set_item("points", vectors::<S>(py, points)?)?;
+    made.set_item(S::WORDS.cells, rows(py, cells, 1 + S::DIM)?)?;
     made.set_item("sides", by_name)?;
     Ok(made)
 }

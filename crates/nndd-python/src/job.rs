@@ -106,10 +106,8 @@ fn described(event: &Event<'_>) -> Option<Value> {
         Event::Step(step) => {
             ("mesh", adaptive_row(step).map_or_else(|| without_bound(step), |row| json!(row)))
         }
-        Event::LoadStep { step, of, .. } => ("load_step", json!({ "step": step, "of": of })),
-        Event::Value { value, solved, .. } => {
-            ("value", json!({ "value": value, "status": solved.status.word }))
-        }
+        Event::LoadStep { step, of } => ("load_step", json!({ "step": step.step, "of": of })),
+        Event::Value { value, status, .. } => ("value", json!({ "value": value, "status": status.word })),
         _ => return None,
     };
     value.as_object_mut()?.insert("event".into(), kind.into());

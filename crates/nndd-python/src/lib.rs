@@ -13,13 +13,14 @@ mod solution;
 mod source;
 mod tree;
 
-use case_io::case::mesh_of_generator;
+use case_io::case::{AnyCase, is_solid_generator, mesh_of_generator, solid_mesh_of_generator};
 use fem_core::geometry::Vector;
+use fem_core::space::Plane;
 use json::loads;
 use mesh_io::{MeshFile, RegionOptions};
 use nndd_report::run::{self, Source};
 use nndd_report::sweep::{SweepOptions, sweep_of};
-use nndd_report::{Failure, certify, view};
+use nndd_report::{Failure, ReportSpace, certify, view};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -135,7 +136,7 @@ impl Case {
             .map(|all| all.iter().map(|array| Ok(array.to_vec()?)).collect::<PyResult<Vec<Vec<f64>>>>())
             .transpose()?;
         let (numbers, found, problem) = self.work(py, threads, None, move |source, host| {
-            let case = source.read(&run::overrides(&set.0)?)?;
+            let case = certify::plane(source.read(&run::overrides(&set.0)?)?)?;
             let (problem, _) = run::build_last(&case, host)?;
             let bodies = (0..).zip(&mut fields);
             bodies.for_each(|(body, field)| source::to_mesh(&case, body, field, Vector::zeros()));
@@ -156,8 +157,10 @@ impl Case {
 
     /// Returns points, triangles and sides of the mesh of a body, as the case describes it.
     fn mesh<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyDict>> {
-        let mesh = self.work(py, 1, None, move |source, _| Ok(source.read(&[])?.mesh_of(body)?))?;
-        arrays::mesh(py, &mesh)
+        match self.work(py, 1, None, move |source, _| source.read(&[]))? {
+            AnyCase::Plane(case) => mesh_of(py, case, body),
+            AnyCase::Solid(case) => mesh_of(py, case, body),
+        }
     }
 }
 
@@ -165,7 +168,19 @@ impl Case {
 #[pyfunction]
 fn generate<'py>(py: Python<'py>, keys: &Bound<'py, PyMapping>) -> PyResult<Bound<'py, PyDict>> {
     let keys = Reading::default().table(keys, "generator")?;
+    if is_solid_generator(&keys) {
+        return arrays::mesh(py, &job::run(py, 1, None, move |_| Ok(solid_mesh_of_generator(&keys)?))?);
+    }
     arrays::mesh(py, &job::run(py, 1, None, move |_| Ok(mesh_of_generator(&keys)?))?)
+}
+
+/// Makes the arrays of the mesh of a body.
+fn mesh_of<S: ReportSpace>(
+    py: Python<'_>,
+    case: Box<case_io::Case<S>>,
+    body: usize,
+) -> PyResult<Bound<'_, PyDict>> {
+    arrays::mesh(py, &job::run(py, 1, None, move |_| Ok(case.mesh_of(body)?))?)
 }
 
 /// Reads a mesh file: points (n, 2), triangles (m, 3), edges by side, numbers of triangles by region, and notes.
@@ -189,7 +204,7 @@ fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyDict>, Vec<
     let numbers = |nodes: &[u32]| nodes.iter().map(|n| i64::from(*n)).collect();
     let sides = region.sides().map(|(name, edges)| (name, numbers(edges.as_flattened())));
     let triangles = numbers(region.triangles().as_flattened());
-    let made = arrays::of_parts(py, region.points(), triangles, sides)?;
+    let made = arrays::of_parts::<Plane>(py, region.points(), triangles, sides)?;
     let cells = PyDict::new(py);
     for (name, numbers) in regions {
         cells.set_item(name, PyArray1::from_vec(py, numbers))?;

@@ -3,24 +3,40 @@
 use crate::arrays;
 use crate::job;
 use case_io::Case;
+use case_io::case::AnyCase;
 use case_io::table::ContactRow;
+use mesh_io::vtu::VtuArray;
 use nndd_report::memory_limit;
 use nndd_report::notes::of_problem;
 use nndd_report::run::{self, Source};
 use nndd_report::verdict::verdict;
-use nndd_report::{Failure, Host, RunDirectory, Solved, Stopwatch, check, files, memory, view};
+use nndd_report::{Failure, Host, ReportSpace, RunDirectory, Solved, Stopwatch, check, files, memory, view};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::{Map, Value};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 
+/// What a solution shows, of the plane or of solids.
+pub(crate) trait Shown: Send + Sync {
+    /// Returns the text of report.json, the verdict and the warnings.
+    fn said(&self) -> (&str, &str, &[String]);
+    /// Makes points, cells and sides of the last mesh of a body.
+    fn mesh<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyDict>>;
+    /// Makes a field of a body.
+    fn field(&self, body: usize, name: &str) -> Option<VtuArray>;
+    /// Makes the rows of contact.csv of a pair.
+    fn contact(&self, pair: usize) -> Vec<ContactRow>;
+    /// Writes what the command writes; returns the names of the files.
+    fn save(&self, directory: &Path, force: bool, host: &mut dyn Host) -> Result<Vec<String>, Failure>;
+}
+
 /// The result of a run, with the data to write its files.
-pub(crate) struct Run {
-    case: Case,
-    solved: Solved,
+struct Run<S: ReportSpace> {
+    case: Case<S>,
+    solved: Solved<S>,
     watch: Stopwatch,
     about: Map<String, Value>,
     /// Contents of report.json.
@@ -44,20 +60,64 @@ impl Drop for Kept {
     }
 }
 
+impl<S: ReportSpace> Shown for Run<S> {
+    fn said(&self) -> (&str, &str, &[String]) {
+        (&self.report, self.verdict.trim(), &self.warnings)
+    }
+
+    fn mesh<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyDict>> {
+        arrays::mesh(py, view::problem(&self.solved).bodies[body].mesh())
+    }
+
+    fn field(&self, body: usize, name: &str) -> Option<VtuArray> {
+        view::field(&self.case, &self.solved, body, name)
+    }
+
+    fn contact(&self, pair: usize) -> Vec<ContactRow> {
+        view::contact(&self.solved, pair)
+    }
+
+    fn save(&self, directory: &Path, force: bool, host: &mut dyn Host) -> Result<Vec<String>, Failure> {
+        let mut place = RunDirectory::open(&self.case, directory, force)?;
+        if let Some((earlier, _)) = &self.kept.files {
+            place.copy_from(earlier)?;
+        }
+        let mut about = self.about.clone();
+        about.insert("output".into(), directory.display().to_string().into());
+        let mut watch = self.watch.clone();
+        Ok(files::write(&self.case, &self.solved, place, about, &mut watch, host)?.files)
+    }
+}
+
 /// Solves a case as the command does, in a temporary directory.
-pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) -> Result<Run, Failure> {
-    let mut watch = Stopwatch::start(host.elapsed());
+pub(crate) fn solve(
+    source: &dyn Source,
+    set: &[String],
+    host: &mut dyn Host,
+) -> Result<Arc<dyn Shown>, Failure> {
+    let watch = Stopwatch::start(host.elapsed());
     let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
-    let case = source.read(&run::overrides(set)?)?;
-    let (mut problem, notes) = run::build(&case, host)?;
-    run::begins(&case, "the question whether the bodies are held", host);
-    check::held(&case, &mut problem)?;
-    let warnings = case.warnings().iter().map(ToString::to_string).collect();
     let mut about = Map::new();
     about.insert("host".into(), memory_limit::host().into());
     about.insert("threads".into(), rayon::current_num_threads().into());
     about.insert("overrides".into(), set.into());
     about.insert("started".into(), started.into());
+    Ok(match source.read(&run::overrides(set)?)? {
+        AnyCase::Plane(case) => Arc::new(run_case(*case, about, watch, host)?),
+        AnyCase::Solid(case) => Arc::new(run_case(*case, about, watch, host)?),
+    })
+}
+
+fn run_case<S: ReportSpace>(
+    case: Case<S>,
+    mut about: Map<String, Value>,
+    mut watch: Stopwatch,
+    host: &mut dyn Host,
+) -> Result<Run<S>, Failure> {
+    let (mut problem, notes) = run::build(&case, host)?;
+    run::begins(&case, "the question whether the bodies are held", host);
+    check::held(&case, &mut problem)?;
+    let warnings = case.warnings().iter().map(ToString::to_string).collect();
     about.insert("memory_estimate".into(), memory::estimate(&problem).round().into());
     let folder = tempfile::tempdir()?;
     let mut place = RunDirectory::open(&case, folder.path(), false)?;
@@ -75,12 +135,12 @@ pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) ->
 /// A solved case.
 #[pyclass(frozen, module = "nndd._nndd")]
 pub(crate) struct Solution {
-    run: Arc<Run>,
+    run: Arc<dyn Shown>,
 }
 
 impl Solution {
-    pub(crate) fn new(run: Run) -> Self {
-        Self { run: Arc::new(run) }
+    pub(crate) fn new(run: Arc<dyn Shown>) -> Self {
+        Self { run }
     }
 }
 
@@ -88,43 +148,44 @@ impl Solution {
 impl Solution {
     /// Returns the text of report.json.
     fn report(&self) -> &str {
-        &self.run.report
+        self.run.said().0
     }
 
     /// Returns two sentences: how the run ended, and what is certified.
     fn verdict(&self) -> &str {
-        self.run.verdict.trim()
+        self.run.said().1
     }
 
     /// Lists what is allowed in the case and probably not meant.
     fn warnings(&self) -> Vec<String> {
-        self.run.warnings.clone()
+        self.run.said().2.to_vec()
     }
 
-    /// Returns points, triangles and sides of the last mesh of a body.
+    /// Returns points, cells and sides of the last mesh of a body.
     fn mesh<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyDict>> {
-        arrays::mesh(py, view::problem(&self.run.solved).bodies[body].mesh())
+        self.run.mesh(py, body)
     }
 
     /// Returns a field of a body; `None` without an estimate, and if it is unknown.
     fn field<'py>(&self, py: Python<'py>, body: usize, name: String) -> PyResult<Option<Bound<'py, PyAny>>> {
         let run = Arc::clone(&self.run);
-        let made = job::run(py, 0, None, move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
+        let made = job::run(py, 0, None, move |_| Ok(run.field(body, &name)))?;
         made.map(|field| arrays::field(py, field)).transpose()
     }
 
     /// Returns the columns of contact.csv of a pair.
     fn contact<'py>(&self, py: Python<'py>, pair: usize) -> PyResult<Bound<'py, PyDict>> {
         let run = Arc::clone(&self.run);
-        let rows = job::run(py, 1, None, move |_| Ok(view::contact(&run.solved, pair)))?;
+        let rows = job::run(py, 1, None, move |_| Ok(run.contact(pair)))?;
         let dict = PyDict::new(py);
         let put = |name: &str, of: &dyn Fn(&ContactRow) -> Option<f64>| {
             let values: Option<Vec<f64>> = rows.iter().map(of).collect();
             values.map_or(Ok(()), |values| dict.set_item(name, PyArray1::from_vec(py, values)))
         };
-        put("s", &|row| Some(row.s))?;
+        put("s", &|row| row.s)?;
         put("x", &|row| Some(row.x))?;
         put("y", &|row| Some(row.y))?;
+        put("z", &|row| row.z)?;
         put("gap", &|row| Some(row.gap))?;
         put("opening", &|row| Some(row.opening))?;
         put("pressure", &|row| Some(row.pressure))?;
@@ -144,25 +205,22 @@ impl Solution {
     /// Writes what the command writes; returns the names of the files.
     fn save(&self, py: Python<'_>, directory: PathBuf, force: bool) -> PyResult<Vec<String>> {
         let run = Arc::clone(&self.run);
-        job::run(py, 0, None, move |host| {
-            let mut place = RunDirectory::open(&run.case, &directory, force)?;
-            if let Some((earlier, _)) = &run.kept.files {
-                place.copy_from(earlier)?;
-            }
-            let mut about = run.about.clone();
-            about.insert("output".into(), directory.display().to_string().into());
-            let mut watch = run.watch.clone();
-            Ok(files::write(&run.case, &run.solved, place, about, &mut watch, host)?.files)
-        })
+        job::run(py, 0, None, move |host| run.save(&directory, force, host))
     }
 }
 
 /// Checks a case; returns what `nndd check --format json` prints.
 pub(crate) fn check(source: &dyn Source, set: &[String], host: &dyn Host) -> Result<Value, Failure> {
-    let case = source.read(&run::overrides(set)?)?;
-    let (problem, mut notes) = run::build(&case, host)?;
-    notes.extend(of_problem(&case, &problem));
-    run::begins(&case, "the checks of loads, supports and free motions", host);
-    let bodies = nndd_report::check::check(&case, &problem)?;
-    Ok(nndd_report::check::summary(&case, &problem, &bodies, &notes))
+    match source.read(&run::overrides(set)?)? {
+        AnyCase::Plane(case) => check_case(&case, host),
+        AnyCase::Solid(case) => check_case(&case, host),
+    }
+}
+
+fn check_case<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<Value, Failure> {
+    let (problem, mut notes) = run::build(case, host)?;
+    notes.extend(of_problem(case, &problem));
+    run::begins(case, "the checks of loads, supports and free motions", host);
+    let bodies = nndd_report::check::check(case, &problem)?;
+    Ok(nndd_report::check::summary(case, &problem, &bodies, &notes))
 }

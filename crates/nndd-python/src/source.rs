@@ -3,6 +3,7 @@
 use crate::arrays::GivenMesh;
 use crate::job;
 use case_io::Case;
+use case_io::case::AnyCase;
 use case_io::case_file::Table;
 use mesh_io::MeshFile;
 use nndd_report::Failure;
@@ -19,12 +20,15 @@ pub(crate) struct Keys {
 }
 
 impl Source for Keys {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
-        Ok(Case::of_table(self.table.clone(), "problem", overrides)?)
+    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
+        Ok(AnyCase::of_table(self.table.clone(), "problem", overrides)?)
     }
 
-    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
-        let mut case = self.parse(overrides)?;
+    fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
+        let mut case = match self.parse(overrides)? {
+            AnyCase::Plane(case) => case,
+            solid @ AnyCase::Solid(_) => return Ok(solid),
+        };
         // Arrays of Python are read with the lock on the interpreter, which the thread that called can take.
         let meshes = Arc::clone(&self.meshes);
         let arrays =
@@ -35,7 +39,7 @@ impl Source for Keys {
         made.into_iter().enumerate().for_each(|(k, mesh)| case.give_mesh(name(k), mesh));
         drop(arrays);
         case.read_mesh_files(Path::new(""))?;
-        Ok(case)
+        Ok(AnyCase::Plane(case))
     }
 }
 
@@ -53,11 +57,11 @@ pub(crate) fn to_mesh<T: Copy>(case: &Case, body: usize, values: &mut Vec<T>, ab
 pub(crate) struct File(pub(crate) PathBuf);
 
 impl Source for File {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
         nndd_report::run::CaseFile::open(&self.0)?.parse(overrides)
     }
 
-    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+    fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
         nndd_report::run::CaseFile::open(&self.0)?.read(overrides)
     }
 }

@@ -1,17 +1,15 @@
 //! The fields of a body by name, as its ParaView file has them.
 
-use crate::figures;
 use crate::solved::Fields;
+use crate::space::ReportSpace;
 use case_io::Case;
-use case_io::case::MaterialLaw;
 use cre_estimator::Estimate;
 use fem_core::body::Body;
 use fem_core::directions::Directions;
 use fem_core::field;
-use fem_core::geometry::{Vector, norm};
+use fem_core::geometry::norm;
 use fem_core::interface::Partner;
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::tensor::SymTensor2;
+use fem_core::material::LinearElastic;
 use mesh_io::vtu::VtuArray;
 use rayon::prelude::*;
 
@@ -22,7 +20,7 @@ const FEWEST_PER_TASK: usize = 4096;
 pub(crate) const AT_POINTS: [&str; 4] =
     ["displacement", "reaction", "stress_recovered", "von_mises_recovered"];
 
-/// Fields in the triangles, in the order of the files.
+/// Fields in the cells, in the order of the files.
 pub(crate) const IN_CELLS: [&str; 10] = [
     "stress",
     "stress_equilibrated",
@@ -37,16 +35,16 @@ pub(crate) const IN_CELLS: [&str; 10] = [
 ];
 
 /// The data from which the fields of a body are computed.
-pub(crate) struct BodyFields<'a> {
-    pub(crate) case: &'a Case,
-    pub(crate) solution: &'a Fields<'a>,
-    pub(crate) estimate: &'a Estimate,
+pub(crate) struct BodyFields<'a, S: ReportSpace> {
+    pub(crate) case: &'a Case<S>,
+    pub(crate) solution: &'a Fields<'a, S>,
+    pub(crate) estimate: &'a Estimate<S>,
     /// Its number in the case file.
     pub(crate) body: usize,
 }
 
-impl BodyFields<'_> {
-    fn model(&self) -> &Body {
+impl<S: ReportSpace> BodyFields<'_, S> {
+    fn model(&self) -> &Body<S> {
         &self.solution.problem.bodies[self.body]
     }
 
@@ -68,41 +66,35 @@ impl BodyFields<'_> {
             |of: &(dyn Fn(usize) -> f64 + Sync)| VtuArray::scalars(name, cells.clone().map(of).collect());
         let integers =
             |of: &(dyn Fn(usize) -> usize + Sync)| VtuArray::integers(name, cells.clone().map(of).collect());
-        // Not known for a given plane stiffness in plane strain.
-        let with_zz =
-            |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
         let (stress, means) = (&fields.stress, &self.estimate.mean_stress[self.body]);
         let place_of = |places: &[usize], t: usize| places[model.materials().index(t)];
         Some(match name {
             "displacement" => VtuArray::vectors(name, &fields.displacement),
             "reaction" => VtuArray::vectors(name, &self.reactions()),
             "stress_recovered" => {
-                let of = |(law, s): (&LinearElastic, SymTensor2)| {
-                    six(s, law.out_of_plane_stress(s).unwrap_or(0.0))
-                };
-                VtuArray::tensors(name, self.recovered()?.into_iter().map(of).collect())
+                let recovered = self.recovered()?.into_iter();
+                VtuArray::tensors(name, recovered.map(|(law, s)| S::six_stresses(law, s)).collect())
             }
             "von_mises_recovered" => {
                 let values: Option<Vec<f64>> =
-                    self.recovered()?.into_iter().map(|(law, s)| law.von_mises(s)).collect();
+                    self.recovered()?.into_iter().map(|(law, s)| S::von_mises(law, s)).collect();
                 VtuArray::scalars(name, values?)
             }
-            "stress" => tensors(&|t| with_zz(t, stress[t])),
-            "stress_equilibrated" => tensors(&|t| with_zz(t, means[t])),
+            "stress" => tensors(&|t| S::six_stresses(model.material(t), stress[t])),
+            "stress_equilibrated" => tensors(&|t| S::six_stresses(model.material(t), means[t])),
             "strain" => {
                 let places = self.case.material_places(self.body);
-                tensors(&|t| {
-                    let zz = out_of_plane_strain(self.case, place_of(&places, t), stress[t]);
-                    six(model.material(t).strain(stress[t]), zz)
-                })
+                tensors(&|t| S::six_strains(self.case, place_of(&places, t), model.material(t), stress[t]))
             }
-            "error_density" => VtuArray::scalars(name, figures::error_density(self.solution, self.body)),
+            "error_density" => scalars(&|t| self.estimate.cre.by_cell[self.body][t] / mesh.measure(t)),
             "error_density_mesh" => {
                 scalars(&|t| self.estimate.cre.discretisation_by_cell[self.body][t] / mesh.measure(t))
             }
             // Constant in the cell: its energy density.
             "error_density_iteration" => scalars(&|t| {
-                let d = fields.equilibrated.finite_element[t].minus(stress[t]);
+                let (made, of): (S::Components<f64>, S::Components<f64>) =
+                    (fields.equilibrated.finite_element[t].into(), stress[t].into());
+                let d = S::Tensor::from(S::components(|k| made[k] - of[k]));
                 model.material(t).complementary(d, d)
             }),
             "material_id" => {
@@ -110,13 +102,13 @@ impl BodyFields<'_> {
                 integers(&|t| place_of(&places, t))
             }
             "element_id" => {
-                let numbers = self.case.element_numbers(self.body, mesh);
+                let numbers = S::element_numbers(self.case, self.body, self.solution);
                 integers(&|t| numbers.map_or(t, |numbers| numbers[t] as usize))
             }
             "body_id" => integers(&|_| self.body),
             "von_mises" => {
                 let values: Option<Vec<f64>> =
-                    cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
+                    cells.clone().map(|t| S::von_mises(model.material(t), stress[t])).collect();
                 VtuArray::scalars(name, values?)
             }
             _ => return None,
@@ -124,7 +116,7 @@ impl BodyFields<'_> {
     }
 
     /// Returns the recovered stress at each node, with its material.
-    fn recovered(&self) -> Option<Vec<(&LinearElastic, SymTensor2)>> {
+    fn recovered(&self) -> Option<Vec<(&LinearElastic<S>, S::Tensor)>> {
         let model = self.model();
         let recovered = self.solution.results.as_ref()?.recovered.get(self.body)?;
         Some(recovered.by_node(model).into_iter().map(|(m, s)| (&model.materials().list()[m], s)).collect())
@@ -132,21 +124,21 @@ impl BodyFields<'_> {
 
     /// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are
     /// held or in contact, so that nothing but round-off is left out.
-    fn reactions(&self) -> Vec<Vector> {
+    fn reactions(&self) -> Vec<S::Vector> {
         let (solution, model) = (self.solution, self.model());
         let residual = field::nodal_residual(model, &self.estimate.pair.bodies[self.body].displacement);
         let held = model.node_constraints().iter().zip(&residual);
-        let mut forces: Vec<Vector> = held.map(|(node, force)| node.held.project(*force)).collect();
+        let mut forces: Vec<S::Vector> = held.map(|(node, force)| node.held.project(*force)).collect();
         for side in model.rigid_sides() {
             for (node, load) in side.nodes.iter().zip(&side.forces) {
-                forces[*node] += load;
+                forces[*node] += *load;
             }
         }
         for (k, side) in solution.problem.sides_of(Partner::Body(self.body)) {
             for pair in solution.problem.contacts[k].interface.pairs() {
                 let node = pair.nodes[side].index();
                 let slides = !solution.problem.contacts[k].friction.acts();
-                let held: Directions = match model.node_constraints()[node].held.is_none() && slides {
+                let held: Directions<S> = match model.node_constraints()[node].held.is_none() && slides {
                     true => Directions::along(pair.normal / norm(pair.normal)),
                     false => Directions::ALL,
                 };
@@ -154,21 +146,5 @@ impl BodyFields<'_> {
             }
         }
         forces
-    }
-}
-
-/// A tensor in VTK's order.
-fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
-    [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
-}
-
-/// `ε_zz`: 0 in plane strain, `−ν/E (σ_xx + σ_yy)` in plane stress of an isotropic material; 0, too, if the plane
-/// constants do not say it.
-fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 {
-    match (case.model.hypothesis, &case.materials[material].law) {
-        (Hypothesis::PlaneStress, MaterialLaw::Isotropic { young, poisson }) => {
-            -poisson / young * (stress.xx + stress.yy)
-        }
-        _ => 0.0,
     }
 }

@@ -3,24 +3,26 @@
 use crate::failure::Failure;
 use crate::memory;
 use crate::motion::{member, moves};
+use crate::space::ReportSpace;
 use crate::words::ROUNDING;
 use case_io::Case;
 use case_io::case::{BodyCase, Factors};
 use certified_contact::SolveError;
 use fem_core::assembly::{AssemblyError, external_forces};
 use fem_core::body::{Body, RigidMotion, RigidSide};
-use fem_core::geometry::Vector;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactProblem, Partner};
 use fem_core::prepared::PrepareError;
+use fem_core::space::{Plane, Space};
 use serde_json::{Value, json};
 
 /// The parts of a body of a case.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct CheckedBody {
+pub struct CheckedBody<S: Space = Plane> {
     /// Its name.
     pub name: String,
-    /// Its sides, each with the number of its edges.
+    /// Its sides, each with the number of its facets.
     pub sides: Vec<(String, usize)>,
     /// Number of conditions that support it.
     pub supports: usize,
@@ -30,9 +32,9 @@ pub struct CheckedBody {
     pub held_nodes: usize,
     /// Number of conditions that load it: tractions, rigid sides with a force or a moment, and a body force.
     pub loads: usize,
-    /// Resultant of its loads, N/m.
-    pub resultant: Vector,
-    /// The smallest angle of its mesh, degrees.
+    /// Resultant of its loads, N/m, of solids N.
+    pub resultant: S::Vector,
+    /// The smallest angle of its mesh, of solids between two faces, degrees.
     pub smallest_angle: f64,
 }
 
@@ -40,10 +42,14 @@ pub struct CheckedBody {
 ///
 /// # Errors
 /// Bodies that the loads move and nothing holds.
-pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, Failure> {
+pub fn check<S: ReportSpace>(
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+) -> Result<Vec<CheckedBody<S>>, Failure> {
     balancing(case, problem)?;
-    let checked = |(k, (body, model)): (usize, (&BodyCase, &Body))| {
-        let loaded = |side: &&RigidSide| side.force != Vector::zeros() || side.moment != 0.0;
+    let checked = |(k, (body, model)): (usize, (&BodyCase<S>, &Body<S>))| {
+        let loaded =
+            |side: &&RigidSide<S>| side.force != S::Vector::ZERO || side.moment != S::Spin::default();
         Ok(CheckedBody {
             name: body.name.clone(),
             sides: model.mesh().groups().iter().map(|(name, edges)| (name.clone(), edges.len())).collect(),
@@ -52,7 +58,7 @@ pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, 
             held_nodes: model.node_constraints().iter().filter(|node| !node.supported().is_none()).count(),
             loads: body.tractions.len()
                 + model.rigid_sides().iter().filter(loaded).count()
-                + usize::from(model.body_force() != Vector::zeros()),
+                + usize::from(model.body_force() != S::Vector::ZERO),
             resultant: resultant_of(&external_forces(model)).ok_or_else(|| {
                 let source = AssemblyError::NotFinite { what: "the load" };
                 Failure::solve(case, &SolveError::Prepare(PrepareError::Assembly { body: k, source }))
@@ -64,15 +70,15 @@ pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, 
 }
 
 /// Adds forces, N/m; a component that is rounding is zero. `None` if they are too large.
-fn resultant_of(forces: &[Vector]) -> Option<Vector> {
-    let size: f64 = forces.iter().map(Vector::amax).sum();
-    let sum: Vector = forces.iter().sum();
-    let exact = sum.map(|c| if c.abs() <= ROUNDING * size { 0.0 } else { c });
+fn resultant_of<V: Coordinates>(forces: &[V]) -> Option<V> {
+    let size: f64 = forces.iter().map(V::largest).sum();
+    let sum: V = forces.iter().copied().sum();
+    let exact = V::of(|c| if sum[c].abs() <= ROUNDING * size { 0.0 } else { sum[c] });
     size.is_finite().then_some(exact)
 }
 
 /// Computes the resultant of all loads of a case, loads of obstacles included, N/m.
-pub fn resultant(problem: &ContactProblem, bodies: &[CheckedBody]) -> Vector {
+pub fn resultant<S: Space>(problem: &ContactProblem<S>, bodies: &[CheckedBody<S>]) -> S::Vector {
     let of_obstacles = problem.obstacles.iter().map(|obstacle| obstacle.force);
     bodies.iter().map(|body| body.resultant).chain(of_obstacles).sum()
 }
@@ -84,13 +90,13 @@ pub(crate) const MOST_NAMED: usize = 3;
 ///
 /// # Errors
 /// The bodies that move, with their motions and the load; a body that moves without strain where a load acts.
-pub fn held(case: &Case, problem: &mut ContactProblem) -> Result<(), Failure> {
+pub fn held<S: ReportSpace>(case: &Case<S>, problem: &mut ContactProblem<S>) -> Result<(), Failure> {
     problem.balancing = balancing(case, problem)?;
     Ok(())
 }
 
 /// Finds the forces that balance the loads, at the end of the last load step.
-fn balancing(case: &Case, problem: &ContactProblem) -> Result<Vec<f64>, Failure> {
+fn balancing<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> Result<Vec<f64>, Failure> {
     // Loads are linear in the factors: what holds at the ends of the load steps holds between them.
     let mut forces = None;
     for factors in case.step_ends() {
@@ -99,7 +105,7 @@ fn balancing(case: &Case, problem: &ContactProblem) -> Result<Vec<f64>, Failure>
     forces.map_or_else(|| balancing_under(case, problem), Ok)
 }
 
-fn balancing_under(case: &Case, problem: &ContactProblem) -> Result<Vec<f64>, Failure> {
+fn balancing_under<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> Result<Vec<f64>, Failure> {
     let support = certified_contact::support(problem).map_err(|error| Failure::solve(case, &error))?;
     match support.unresisted {
         Some(motion) => Err(Failure::solve(case, &SolveError::NotHeld { motion })),
@@ -108,24 +114,26 @@ fn balancing_under(case: &Case, problem: &ContactProblem) -> Result<Vec<f64>, Fa
 }
 
 /// Makes the problem with the loads at the end of a load step.
-pub(crate) fn with_factors(
-    case: &Case,
-    problem: &ContactProblem,
+pub(crate) fn with_factors<S: ReportSpace>(
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
     factors: &Factors,
-) -> Result<ContactProblem, Failure> {
-    let scaled = problem.with_factors(&|body, place| case.factor(factors, body, place));
-    scaled.map_err(|error| Failure::solve(case, &SolveError::Factors(error)))
+) -> Result<ContactProblem<S>, Failure> {
+    S::with_factors(case, problem, factors).map_err(|error| Failure::solve(case, &error))
 }
 
 /// Says what the motions are that nothing resists and no load drives.
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub(crate) fn free_motions(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failure> {
+pub(crate) fn free_motions<S: ReportSpace>(
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+) -> Result<Vec<String>, Failure> {
     let loaded = case.step_ends().pop().map(|factors| with_factors(case, problem, &factors)).transpose()?;
     let found = certified_contact::free_motions(loaded.as_ref().unwrap_or(problem));
     let found = found.map_err(|error| Failure::solve(case, &error))?;
-    let of_motion = |bodies: &Vec<(Partner, RigidMotion)>| {
+    let of_motion = |bodies: &Vec<(Partner, RigidMotion<S>)>| {
         let moves = bodies.iter().map(|(b, motion)| format!("{} {}", member(case, *b), moves(motion)));
         let mut words: Vec<String> = moves.take(MOST_NAMED).collect();
         words.extend(
@@ -139,21 +147,26 @@ pub(crate) fn free_motions(case: &Case, problem: &ContactProblem) -> Result<Vec<
 /// Makes one object of what a check found.
 ///
 /// * `notes`: about the case and the problem, see [`crate::run::build`] and [`crate::notes::of_problem`].
-pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], notes: &[String]) -> Value {
-    let body = |(k, body): (usize, &CheckedBody)| {
+pub fn summary<S: ReportSpace>(
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+    bodies: &[CheckedBody<S>],
+    notes: &[String],
+) -> Value {
+    let body = |(k, body): (usize, &CheckedBody<S>)| {
         let mesh = problem.bodies[k].mesh();
         let sides: serde_json::Map<String, Value> =
             body.sides.iter().map(|(name, edges)| (name.clone(), json!(edges))).collect();
         json!({
             "name": body.name,
             "nodes": mesh.points().len(),
-            "triangles": mesh.cells().len(),
+            S::WORDS.cells: mesh.cells().len(),
             "sides": sides,
             "supports": body.supports,
             "held_nodes": body.held_nodes,
             "rigid_sides": body.rigid_sides,
             "loads": body.loads,
-            "resultant": <[f64; 2]>::from(body.resultant),
+            "resultant": body.resultant.entries(),
             "smallest_angle": body.smallest_angle,
             "floating": problem.bodies[k].free_motion().is_some(),
         })
@@ -166,7 +179,7 @@ pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], no
             "obstacle": given.obstacle.is_some(),
             "free_motions": problem.obstacle_of(pair).map_or(0, |obstacle| obstacle.free_motions().len()),
             "pairs": pair.interface.pairs().len(),
-            "length": pair.interface.measure(),
+            S::EXTENT: pair.interface.measure(),
         })
     });
     json!({
@@ -174,7 +187,7 @@ pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], no
         "case": case.file_name(),
         "bodies": bodies.iter().enumerate().map(body).collect::<Vec<_>>(),
         "contact": contact.collect::<Vec<_>>(),
-        "resultant": <[f64; 2]>::from(resultant(problem, bodies)),
+        "resultant": resultant(problem, bodies).entries(),
         "memory_bytes": memory::estimate(problem).round() as u64,
         "notes": notes,
         "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),

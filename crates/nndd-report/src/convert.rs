@@ -2,6 +2,7 @@
 
 use case_io::Case;
 use case_io::case;
+use case_io::case::Dimension;
 use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
@@ -9,7 +10,7 @@ use fem_core::interface::ContactProblem;
 use nndd::{Acceleration, CoulombSettings, Method, NewtonSettings, NnddSettings, Weights};
 
 /// Makes the settings of a solve from the settings in a case.
-pub fn settings(case: &Case) -> Settings {
+pub fn settings<S: Dimension>(case: &Case<S>) -> Settings<S> {
     let solver = &case.solver;
     let mut settings = Settings::default();
     settings.imposed = imposed(solver.imposed);
@@ -41,7 +42,7 @@ pub fn settings(case: &Case) -> Settings {
 }
 
 /// Returns how far a case relaxes the stresses.
-pub fn relaxation(case: &Case) -> Relaxation {
+pub fn relaxation<S: Dimension>(case: &Case<S>) -> Relaxation {
     match case.estimator.until {
         None => Relaxation::Steps(case.estimator.relaxation),
         Some(until) => Relaxation::Tolerance { tolerance: until.tolerance, max_steps: until.max_steps },
@@ -49,7 +50,7 @@ pub fn relaxation(case: &Case) -> Relaxation {
 }
 
 /// Makes the settings of a solve with Coulomb friction from the settings in a case.
-pub fn coulomb(case: &Case) -> CoulombSettings {
+pub fn coulomb<S: Dimension>(case: &Case<S>) -> CoulombSettings {
     let mut settings = CoulombSettings::default();
     settings.tolerance = case.solver.friction_tolerance;
     settings.max_steps = case.solver.friction_steps;
@@ -58,12 +59,12 @@ pub fn coulomb(case: &Case) -> CoulombSettings {
 }
 
 /// Tells whether settings of the paper's iteration, or a number of iterations, choose it.
-fn asks_for_iteration(case: &Case) -> bool {
+fn asks_for_iteration<S: Dimension>(case: &Case<S>) -> bool {
     !case.given_update_settings().is_empty() || case.solver.stop.criterion == case::Criterion::Iterations
 }
 
 /// Returns the method that solves a problem: the one of the case, or what its `auto` chooses.
-pub fn method(case: &Case, problem: &ContactProblem) -> case::Method {
+pub fn method<S: Dimension>(case: &Case<S>, problem: &ContactProblem<S>) -> case::Method {
     match settings(case).method_for(problem) {
         Method::Nndd(_) => case::Method::Nndd,
         Method::NewtonNn(_) => case::Method::NewtonNn,
@@ -72,7 +73,7 @@ pub fn method(case: &Case, problem: &ContactProblem) -> case::Method {
 }
 
 /// Tells whether a case is solved exactly, without an iteration.
-pub(crate) fn is_exact(case: &Case, problem: &ContactProblem) -> bool {
+pub(crate) fn is_exact<S: Dimension>(case: &Case<S>, problem: &ContactProblem<S>) -> bool {
     method(case, problem) == case::Method::Exact
 }
 

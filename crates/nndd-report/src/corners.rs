@@ -62,7 +62,7 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
             "the largest {what} is at {} of body \"{}\" at {}, and grows without limit as the mesh gets finer",
             cause,
             case.bodies[body].name,
-            place(mesh.points()[node], mesh.diagonal())
+            place(mesh.points()[node].as_slice(), mesh.diagonal())
         )
     };
     let stress = infinite_stress(fields);

@@ -31,7 +31,7 @@ pub(crate) fn refined(
         let mut halved = edges.iter().filter(|[a, b]| topology.find_edge(*a, *b).is_none());
         let Some(first) = halved.next() else { continue };
         let count = 1 + halved.count();
-        let at = place(mesh.points()[first[0]], mesh.diagonal());
+        let at = place(mesh.points()[first[0]].as_slice(), mesh.diagonal());
         let sides = sides_at(mesh, edges);
         let of = match sides.is_empty() {
             true => "a side without a name".to_owned(),

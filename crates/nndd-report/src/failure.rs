@@ -1,6 +1,7 @@
 //! Why a run ended without a result: an exit status and messages.
 
 use crate::motion;
+use case_io::case::Dimension;
 use case_io::checkpoint::CheckpointError;
 use case_io::diagnostic::{Diagnostic, code, significant};
 use case_io::output::OutputError;
@@ -143,7 +144,7 @@ impl Failure {
     }
 
     /// Says which bodies nothing holds, how they move, and the load.
-    fn not_held(case: &Case, motion: &AssemblyMotion) -> Self {
+    fn not_held<S: Dimension>(case: &Case<S>, motion: &AssemblyMotion<S>) -> Self {
         let moves = motion.bodies.iter().map(|(b, moved)| {
             format!("{} is not held: it {}", motion::member(case, *b), motion::moves(moved))
         });
@@ -163,7 +164,7 @@ impl Failure {
     }
 
     /// Says why a body has no solution, with its name.
-    fn prepare(case: &Case, error: &PrepareError) -> Self {
+    fn prepare<S: Dimension>(case: &Case<S>, error: &PrepareError) -> Self {
         let name = |body: usize| &case.bodies[body].name;
         match error {
             PrepareError::Assembly { body, source: AssemblyError::Floating { motion } } => {
@@ -209,7 +210,7 @@ impl Failure {
     }
 
     /// Says why a solve made no sense, with the body's name.
-    pub(crate) fn solve(case: &Case, error: &SolveError) -> Self {
+    pub(crate) fn solve<S: Dimension>(case: &Case<S>, error: &SolveError<S>) -> Self {
         match error {
             SolveError::Prepare(error) => Self::prepare(case, error),
             SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {

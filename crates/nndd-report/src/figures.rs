@@ -23,7 +23,7 @@ use fem_core::parallel::each_task;
 use std::collections::BTreeSet;
 
 /// A named figure.
-pub(crate) struct Picture {
+pub struct Picture {
     pub(crate) name: String,
     pub(crate) svg: String,
     /// The text below the picture on the page.
@@ -261,10 +261,10 @@ fn opened(rows: &[ContactRow], pair: &ContactPair) -> (Vec<ContactRow>, Option<f
     let length = pair.interface.measure();
     let turn = |k: usize| {
         let row = &rows[(start + k) % n];
-        let turned = row.s - rows[start].s + if start + k >= n { length } else { 0.0 };
-        ContactRow { s: turned, ..row.clone() }
+        let turned = row.arc_length() - rows[start].arc_length() + if start + k >= n { length } else { 0.0 };
+        ContactRow { s: Some(turned), ..row.clone() }
     };
-    ((0..=n).map(turn).collect(), (start > 0).then(|| rows[start].s))
+    ((0..=n).map(turn).collect(), (start > 0).then(|| rows[start].arc_length()))
 }
 
 /// The distances of the contact nodes at rest, and by how much the displacements bring them together.

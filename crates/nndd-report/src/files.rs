@@ -1,7 +1,6 @@
 //! The files that a run writes.
 
 use crate::failure::Failure;
-use crate::figures;
 use crate::host::Host;
 use crate::html;
 use crate::outcome;
@@ -9,6 +8,7 @@ use crate::paraview;
 use crate::report::{self, contact_rows};
 use crate::resume::RunDirectory;
 use crate::solved::Solved;
+use crate::space::ReportSpace;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::checkpoint;
@@ -32,9 +32,9 @@ pub struct Written {
 ///
 /// # Errors
 /// Files that cannot be written.
-pub fn write(
-    case: &Case,
-    solved: &Solved,
+pub fn write<S: ReportSpace>(
+    case: &Case<S>,
+    solved: &Solved<S>,
     place: RunDirectory,
     run: Map<String, Value>,
     watch: &mut Stopwatch,
@@ -63,14 +63,14 @@ pub fn write(
 /// Makes the contents of report.json, without times.
 ///
 /// * `run`: what else `run` shall hold, such as the host.
-pub fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
+pub fn report<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, run: Map<String, Value>) -> Report {
     let mut run_info = describe(case, solved);
     run_info.extend(run);
     report::report(case, solved, run_info)
 }
 
 /// Lists with what a case was solved: `run` of report.json, as far as it is known here.
-fn describe(case: &Case, solved: &Solved) -> Map<String, Value> {
+fn describe<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>) -> Map<String, Value> {
     let mut run_info = Map::new();
     run_info.insert(CASE_HASH.into(), case.hash().into());
     run_info.insert("version".into(), env!("CARGO_PKG_VERSION").into());
@@ -91,9 +91,9 @@ fn describe(case: &Case, solved: &Solved) -> Map<String, Value> {
 }
 
 /// Writes tables, pictures, ParaView files and the page; everything but report.json.
-fn write_files(
-    case: &Case,
-    solved: &Solved,
+fn write_files<S: ReportSpace>(
+    case: &Case<S>,
+    solved: &Solved<S>,
     report: &Report,
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
@@ -118,7 +118,7 @@ fn write_files(
     }
     // The figures need no file, the fields need no figure.
     let (pictures, fields) = rayon::join(
-        || figures::of_solve(case, solution, &contact, report),
+        || S::pictures(case, solution, &contact, report),
         || write_fields(case, solved, report, directory),
     );
     fields?;
@@ -131,9 +131,9 @@ fn write_files(
 }
 
 /// Writes the files for ParaView, if the case asks for them.
-fn write_fields(
-    case: &Case,
-    solved: &Solved,
+fn write_fields<S: ReportSpace>(
+    case: &Case<S>,
+    solved: &Solved<S>,
     report: &Report,
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {

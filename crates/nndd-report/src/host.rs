@@ -1,9 +1,8 @@
 //! The interface between a run and the program around it.
 
 use crate::failure::Failure;
-use crate::solved::{RunResult, Solved};
-use case_io::Case;
 use case_io::case_file::Sweep;
+use case_io::report::{Status, StepSummary};
 use certified_contact::{IterationRecord, Phase, Step};
 
 /// The program around a run: its clock, its wish to end the run, its memory, and what it does when something happens.
@@ -72,12 +71,10 @@ pub enum Event<'a> {
     Step(&'a Step),
     /// A load step has been solved.
     LoadStep {
-        /// Its number, from 1.
-        step: usize,
+        /// Its entry in the report.
+        step: &'a StepSummary,
         /// The number of load steps.
         of: usize,
-        /// The solution of this step.
-        answer: &'a RunResult,
     },
     /// A panel of a sweep begins.
     Panel {
@@ -90,9 +87,11 @@ pub enum Event<'a> {
     Value {
         /// The value, as it was written.
         value: &'a str,
-        /// The case with this value.
-        case: &'a Case,
-        /// The result of its run.
-        solved: &'a Solved,
+        /// The last iteration of its run, without the bounds unless its certificate is valid.
+        row: Option<&'a IterationRecord>,
+        /// How its run ended.
+        status: &'a Status,
+        /// The choices that were made, see [`crate::verdict::choices`].
+        choices: &'a str,
     },
 }

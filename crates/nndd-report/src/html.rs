@@ -5,13 +5,14 @@ mod results;
 use crate::convert;
 use crate::figures::Picture;
 use crate::settings;
+use crate::space::ReportSpace;
 use crate::words::{self, one_line, plain, with_digits};
 use case_io::Case;
 use case_io::case::{Method, Units};
-use case_io::report::{Certificate, Checks, Coulomb, Report};
+use case_io::report::{Certificate, Checks, ContactSummary, Coulomb, Report};
 use cre_estimator::FieldCertificate;
-use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
+use fem_core::space::Plane;
 use results::results;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -44,7 +45,7 @@ pub(crate) fn of_field(
         ("energy norm of the admissible field", number(Some(found.estimate.energy_norm()))),
     ];
     let rows = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]);
-    table(&mut page, "Bound", &["part", &with_unit(case, "energy norm", Units::energy_norm)], rows);
+    table(&mut page, "Bound", &["part", &with_unit(case, "energy norm", Units::energy_norm::<Plane>)], rows);
     let failed = found.estimate.admissibility.failed();
     let failed: Vec<_> = failed.map(|(key, x)| vec![key.replace('_', " "), with_digits(x, 2)]).collect();
     if !failed.is_empty() {
@@ -58,7 +59,12 @@ pub(crate) fn of_field(
 /// Writes the page.
 ///
 /// * `problem`: on the last mesh.
-pub(crate) fn page(case: &Case, problem: &ContactProblem, report: &Report, pictures: &[Picture]) -> String {
+pub(crate) fn page<S: ReportSpace>(
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+    report: &Report,
+    pictures: &[Picture],
+) -> String {
     let mut page = head(case);
     verdict(&mut page, report);
     notes(&mut page, report);
@@ -87,7 +93,7 @@ pub(crate) fn page(case: &Case, problem: &ContactProblem, report: &Report, pictu
 }
 
 /// Begins a page with its title.
-fn head(case: &Case) -> String {
+fn head<S: ReportSpace>(case: &Case<S>) -> String {
     let title = escape(&one_line(if case.title.is_empty() { case.file_name() } else { &case.title }));
     let style = STYLE.replace('\n', "");
     format!(
@@ -98,7 +104,7 @@ fn head(case: &Case) -> String {
 }
 
 /// Writes how to reproduce this page. Times and the machine are left out, so that the page is the same every time.
-fn reproduce(page: &mut String, case: &Case, report: &Report) {
+fn reproduce<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
     let mut command = format!("nndd solve {}", shell_word(case.file_name()));
     let overrides = report.run.get("overrides").and_then(Value::as_array);
     for text in overrides.into_iter().flatten().filter_map(Value::as_str) {
@@ -158,24 +164,29 @@ fn table_of(page: &mut String, title: &str, heads: &[&str], rows: &mut dyn Itera
 }
 
 /// The sizes of the bodies on the last mesh.
-fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
+fn bodies<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report, angles: &[f64]) {
     let rows = report.bodies.iter().zip(angles).enumerate().map(|(k, (body, angle))| {
         let materials = case.materials_of(k).into_iter().map(|m| format!("{}: {}", m.name, m.summary()));
-        let [nodes, triangles, unknowns] = [body.nodes, body.triangles, body.unknowns].map(|n| n.to_string());
+        let cells = body.triangles.or(body.tetrahedra).unwrap_or_default();
+        let [nodes, triangles, unknowns] = [body.nodes, cells, body.unknowns].map(|n| n.to_string());
         let materials = materials.collect::<Vec<_>>().join("; ");
         vec![body.name.clone(), nodes, triangles, unknowns, format!("{angle:.1}°"), materials]
     });
-    table(page, "Bodies", &["body", "nodes", "triangles", "unknowns", "smallest angle", "material"], rows);
+    table(page, "Bodies", &["body", "nodes", S::WORDS.cells, "unknowns", "smallest angle", "material"], rows);
+    let measure = |contact: &ContactSummary| {
+        let length = contact.line.as_ref().map(|line| line.length);
+        number(length.or(contact.surface.as_ref().map(|surface| surface.area.total)))
+    };
     if let [contact] = report.contact.as_slice()
         && !contact.imposed.is_empty()
     {
         let _ = writeln!(
             page,
-            "<p>Contact line: {} pairs, length {}; λ is carried by {}.</p>",
+            "<p>{}: {} pairs, {} {}; λ is carried by {}.</p>",
+            sentence(S::INTERFACE).trim_end_matches('.'),
             contact.pairs,
-            escape(
-                format!("{} {}", number(Some(contact.length)), unit(case, |u| u.length.clone())).trim_end()
-            ),
+            S::EXTENT,
+            escape(format!("{} {}", measure(contact), unit(case, S::extent_unit)).trim_end()),
             escape(&contact.imposed)
         );
         return;
@@ -187,20 +198,20 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
         };
         let mut cells = vec![contact.name.clone(), partners, contact.pairs.to_string()];
         cells.push(contact.active.map_or_else(|| number(None), |active| active.to_string()));
-        cells.push(number(Some(contact.length)));
+        cells.push(measure(contact));
         let digits = words::certified_digits(certified(report));
         let shown = |x: Option<f64>| x.map_or_else(|| number(None), |x| with_digits(x, digits));
         cells.extend([contact.contact_force, contact.max_pressure].map(shown));
-        let place = |[x, y]: [f64; 2]| words::place(Vector::new(x, y), x.abs().max(y.abs()));
-        cells.push(contact.max_pressure_at.map_or_else(|| number(None), place));
+        let place = |at: &Vec<f64>| words::place(at, at.iter().fold(0.0, |most, x| x.abs().max(most)));
+        cells.push(contact.max_pressure_at.as_ref().map_or_else(|| number(None), place));
         cells
     });
     if !report.contact.is_empty() {
-        let length = with_unit(case, "length", |u| u.length.clone());
-        let force = with_unit(case, "∫ p ds", Units::line_force);
+        let extent = with_unit(case, S::EXTENT, S::extent_unit);
+        let force = with_unit(case, S::PRESSURE_INTEGRAL, S::force_unit);
         let pressure = with_unit(case, "largest pressure", Units::stress);
         let place = with_unit(case, "its place", |u| u.length.clone());
-        let heads = ["pair", "of", "nodes", "in contact", &length, &force, &pressure, &place];
+        let heads = ["pair", "of", "nodes", "in contact", &extent, &force, &pressure, &place];
         table(page, "Contact", &heads, rows);
     }
 }
@@ -260,26 +271,32 @@ fn figures(page: &mut String, pictures: &[Picture]) {
 }
 
 /// Writes the table of the parts of the bound.
-fn parts(page: &mut String, case: &Case, certificate: &Certificate) {
+fn parts<S: ReportSpace>(page: &mut String, case: &Case<S>, certificate: &Certificate) {
     page.push_str(
         "<h2>Parts of the bound</h2>\n<p>The squares of all but round-off add up to the square of the bound without \
          round-off.</p>\n",
     );
     let parts = &certificate.parts;
+    let finer = &*format!("a finer mesh at the {}", S::INTERFACE);
     let rows = [
         ("mesh", parts.mesh, "a finer mesh"),
         ("iteration, at most eta_nndd", parts.iteration, "more iterations"),
-        ("contact law, which holds at the nodes only", parts.contact, "a finer mesh at the contact line"),
-        ("lift on a bent contact line", parts.lift, "a finer mesh at the contact line"),
-        ("gap that bent edges cannot represent", parts.gap_data, "a finer mesh at the contact line"),
-        ("friction", parts.friction, "a finer mesh at the contact line"),
+        ("contact law, which holds at the nodes only", parts.contact, finer),
+        ("lift on a bent contact line", parts.lift, finer),
+        ("gap that bent edges cannot represent", parts.gap_data, finer),
+        ("friction", parts.friction, finer),
         ("round-off", parts.round_off, "nothing"),
     ];
     let rows = rows.into_iter().filter(|(_, value, _)| *value != Some(0.0));
     // Each is a bound.
     let shown = |value: Option<f64>| value.map_or_else(|| number(None), words::rounded_up);
     let rows = rows.map(|(name, value, cure)| vec![name.into(), shown(value), cure.into()]);
-    table(page, "", &["part", &with_unit(case, "energy norm", Units::energy_norm), "what lowers it"], rows);
+    table(
+        page,
+        "",
+        &["part", &with_unit(case, "energy norm", Units::energy_norm::<S>), "what lowers it"],
+        rows,
+    );
 }
 
 /// How the limit of Coulomb friction was found, and what is known of the residual.
@@ -313,12 +330,12 @@ fn checks(page: &mut String, title: &str, checks: &Checks) {
 }
 
 /// Returns a unit of the case; an empty text if it names none.
-fn unit(case: &Case, of: fn(&Units) -> String) -> String {
+fn unit<S: ReportSpace>(case: &Case<S>, of: fn(&Units) -> String) -> String {
     case.units.as_ref().map(of).unwrap_or_default()
 }
 
 /// Adds the unit to the name of a quantity, if the case names units.
-fn with_unit(case: &Case, what: &str, of: fn(&Units) -> String) -> String {
+fn with_unit<S: ReportSpace>(case: &Case<S>, what: &str, of: fn(&Units) -> String) -> String {
     case.units.as_ref().map_or_else(|| what.to_owned(), |units| format!("{what} [{}]", of(units)))
 }
 
@@ -328,12 +345,15 @@ fn certified(report: &Report) -> Option<f64> {
 }
 
 /// Writes the bounds of other quantities that follow from the certificate.
-fn bounds(page: &mut String, case: &Case, report: &Report) {
+fn bounds<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
     let Some(b) = report.certificate.as_ref().map(|found| &found.bounds) else { return };
     let rows = [
-        (with_unit(case, "energy norm", Units::energy_norm), b.energy_norm),
-        (with_unit(case, "potential energy", |u| u.force.clone()), b.potential_energy),
-        (with_unit(case, "contact force, ∫ p ds", Units::line_force), b.contact_force),
+        (with_unit(case, "energy norm", Units::energy_norm::<S>), b.energy_norm),
+        (with_unit(case, "potential energy", S::moment_unit), b.potential_energy),
+        (
+            with_unit(case, &format!("contact force, {}", S::PRESSURE_INTEGRAL), S::force_unit),
+            b.contact_force,
+        ),
     ];
     if rows.iter().all(|(_, bounds)| bounds.is_none()) {
         return;
@@ -345,7 +365,7 @@ fn bounds(page: &mut String, case: &Case, report: &Report) {
     table(
         page,
         "Bounds of the exact solution",
-        &["quantity, per unit thickness", "at least", "at most"],
+        &[&format!("quantity{}", S::PER_THICKNESS), "at least", "at most"],
         rows,
     );
     let reason = b.contact_force_reason.as_ref().filter(|_| !report.contact.is_empty());
@@ -355,7 +375,7 @@ fn bounds(page: &mut String, case: &Case, report: &Report) {
 }
 
 /// The meshes of an adaptive run.
-fn steps(page: &mut String, case: &Case, report: &Report) {
+fn steps<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
     if report.adaptive.is_empty() {
         return;
     }
@@ -367,11 +387,11 @@ fn steps(page: &mut String, case: &Case, report: &Report) {
         vec![step, nodes, pairs, shown(error), shown(relative), iterations]
     });
     let error = if report.coulomb.is_some() { "e_b" } else { "e_cre" };
-    let error = with_unit(case, error, Units::energy_norm);
+    let error = with_unit(case, error, Units::energy_norm::<S>);
     table(page, "Meshes", &["step", "nodes", "pairs", &error, "relative", "iterations"], rows);
 }
 
-fn iterations(page: &mut String, case: &Case, method: Method, report: &Report) {
+fn iterations<S: ReportSpace>(page: &mut String, case: &Case<S>, method: Method, report: &Report) {
     let forces: Vec<String> = match report.bodies.as_slice() {
         [first, second] => [first, second].map(|body| format!("contact force of {}", body.name)).into(),
         _ => ["first", "second"].map(|side| format!("contact force of the {side} bodies")).into(),
@@ -384,9 +404,9 @@ fn iterations(page: &mut String, case: &Case, method: Method, report: &Report) {
     let of_method: &[&str] = if in_steps { &["step", "inner"] } else { &["theta"] };
     let mut heads: Vec<String> =
         [&["it"], of_method, &["precision"]].concat().into_iter().map(Into::into).collect();
-    heads.extend(["eta_nndd", "eta_dis", "e_cre"].map(|what| with_unit(case, what, Units::energy_norm)));
+    heads.extend(["eta_nndd", "eta_dis", "e_cre"].map(|what| with_unit(case, what, Units::energy_norm::<S>)));
     heads.push("contact nodes".into());
-    heads.extend(forces.iter().map(|what| with_unit(case, what, Units::line_force)));
+    heads.extend(forces.iter().map(|what| with_unit(case, what, S::force_unit)));
     heads.push("contact problem".into());
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     let rows = report.iterations.iter().map(|row| {

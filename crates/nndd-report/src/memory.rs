@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::host::{Host, MemoryLimit};
+use crate::space::ReportSpace;
 use case_io::Case;
 use certified_contact::prefers_exact;
 use fem_core::body::Body;
@@ -14,35 +15,28 @@ const MARGIN: f64 = 1.1;
 /// Memory of a solved mesh with its fields and stresses, kept while the next one is solved, bytes per node.
 const KEPT_PER_NODE: f64 = 950.0;
 
-/// Bytes of the program itself; of the factor per n log₂ n; of mesh and fields per unknown; of three dense matrices per
-/// square of the pairs.
+/// Bytes of the program itself.
 const PROGRAM: f64 = 20e6;
-const FACTOR: f64 = 56.0;
-const FIELDS: f64 = 450.0;
-const INTERFACE: f64 = 3.0 * 8.0;
+/// Bytes of three dense matrices per square of the pairs.
+pub(crate) const INTERFACE: f64 = 3.0 * 8.0;
 
 /// Bytes of a body whatever its size, measured on walls of 500 and 2,000 blocks.
-const BODY: f64 = 6e4;
+pub(crate) const BODY: f64 = 6e4;
 
 /// A contact line is named if it makes the need this many times as large.
 const LONG_LINE: f64 = 2.0;
 
-/// The need grows as this power of the number of nodes.
-const POWER: f64 = 1.05;
-
 /// Estimates the memory of a solve from the number of nodes, bytes.
 ///
-/// Per body with n unknowns: the factor of a nested dissection grows as n log₂ n; the mesh with its topology, the fields
-/// of the estimator and its stars as n; then three dense interface matrices, and the program itself. The two numbers are
-/// fitted to what was measured from 2·10⁵ to 3.3·10⁶ unknowns: within 8 %, rather too much than too little.
-pub fn estimate(problem: &ContactProblem) -> f64 {
-    of_sizes(&sizes(problem))
+/// See [`ReportSpace::memory`] of each body; and the program itself.
+pub fn estimate<S: ReportSpace>(problem: &ContactProblem<S>) -> f64 {
+    of_sizes::<S>(&sizes(problem))
 }
 
 /// Estimates the memory of a solve on a finer mesh, while earlier solutions are kept, bytes.
 ///
 /// * `kept`: nodes of the meshes of these solutions.
-pub(crate) fn estimate_finer(problem: &ContactProblem, kept: usize) -> f64 {
+pub(crate) fn estimate_finer<S: ReportSpace>(problem: &ContactProblem<S>, kept: usize) -> f64 {
     estimate(problem) + KEPT_PER_NODE * kept as f64
 }
 
@@ -53,16 +47,12 @@ struct Size {
     pairs: usize,
 }
 
-fn of_sizes(bodies: &[Size]) -> f64 {
-    let of_body = |body: &Size| {
-        let (n, pairs) = (2.0 * body.nodes.max(1) as f64, body.pairs as f64);
-        FACTOR * n * n.log2() + FIELDS * n + INTERFACE * pairs * pairs + BODY
-    };
-    bodies.iter().map(of_body).sum::<f64>() + PROGRAM
+fn of_sizes<S: ReportSpace>(bodies: &[Size]) -> f64 {
+    bodies.iter().map(|body| S::memory(body.nodes, body.pairs)).sum::<f64>() + PROGRAM
 }
 
-fn sizes(problem: &ContactProblem) -> Vec<Size> {
-    let of_body = |(body, sides): (&Body, Vec<(usize, usize)>)| {
+fn sizes<S: ReportSpace>(problem: &ContactProblem<S>) -> Vec<Size> {
+    let of_body = |(body, sides): (&Body<S>, Vec<(usize, usize)>)| {
         let pairs = sides.into_iter().map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
         Size { nodes: body.mesh().points().len() as u64, pairs }
     };
@@ -75,21 +65,30 @@ fn sizes(problem: &ContactProblem) -> Vec<Size> {
 }
 
 /// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.
-pub(crate) fn check_counts(case: &Case, host: &dyn Host) -> Result<(), Failure> {
+pub(crate) fn check_counts<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<(), Failure> {
     let sizes: Vec<Size> = case.node_counts().into_iter().map(|nodes| Size { nodes, pairs: 0 }).collect();
     check(case, host, &sizes, None)
 }
 
 /// Refuses a problem that needs more memory than there may be.
-pub(crate) fn check_problem(case: &Case, problem: &ContactProblem, host: &dyn Host) -> Result<(), Failure> {
+pub(crate) fn check_problem<S: ReportSpace>(
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+    host: &dyn Host,
+) -> Result<(), Failure> {
     check(case, host, &sizes(problem), Some(problem.node_pairs()))
 }
 
 /// * `pairs`: of all contact lines, if they are known.
-fn check(case: &Case, host: &dyn Host, sizes: &[Size], pairs: Option<usize>) -> Result<(), Failure> {
-    let needed = of_sizes(sizes);
+fn check<S: ReportSpace>(
+    case: &Case<S>,
+    host: &dyn Host,
+    sizes: &[Size],
+    pairs: Option<usize>,
+) -> Result<(), Failure> {
+    let needed = of_sizes::<S>(sizes);
     let without: Vec<Size> = sizes.iter().map(|size| Size { pairs: 0, ..*size }).collect();
-    let line = pairs.filter(|_| needed > LONG_LINE * of_sizes(&without));
+    let line = pairs.filter(|_| needed > LONG_LINE * of_sizes::<S>(&without));
     let Some((needed, MemoryLimit { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
         return Ok(());
     };
@@ -99,13 +98,13 @@ fn check(case: &Case, host: &dyn Host, sizes: &[Size], pairs: Option<usize>) -> 
     let (what, fits, fix) = match line {
         None => (
             format!("{nodes} nodes"),
-            format!("{} nodes", two_digits(nodes as f64 * (limit / needed).powf(1.0 / POWER))),
-            "take fewer cells, or refine only where it is needed with [adapt]",
+            format!("{} nodes", two_digits(nodes as f64 * (limit / needed).powf(1.0 / S::MEMORY_POWER))),
+            S::FEWER_NODES,
         ),
         Some(pairs) => (
             format!("{pairs} pairs of contact nodes, and {nodes} nodes"),
             format!("{} pairs", two_digits(pairs as f64 * (limit / needed).sqrt())),
-            "take fewer edges along the contact line",
+            S::FEWER_PAIRS,
         ),
     };
     Err(Failure::limit(format!(
@@ -123,13 +122,13 @@ fn two_digits(count: f64) -> u64 {
 }
 
 /// Says why there is not enough memory; `None` if there is.
-pub(crate) fn no_room(case: &Case, needed: f64, host: &dyn Host) -> Option<String> {
+pub(crate) fn no_room<S: ReportSpace>(case: &Case<S>, needed: f64, host: &dyn Host) -> Option<String> {
     shortage(case, needed, host)
         .map(|(needed, room)| format!("about {} and {}", mebibytes(needed), room.words))
 }
 
 /// Returns the room that is too small, the case's limit first, and what there must be room for.
-fn shortage(case: &Case, needed: f64, host: &dyn Host) -> Option<(f64, MemoryLimit)> {
+fn shortage<S: ReportSpace>(case: &Case<S>, needed: f64, host: &dyn Host) -> Option<(f64, MemoryLimit)> {
     let allowed = case.limits.memory.as_ref().map(|limit| MemoryLimit {
         bytes: limit.value as f64,
         words: format!("limits.memory is {}", limit.written),

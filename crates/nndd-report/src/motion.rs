@@ -1,12 +1,15 @@
 //! Rigid motions in words.
 
+use crate::words::components;
 use case_io::Case;
+use case_io::case::Dimension;
 use fem_core::body::RigidMotion;
-use fem_core::geometry::shown;
+use fem_core::geometry::{Coordinates, shown};
 use fem_core::interface::Partner;
+use fem_core::space::Space;
 
 /// Names a body or an obstacle.
-pub(crate) fn member(case: &Case, of: Partner) -> String {
+pub(crate) fn member<S: Dimension>(case: &Case<S>, of: Partner) -> String {
     match of {
         Partner::Body(body) => format!("body \"{}\"", case.bodies[body].name),
         Partner::Obstacle(obstacle) => {
@@ -18,15 +21,14 @@ pub(crate) fn member(case: &Case, of: Partner) -> String {
 }
 
 /// Describes a rigid motion.
-pub(crate) fn moves(motion: &RigidMotion) -> String {
+pub(crate) fn moves<S: Space>(motion: &RigidMotion<S>) -> String {
     // Round-off is not shown.
-    let r = |x: f64| shown((x * 1e4).round() / 1e4 + 0.0);
-    let [x, y] = motion.translation.into();
-    let small = 1e-9 * motion.translation.norm();
-    if motion.spin.abs() <= small {
-        return format!("can move by ({}, {})", r(x), r(y));
+    let rounded = |v: S::Vector| components(v.entries(), |x| shown((x * 1e4).round() / 1e4 + 0.0));
+    match S::screw(motion.translation, motion.spin) {
+        None => format!("can move by {}", rounded(motion.translation)),
+        Some((arm, None)) => format!("can rotate about {}", rounded(motion.centre + arm)),
+        Some((arm, Some(axis))) => {
+            format!("can rotate about the axis {} through {}", rounded(axis), rounded(motion.centre + arm))
+        }
     }
-    // t + ω e_z × (x − c) = 0 at the centre of rotation.
-    let [a, b] = [motion.centre[0] - y / motion.spin, motion.centre[1] + x / motion.spin];
-    format!("can rotate about ({}, {})", r(a), r(b))
 }

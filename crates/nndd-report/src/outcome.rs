@@ -2,15 +2,15 @@
 
 use crate::failure::{FILES, INTERRUPTED, LIMIT, NOT_CERTIFIED};
 use crate::solved::RunResult;
-use crate::words::{counted, one_line, raised, short, with_digits};
+use crate::words::{components, counted, one_line, raised, short, with_digits};
 use case_io::Case;
-use case_io::case::{Acceleration, Criterion, Imposed, QpChoice, Theta, Weights};
+use case_io::case::{Acceleration, Criterion, Dimension, Imposed, QpChoice, Theta, Weights};
 use case_io::diagnostic::significant;
 use case_io::report::Status;
-use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Reaction, Results};
+use certified_contact::{CertifiedSolution, ContactSpace, CoulombResult, IterationRecord, Reaction, Results};
 use contact_qp::QpStatus;
 use cre_estimator::{Estimate, EstimatorError};
-use fem_core::geometry::norm;
+use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::ContactProblem;
 use nndd::{CoulombSolution, CoulombStatus, NnddStatus};
 
@@ -29,7 +29,11 @@ pub(crate) enum Ended {
 }
 
 /// Judges a finished run.
-fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
+fn judge<S: ContactSpace + Dimension>(
+    case: &Case<S>,
+    solution: &CertifiedSolution<S>,
+    ended: Option<Ended>,
+) -> Status {
     if let Some(lack @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
         return word("limit", LIMIT, format!("{lack}; take fewer cells"));
     }
@@ -41,14 +45,22 @@ fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Sta
 }
 
 /// Judges a finished run with any law.
-pub(crate) fn judge_answer(case: &Case, answer: &RunResult, ended: Option<Ended>) -> Status {
+pub(crate) fn judge_answer<S: ContactSpace + Dimension>(
+    case: &Case<S>,
+    answer: &RunResult<S>,
+    ended: Option<Ended>,
+) -> Status {
     match answer {
         RunResult::Certified(solution) => judge(case, solution, ended),
         RunResult::Coulomb(result) => judge_coulomb(case, result, ended),
     }
 }
 
-fn judge_coulomb(case: &Case, result: &CoulombResult, ended: Option<Ended>) -> Status {
+fn judge_coulomb<S: ContactSpace + Dimension>(
+    case: &Case<S>,
+    result: &CoulombResult<S>,
+    ended: Option<Ended>,
+) -> Status {
     let CoulombSolution { status, steps, changes, restarts, .. } = &result.solution;
     let counted = counted(*steps, "step");
     let tolerance = short(case.solver.friction_tolerance);
@@ -93,7 +105,7 @@ fn judge_coulomb(case: &Case, result: &CoulombResult, ended: Option<Ended>) -> S
 }
 
 /// Names the checks that fail, and what helps.
-fn uncertified(solution: &CertifiedSolution) -> String {
+fn uncertified<S: ContactSpace + Dimension>(solution: &CertifiedSolution<S>) -> String {
     let Some(estimate) = &solution.estimate else {
         return "no certificate could be computed; check the units of the data, which are too large or too small".into();
     };
@@ -101,7 +113,11 @@ fn uncertified(solution: &CertifiedSolution) -> String {
 }
 
 /// Names the checks of an estimate that fail, and what helps.
-fn failed_checks(found: (&ContactProblem, Option<&Results>), estimate: &Estimate, so: &str) -> String {
+fn failed_checks<S: ContactSpace + Dimension>(
+    found: (&ContactProblem<S>, Option<&Results<S>>),
+    estimate: &Estimate<S>,
+    so: &str,
+) -> String {
     let failed: Vec<_> = estimate.admissibility.failed().collect();
     let pin = loaded_node(found);
     // A violated balance explains the other failed checks, so it is named first.
@@ -113,7 +129,7 @@ fn failed_checks(found: (&ContactProblem, Option<&Results>), estimate: &Estimate
         }
         Some(("rigid_balance", ..)) => {
             "no contact pressure on these nodes keeps a body in balance that only contact holds: its load acts near the end of the \
-             contact; use finer edges there, or [adapt]"
+             contact; use a finer mesh there"
         }
         Some(("rotation", ..)) => {
             "a body that only contact holds turns so far that small displacements are no longer a fair assumption: hold it, \
@@ -134,21 +150,23 @@ fn failed_checks(found: (&ContactProblem, Option<&Results>), estimate: &Estimate
 }
 
 /// Says which support on a single node carries the largest force; `None` if there is no such support.
-fn loaded_node((problem, results): (&ContactProblem, Option<&Results>)) -> Option<String> {
+fn loaded_node<S: ContactSpace + Dimension>(
+    (problem, results): (&ContactProblem<S>, Option<&Results<S>>),
+) -> Option<String> {
     let reactions = &results?.reactions;
-    let on_node = |reaction: &&Reaction| {
+    let on_node = |reaction: &&Reaction<S>| {
         let supports = problem.bodies[reaction.body].supports();
         supports.iter().any(|set| set.group == reaction.on && set.nodes.len() == 1)
     };
-    let size = |reaction: &Reaction| norm(reaction.force);
+    let size = |reaction: &Reaction<S>| norm(reaction.force);
     let most = reactions.iter().filter(on_node).max_by(|a, b| size(a).total_cmp(&size(b)))?;
     (size(most) > 0.0).then(|| {
         format!(
-            "the support \"{}\" on a single node carries the force ({}, {}), which a point of an elastic body cannot: hold a \
-             side with edges, or let the loads balance",
+            "the support \"{}\" on a single node carries the force {}, which a point of an elastic body cannot: hold a \
+             side with {}, or let the loads balance",
             one_line(&most.on),
-            with_digits(most.force[0], 3),
-            with_digits(most.force[1], 3)
+            components(most.force.entries(), |x| with_digits(x, 3)),
+            S::WORDS.facets
         )
     })
 }
@@ -163,7 +181,11 @@ pub(crate) fn stalled(reason: impl Into<String>) -> Status {
     word("stalled", NOT_CONVERGED, reason)
 }
 
-fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
+fn of_iteration<S: Dimension>(
+    case: &Case<S>,
+    solution: &CertifiedSolution<S>,
+    ended: Option<Ended>,
+) -> Status {
     let iterations = solution.rows.len();
     let counted = match case.solver.max_iterations {
         0 => "1 iteration (the minimum)".to_owned(),
@@ -213,7 +235,7 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
 }
 
 /// Says that all iterations were used, and what helps.
-fn too_many(case: &Case, solution: &CertifiedSolution, counted: &str) -> String {
+fn too_many<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>, counted: &str) -> String {
     let advice = theta_too_small(case, solution);
     let advice =
         advice.unwrap_or_else(|| format!("raise solver.max_iterations, or {}", other_settings(case)));
@@ -224,7 +246,7 @@ fn too_many(case: &Case, solution: &CertifiedSolution, counted: &str) -> String 
 const TOO_SMALL: f64 = 1e4;
 
 /// Says that a given θ is too small, if that is known.
-fn theta_too_small(case: &Case, solution: &CertifiedSolution) -> Option<String> {
+fn theta_too_small<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>) -> Option<String> {
     let Theta::Value(theta) = case.solver.theta else { return None };
     let best = solution.nndd.spectrum?.best_theta();
     (TOO_SMALL * theta < best).then(|| {
@@ -237,7 +259,7 @@ fn theta_too_small(case: &Case, solution: &CertifiedSolution) -> Option<String> 
 }
 
 /// Names the settings that the case does not have and with which the iteration converges more surely.
-fn other_settings(case: &Case) -> String {
+fn other_settings<S: Dimension>(case: &Case<S>) -> String {
     let solver = &case.solver;
     let others = [
         (solver.theta != Theta::Auto, "theta = \"auto\""),
@@ -257,7 +279,7 @@ fn other_settings(case: &Case) -> String {
 const OF_ANOTHER_RUN: f64 = 2.0;
 
 /// Says which value the criterion can be set to, when the iteration has reached its round-off.
-fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
+fn attainable<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>, floor: f64) -> String {
     let stop = &case.solver.stop;
     let smallest =
         |of: fn(&IterationRecord) -> f64| solution.rows.iter().map(of).fold(f64::INFINITY, f64::min);
@@ -277,7 +299,7 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
 }
 
 /// Says which contact problem was not solved, and what may help.
-fn unsolved(case: &Case, solution: &CertifiedSolution, status: QpStatus) -> String {
+fn unsolved<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>, status: QpStatus) -> String {
     let solver = &case.solver;
     let newton = matches!(solution.method, nndd::Method::Newton(_));
     let what = if newton {
@@ -321,7 +343,7 @@ pub(crate) fn may_go_on(status: &Status) -> bool {
 }
 
 /// Says what ended a converged iteration.
-fn met(case: &Case, solution: &CertifiedSolution) -> String {
+fn met<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>) -> String {
     let by_estimate = case.solver.stop.criterion == Criterion::Estimator;
     match &solution.estimate {
         Some(e)
@@ -333,7 +355,7 @@ fn met(case: &Case, solution: &CertifiedSolution) -> String {
     }
 }
 
-fn criterion(case: &Case, solution: &CertifiedSolution) -> String {
+fn criterion<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>) -> String {
     if matches!(solution.method, nndd::Method::Newton(_)) {
         return "exact solution of the discrete problem".into();
     }
@@ -352,7 +374,7 @@ fn criterion(case: &Case, solution: &CertifiedSolution) -> String {
 }
 
 /// Says which θ converges, if that is known.
-fn range_of_theta(case: &Case, solution: &CertifiedSolution) -> String {
+fn range_of_theta<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>) -> String {
     solution.nndd.spectrum.map_or_else(String::new, |spectrum| {
         format!(
             " with theta = {}; in full contact theta converges between 0 and {} and is best near {}",
@@ -369,7 +391,7 @@ fn range_of_theta(case: &Case, solution: &CertifiedSolution) -> String {
 /// Numbers that differ by less than this part differ by rounding.
 const ROUNDING: f64 = 1e-9;
 
-fn diverged(case: &Case, solution: &CertifiedSolution, best: f64) -> String {
+fn diverged<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>, best: f64) -> String {
     if !best.is_finite() {
         return "eta_nndd overflowed in the first iteration: the loads or displacements are too large for \
                 these moduli; check the units"

@@ -4,32 +4,22 @@ use crate::body_fields::{AT_POINTS, BodyFields, IN_CELLS};
 use crate::failure::Failure;
 use crate::report;
 use crate::solved::Fields;
+use crate::space::ReportSpace;
 use crate::words;
 use case_io::Case;
 use case_io::output::OutputDirectory;
 use case_io::table::FrictionRow;
 use cre_estimator::Estimate;
-use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::interface::ContactFacet;
-use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
+use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuData, VtuError, VtuMesh};
 use std::io;
-
-/// Names what there is a file of: the bodies in the file's order, and the contact lines.
-pub(crate) fn parts(case: &Case) -> Vec<String> {
-    case.bodies.iter().map(|body| body.file_stem()).chain(words::contact_parts(case)).collect()
-}
-
-/// The file of a part on a mesh of an adaptive run, or in a load step.
-pub(crate) fn step_file(part: &str, step: usize) -> String {
-    format!("fields/{part}-step-{step:02}.vtu")
-}
 
 /// Writes bodies and contact line on the last mesh, and the collections of the files of all meshes or load steps.
 ///
 /// * `collections`: names, with the numbers of the meshes or load steps; a collection without any is not written.
-pub(crate) fn write(
-    case: &Case,
-    solution: &Fields<'_>,
+pub(crate) fn write<S: ReportSpace>(
+    case: &Case<S>,
+    solution: &Fields<'_, S>,
     collections: &[(&str, Vec<usize>)],
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
@@ -39,24 +29,24 @@ pub(crate) fn write(
 }
 
 /// Writes bodies and contact line on one mesh of an adaptive run, or in one load step.
-pub(crate) fn write_step(
-    case: &Case,
-    solution: &Fields<'_>,
+pub(crate) fn write_step<S: ReportSpace>(
+    case: &Case<S>,
+    solution: &Fields<'_, S>,
     step: usize,
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
-    write_parts(case, solution, Some(step), &|part| step_file(part, step), directory)
+    write_parts(case, solution, Some(step), &|part| words::step_file(part, step), directory)
 }
 
-fn write_parts(
-    case: &Case,
-    solution: &Fields<'_>,
+fn write_parts<S: ReportSpace>(
+    case: &Case<S>,
+    solution: &Fields<'_, S>,
     step: Option<usize>,
     name: &dyn Fn(&str) -> String,
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
     let Some(estimate) = solution.estimate else { return Ok(()) };
-    for (part, file) in parts(case).iter().enumerate() {
+    for (part, file) in words::parts(case).iter().enumerate() {
         let (grid, mut data) = match part.checked_sub(case.bodies.len()) {
             None => {
                 let fields = BodyFields { case, solution, estimate, body: part };
@@ -73,8 +63,8 @@ fn write_parts(
 }
 
 /// Writes a collection with all parts, and a series for each of them.
-fn write_collections(
-    case: &Case,
+fn write_collections<S: ReportSpace>(
+    case: &Case<S>,
     collection: &str,
     steps: &[usize],
     directory: &mut OutputDirectory,
@@ -82,11 +72,11 @@ fn write_collections(
     let lines = words::contact_parts(case);
     let bodies = case.bodies.iter().map(|body| body.name.as_str());
     let names: Vec<&str> = bodies.chain(lines.iter().map(String::as_str)).collect();
-    let parts = parts(case);
+    let parts = words::parts(case);
     let mut entries = Vec::new();
     for &step in steps {
         for (part, (name, file)) in names.iter().zip(&parts).enumerate() {
-            let (name, file) = ((*name).to_owned(), step_file(file, step));
+            let (name, file) = ((*name).to_owned(), words::step_file(file, step));
             entries.push(PvdEntry { timestep: step as f64, part, name, file });
         }
     }
@@ -96,7 +86,7 @@ fn write_collections(
     };
     put(collection, vtu::pvd(&entries))?;
     for part in &parts {
-        let files: Vec<_> = steps.iter().map(|step| (step_file(part, *step), *step as f64)).collect();
+        let files: Vec<_> = steps.iter().map(|step| (words::step_file(part, *step), *step as f64)).collect();
         put(&format!("{part}.vtu.series"), vtu::series(&files))?;
     }
     Ok(())
@@ -105,7 +95,11 @@ fn write_collections(
 /// Returns the values of the whole state. `(e_cre − round_off)²`, with Coulomb friction `(e_b − round_off)²`, is the
 /// integral of `error_density` over bodies and contact line. An iteration without θ has none here, and only a mesh of a
 /// series has a time.
-fn field_data(solution: &Fields<'_>, estimate: &Estimate, step: Option<usize>) -> Vec<VtuArray> {
+fn field_data<S: ReportSpace>(
+    solution: &Fields<'_, S>,
+    estimate: &Estimate<S>,
+    step: Option<usize>,
+) -> Vec<VtuArray> {
     let last = solution.last;
     let one = |name: &str, value: f64| VtuArray::scalars(name, vec![value]);
     let theta = Some(last.theta).filter(|theta| theta.is_finite() && *theta > 0.0);
@@ -127,60 +121,65 @@ fn field_data(solution: &Fields<'_>, estimate: &Estimate, step: Option<usize>) -
     data
 }
 
-fn contact_data(solution: &Fields<'_>, estimate: &Estimate, pair: usize) -> (VtuMesh, VtuData) {
+fn contact_data<S: ReportSpace>(
+    solution: &Fields<'_, S>,
+    estimate: &Estimate<S>,
+    pair: usize,
+) -> (VtuMesh, VtuData) {
     let rows = report::contact_rows(solution, pair);
-    let interface = &solution.problem.contacts[pair].interface;
+    let of = &solution.problem.contacts[pair];
+    let nodes = of.interface.pairs();
     let last = solution.last;
     let first = solution.problem.blocks().nth(pair).map_or(0, |block| block.start);
-    let of_first = |k: usize| last.reaction[first + k] / interface.pairs()[k].weight;
-    let of_second = |k: usize| last.contact.normal_reaction[first + k] / interface.pairs()[k].weight;
-    let mut points: Vec<Vector> = rows.iter().map(|r| Vector::new(r.x, r.y)).collect();
-    let (ends, clamped) = drawn_ends(solution, pair, &mut points);
+    let of_first = |k: usize| last.reaction[first + k] / nodes[k].weight;
+    let of_second = |k: usize| last.contact.normal_reaction[first + k] / nodes[k].weight;
+    let drawn = S::drawn_facets(solution, pair);
+    let count = drawn.points.len();
     // A clamped end has the values of the pair at the other end of its edge, but for the opening.
-    let pair_of = |k: usize| clamped.get(k.wrapping_sub(rows.len())).map_or(k, |(pair, _)| *pair);
-    let opening =
-        |k: usize| clamped.get(k.wrapping_sub(rows.len())).map_or_else(|| rows[k].opening, |(_, o)| *o);
+    let clamped = |k: usize| drawn.clamped.get(k.wrapping_sub(rows.len()));
+    let pair_of = |k: usize| clamped(k).map_or(k, |(pair, _)| *pair);
+    let opening = |k: usize| clamped(k).map_or_else(|| rows[k].opening, |(_, opening)| *opening);
     let scalars = |name: &str, of: &dyn Fn(usize) -> f64| {
-        VtuArray::scalars(name, (0..points.len()).map(|k| of(pair_of(k))).collect())
+        VtuArray::scalars(name, (0..count).map(|k| of(pair_of(k))).collect())
     };
-    // Over the length as it is drawn, so that the file alone gives the integral.
-    let squares = ends.iter().zip(&estimate.cre.by_contact_edge[pair]);
-    let density = squares.map(|(ends, squared)| {
-        let [a, b] = ends.map(|k| points[k as usize]);
-        squared / norm(b - a)
-    });
-    let of = &solution.problem.contacts[pair];
-    let vectors = |name: &str, at: &dyn Fn(usize) -> Vector| {
-        let all: Vec<Vector> = (0..points.len()).map(|k| at(pair_of(k))).collect();
+    // Over the measure as it is drawn, so that the file alone gives the integral.
+    let squares = drawn.measures.iter().zip(&estimate.cre.by_contact_edge[pair]);
+    let density = squares.map(|(measure, squared)| squared / measure);
+    let vectors = |name: &str, at: &dyn Fn(usize) -> S::Vector| {
+        let all: Vec<S::Vector> = (0..count).map(|k| at(pair_of(k))).collect();
         VtuArray::vectors(name, &all)
     };
     let displacement = &estimate.pair.bodies[of.body].displacement;
-    let normal = |k: usize| interface.pairs()[k].normal;
+    let normal = |k: usize| nodes[k].normal;
+    let mean = |facet: &ContactFacet<S>| {
+        let corners = facet.pairs.into_iter().map(|k| rows[k as usize].pressure);
+        corners.sum::<f64>() / S::DIM as f64
+    };
     let mut data = VtuData {
         point: vec![
-            // Of the first body, so that the line is warped with it.
-            vectors("displacement", &|k| displacement[interface.pairs()[k].nodes[0]]),
+            // Of the first body, so that the interface is warped with it.
+            vectors("displacement", &|k| displacement[nodes[k].nodes[0].index()]),
             vectors("normal", &normal),
             vectors("traction", &|k| {
                 let friction = rows[k].friction.as_ref().map_or(0.0, |friction| friction.tangential);
-                -rows[k].pressure * normal(k) - friction * perpendicular(normal(k))
+                normal(k) * -rows[k].pressure + S::friction_traction(normal(k), friction)
             }),
             scalars("gap", &|k| rows[k].gap),
-            VtuArray::scalars("opening", (0..points.len()).map(opening).collect()),
+            VtuArray::scalars("opening", (0..count).map(opening).collect()),
             scalars("contact_pressure", &|k| rows[k].pressure),
             scalars("contact_pressure_recovered", &|k| {
                 rows[k].pressure_recovered.unwrap_or(rows[k].pressure)
             }),
-            VtuArray::integers(
-                "active",
-                (0..points.len()).map(|k| usize::from(rows[pair_of(k)].active)).collect(),
-            ),
+            VtuArray::integers("active", (0..count).map(|k| usize::from(rows[pair_of(k)].active)).collect()),
             scalars("lambda", &|k| last.lambda[first + k]),
             scalars("traction_1", &of_first),
             scalars("traction_2", &of_second),
             scalars("traction_imbalance", &|k| of_first(k) + of_second(k)),
         ],
-        cell: vec![VtuArray::scalars("error_density", density.collect())],
+        cell: vec![
+            VtuArray::scalars("error_density", density.collect()),
+            VtuArray::scalars("contact_pressure", of.interface.facets().iter().map(mean).collect()),
+        ],
         field: Vec::new(),
     };
     if rows.iter().any(|row| row.friction.is_some()) {
@@ -198,31 +197,8 @@ fn contact_data(solution: &Fields<'_>, estimate: &Estimate, pair: usize) -> (Vtu
             }),
         ]);
     }
-    let grid = VtuMesh { points, cells: VtuCells::Lines(ends) };
-    (grid, data)
-}
-
-/// The ends of each contact edge among the drawn points, and the pair and the opening of each point that is a clamped end.
-type DrawnEnds = (Vec<[u32; 2]>, Vec<(usize, f64)>);
-
-/// Lists the ends of the contact edges among the points of the pairs, and adds the points of clamped ends.
-fn drawn_ends(solution: &Fields<'_>, pair: usize, points: &mut Vec<Vector>) -> DrawnEnds {
-    let mut clamped_ends = Vec::new();
-    let of = &solution.problem.contacts[pair];
-    let mesh = solution.problem.bodies[of.body].mesh();
-    let ends = |edge: &ContactFacet| {
-        let mut ends = edge.pairs;
-        if let Some(clamped) = edge.clamped {
-            let paired = of.interface.pairs()[ends[1 - clamped.end] as usize].nodes[0];
-            let [a, b] = mesh.topology().facets()[edge.facets[0]];
-            clamped_ends.push((ends[1 - clamped.end] as usize, clamped.opening));
-            ends[clamped.end] = points.len() as u32;
-            points.push(mesh.points()[if a == paired { b } else { a }]);
-        }
-        ends
-    };
-    let ends = of.interface.facets().iter().map(ends).collect();
-    (ends, clamped_ends)
+    let points = drawn.points.iter().map(vtu::three).collect();
+    (VtuMesh { points, cells: drawn.cells }, data)
 }
 
 pub(crate) fn write_vtu(

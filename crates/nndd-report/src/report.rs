@@ -3,19 +3,20 @@
 use crate::motion;
 use crate::notes;
 use crate::solved::{Fields, Solved};
+use crate::space::ReportSpace;
 use case_io::Case;
 use case_io::case::Factors;
 use case_io::report::{
-    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, Coulomb, FreeMotion,
-    FrictionSummary, IterationRow, PeakStress, ProjectedLoad, Reaction, Report, Results, RigidSideSummary,
-    SCHEMA, Split, StepSummary, Timings,
+    BodySummary, Bounds, Certificate, Checks, ContactSummary, Coulomb, FreeMotion, FrictionSummary,
+    IterationRow, PeakStress, ProjectedLoad, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split,
+    StepSummary, Timings,
 };
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
-use certified_contact::{
-    CertifiedSolution, CoulombResult, IterationRecord, PairResults, RigidSideResults, recovered_pressure,
-};
+use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, PairResults, RigidSideResults};
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactProblem, LeftOut, Partner};
+use fem_core::space::{Plane, Solid, Space};
 use serde_json::{Map, Value};
 
 /// Makes a row of `iterations` in report.json.
@@ -39,20 +40,20 @@ pub fn iteration_row(row: &IterationRecord) -> IterationRow {
     }
 }
 
-fn rigid_sides(solution: &Fields<'_>, body: usize) -> Vec<RigidSideSummary> {
+fn rigid_sides<S: ReportSpace>(solution: &Fields<'_, S>, body: usize) -> Vec<RigidSideSummary> {
     let results = solution.results.iter().flat_map(|r| &r.rigid_sides).filter(|side| side.body == body);
-    let summary = |side: &RigidSideResults| RigidSideSummary {
+    let summary = |side: &RigidSideResults<S>| RigidSideSummary {
         on: side.on.clone(),
-        motion: [side.motion.translation[0], side.motion.translation[1], side.motion.spin],
-        force: side.force.into(),
-        moment: side.moment,
-        about: side.motion.centre.into(),
+        motion: S::motion(side.motion.translation, side.motion.spin).as_ref().to_vec(),
+        force: side.force.entries().to_vec(),
+        moment: S::spin_written(side.moment),
+        about: side.motion.centre.entries().to_vec(),
     };
     results.map(summary).collect()
 }
 
 /// Collects the report; its timings are filled in when everything else is written.
-pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
+pub(crate) fn report<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, run: Map<String, Value>) -> Report {
     let solution = &solved.answer.fields();
     let name = |b: usize| case.bodies[b].name.clone();
     let free = certified_contact::free_motions(solution.problem).unwrap_or_default();
@@ -61,14 +62,15 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         let mesh = body.mesh();
         let own = free.iter().flatten().filter(|(of, _)| *of == Partner::Body(b));
         let free_motions = own.map(|(_, motion)| FreeMotion {
-            translation: motion.translation.into(),
-            rotation: motion.spin,
-            centre: motion.centre.into(),
+            translation: motion.translation.entries().to_vec(),
+            rotation: S::spin_written(motion.spin),
+            centre: motion.centre.entries().to_vec(),
         });
         BodySummary {
             name: name(b),
             nodes: mesh.points().len(),
-            triangles: mesh.cells().len(),
+            triangles: (S::WORDS == Plane::WORDS).then_some(mesh.cells().len()),
+            tetrahedra: (S::WORDS == Solid::WORDS).then_some(mesh.cells().len()),
             unknowns,
             floating: body.free_motion().is_some(),
             free_motions: free_motions.collect(),
@@ -99,7 +101,12 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
 }
 
 /// Makes the entry of a load step, from 1.
-pub(crate) fn step_summary(case: &Case, solved: &Solved, step: usize, factors: &Factors) -> StepSummary {
+pub(crate) fn step_summary<S: ReportSpace>(
+    case: &Case<S>,
+    solved: &Solved<S>,
+    step: usize,
+    factors: &Factors,
+) -> StepSummary {
     let solution = &solved.answer.fields();
     StepSummary {
         step,
@@ -112,7 +119,7 @@ pub(crate) fn step_summary(case: &Case, solved: &Solved, step: usize, factors: &
     }
 }
 
-fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSummary {
+fn contact_summary<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, k: usize) -> ContactSummary {
     let pair = &solution.problem.contacts[k];
     let name = |of: Partner| of.body().map(|body| case.bodies[body].name.clone());
     let found = solution.results.and_then(|results| results.contacts.get(k));
@@ -123,13 +130,13 @@ fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSumma
         bodies: pair.partners().into_iter().filter_map(name).collect(),
         imposed: name(pair.imposed()).unwrap_or_default(),
         pairs: pair.interface.pairs().len(),
-        length: pair.interface.measure(),
-        resultant: found.map(|found| found.resultant.into()),
-        moment: found.map(|found| found.moment),
-        centre: found.and_then(|found| found.centre).map(Into::into),
-        max_pressure_at: found.and_then(|found| found.max_pressure_at).map(Into::into),
+        line: S::contact_line(pair, found),
+        surface: S::contact_surface(pair, found),
+        resultant: found.map(|found| found.resultant.entries().to_vec()),
+        moment: found.map(|found| S::spin_written(found.moment)),
+        centre: found.and_then(|found| found.centre).map(|centre| centre.entries().to_vec()),
+        max_pressure_at: found.and_then(|found| found.max_pressure_at).map(|at| at.entries().to_vec()),
         contact_force: found.map(|found| found.contact_force),
-        contact_intervals: found.map(|found| found.contact_intervals.clone()),
         max_pressure: found.map(|found| found.max_pressure),
         max_pressure_recovered: found.and_then(|found| found.max_recovered_pressure),
         active: found.map(|found| found.active),
@@ -145,7 +152,7 @@ fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSumma
     }
 }
 
-fn certificate(case: &Case, solution: &CertifiedSolution) -> Certificate {
+fn certificate<S: ReportSpace>(case: &Case<S>, solution: &CertifiedSolution<S>) -> Certificate {
     let Some(estimate) = &solution.estimate else { return Certificate::default() };
     let a = &estimate.admissibility;
     let found = estimate.unchecked();
@@ -175,8 +182,8 @@ fn certificate(case: &Case, solution: &CertifiedSolution) -> Certificate {
 }
 
 /// Writes down the loads that were left out.
-pub(crate) fn projected(case: &Case, loads: &[LeftOut]) -> Vec<ProjectedLoad> {
-    let of = |of: &LeftOut| {
+pub(crate) fn projected<S: ReportSpace>(case: &Case<S>, loads: &[LeftOut<S>]) -> Vec<ProjectedLoad> {
+    let of = |of: &LeftOut<S>| {
         let body = case.bodies[of.body].name.clone();
         ProjectedLoad { body, motion: motion::moves(&of.motion), load: of.load, share: of.share }
     };
@@ -201,7 +208,7 @@ fn checks(a: &Admissibility) -> Checks {
 }
 
 /// Names the law of a problem: Coulomb's if any pair has it.
-fn law(problem: &ContactProblem) -> &'static str {
+fn law<S: ReportSpace>(problem: &ContactProblem<S>) -> &'static str {
     match problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
         true => "coulomb",
         false if problem.has_friction() => "tresca",
@@ -210,7 +217,7 @@ fn law(problem: &ContactProblem) -> &'static str {
 }
 
 /// Makes the summary of a residual, with Coulomb friction.
-fn coulomb(result: &CoulombResult) -> Coulomb {
+fn coulomb<S: ReportSpace>(result: &CoulombResult<S>) -> Coulomb {
     let (norm, estimate) = (result.energy_norm(), result.conditional_estimate());
     Coulomb {
         e_b: result.residual(),
@@ -228,7 +235,7 @@ fn coulomb(result: &CoulombResult) -> Coulomb {
     }
 }
 
-fn bounds(solution: &CertifiedSolution) -> Bounds {
+fn bounds<S: ReportSpace>(solution: &CertifiedSolution<S>) -> Bounds {
     let Some(bounds) = solution.bounds.filter(|_| solution.is_certified()) else { return Bounds::default() };
     Bounds {
         energy_norm: Some(bounds.energy_norm),
@@ -238,36 +245,26 @@ fn bounds(solution: &CertifiedSolution) -> Bounds {
     }
 }
 
-fn results(case: &Case, solution: &Fields<'_>, change: Option<f64>) -> Results {
-    let Some(r) = solution.results else { return Results::default() };
+fn results<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, change: Option<f64>) -> Results {
+    let lines = S::line_results(solution.results);
+    let Some(r) = solution.results else { return Results { lines, ..Results::default() } };
     let reactions = r.reactions.iter().map(|reaction| Reaction {
         body: case.bodies[reaction.body].name.clone(),
         on: reaction.on.clone(),
         fx: reaction.force[0],
         fy: reaction.force[1],
-    });
-    let stretches = r.contact_stretches.iter().map(|s| ContactStretch {
-        s: s.s,
-        pairs: s.pairs,
-        length: s.length,
-        contact_force: s.contact_force,
-        resultant: s.resultant.into(),
-        moment: s.moment,
-        max_pressure: s.max_pressure,
-        max_edge_pressure: s.max_edge_pressure,
-        min_opening: s.min_opening,
+        fz: reaction.force.entries().get(2).copied(),
     });
     Results {
         energy_norm_squared: Some(r.energy_norm_squared.clone()),
         contact_force: Some(r.contact_force),
-        contact_intervals: Some(r.contact_intervals.clone()),
-        contact_stretches: Some(stretches.collect()),
+        lines,
         max_pressure: Some(r.max_pressure),
         max_pressure_recovered: max_recovered(r),
         max_edge_pressure: Some(r.max_facet_pressure),
         min_opening: Some(r.min_opening),
         reactions: Some(reactions.collect()),
-        balance: Some(r.balance.iter().map(|b| [b.force[0], b.force[1], b.moment]).collect()),
+        balance: Some(r.balance.iter().map(|b| S::motion(b.force, b.moment).as_ref().to_vec()).collect()),
         max_displacement: Some(r.max_displacement),
         max_von_mises: r.max_von_mises,
         peak_stress: r.peak_stress.map(|peak| PeakStress {
@@ -275,20 +272,21 @@ fn results(case: &Case, solution: &Fields<'_>, change: Option<f64>) -> Results {
             body: case.bodies[peak.body].name.clone(),
             x: peak.point[0],
             y: peak.point[1],
+            z: peak.point.entries().get(2).copied(),
             change,
         }),
     }
 }
 
 /// The largest pressure of all pairs, if any is recovered; the nodal ones of the others count.
-fn max_recovered(results: &certified_contact::Results) -> Option<f64> {
+fn max_recovered<S: ReportSpace>(results: &certified_contact::Results<S>) -> Option<f64> {
     let recovered = results.contacts.iter().any(|pair| pair.max_recovered_pressure.is_some());
-    let largest = |pair: &PairResults| pair.max_recovered_pressure.unwrap_or(pair.max_pressure);
+    let largest = |pair: &PairResults<S>| pair.max_recovered_pressure.unwrap_or(pair.max_pressure);
     results.contacts.iter().map(largest).reduce(f64::max).filter(|_| recovered)
 }
 
-/// Arc lengths, gaps, openings, pressures along the contact line of a pair; s runs along its first body.
-pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow> {
+/// Gaps, openings and pressures at the nodes of a pair; in the plane with arc lengths along its first body.
+pub(crate) fn contact_rows<S: ReportSpace>(solution: &Fields<'_, S>, pair: usize) -> Vec<ContactRow> {
     let first = solution.problem.blocks().nth(pair).map_or(0, |block| block.start);
     let tangents = solution.problem.tangential_blocks().nth(pair).unwrap_or_default();
     let tangential = &solution.last.tangential;
@@ -316,22 +314,23 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
             .map(|(k, node)| node.normal_length() * solution.last.contact.normal_reaction[first + k])
             .collect()
     };
-    let recovered = recovered_pressure(solution.problem, pair, &forces);
+    let recovered = S::recovered_pressure(solution.problem, pair, &forces);
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.body].mesh().points();
-    let (last, arc_lengths) = (solution.last, pair.interface.arc_lengths());
-    pair.interface
+    let (last, interface) = (solution.last, &pair.interface);
+    interface
         .pairs()
         .iter()
         .enumerate()
         .map(|(k, pair)| {
-            let [x, y] = (points[pair.nodes[0]]).into();
+            let place = points[pair.nodes[0]];
             let (length, normal) = (pair.weight, pair.normal_length());
             let force = last.contact.normal_reaction[first + k];
             ContactRow {
-                s: arc_lengths[k],
-                x,
-                y,
+                s: S::arc_length(interface, k),
+                x: place[0],
+                y: place[1],
+                z: place.entries().get(2).copied(),
                 gap: pair.gap / normal,
                 opening: last.opening[first + k] / normal,
                 pressure: force * normal / length,

@@ -1,7 +1,8 @@
 //! Checkpoints of adaptive runs: what is written during a run, and `--resume`.
 
 use crate::failure::Failure;
-use crate::paraview;
+use crate::words;
+use case_io::case::Dimension;
 use case_io::checkpoint::{self, Checkpoint, CheckpointError, FinerMesh, Progress};
 use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::{BrokenLink, Case};
@@ -28,7 +29,7 @@ impl RunDirectory {
     ///
     /// # Errors
     /// A directory that cannot be written to, or contains something else.
-    pub fn open(case: &Case, path: &Path, force: bool) -> Result<Self, Failure> {
+    pub fn open<S: Dimension>(case: &Case<S>, path: &Path, force: bool) -> Result<Self, Failure> {
         let directory = OutputDirectory::open(path, ResultKind::Solve, &case.hash(), force)?;
         Ok(Self { directory, progress: None, resumed: false, notes: Vec::new() })
     }
@@ -45,7 +46,7 @@ impl RunDirectory {
     ///
     /// # Errors
     /// A case without an adaptive run, and a directory without a checkpoint of this case.
-    pub fn resume(case: &Case, path: &Path) -> Result<Self, Failure> {
+    pub fn resume<S: Dimension>(case: &Case<S>, path: &Path) -> Result<Self, Failure> {
         find(case, path)
     }
 
@@ -66,7 +67,7 @@ impl RunDirectory {
 
 /// Returns the settings that must be the same to resume a run: the case, the version of this program, which its numbers
 /// depend on, and `output.vtu`, since ParaView files of earlier meshes cannot be written later.
-fn identity(case: &Case) -> Value {
+fn identity<S: Dimension>(case: &Case<S>) -> Value {
     let mut identity = case.identity();
     identity["output"] = json!({ "vtu": case.output.vtu });
     identity["program"] = env!("CARGO_PKG_VERSION").into();
@@ -74,7 +75,7 @@ fn identity(case: &Case) -> Value {
 }
 
 /// Finds the interrupted run of a case in a directory.
-fn find(case: &Case, path: &Path) -> Result<RunDirectory, Failure> {
+fn find<S: Dimension>(case: &Case<S>, path: &Path) -> Result<RunDirectory, Failure> {
     if case.adapt.is_none() {
         return Err(Failure::command_line(format!(
             "--resume continues adaptive runs only, and {} has no [adapt]: run it again without --resume",
@@ -108,7 +109,7 @@ fn find(case: &Case, path: &Path) -> Result<RunDirectory, Failure> {
 }
 
 /// Prepares the directory: a new run writes its first checkpoint, a resumed one keeps what it has.
-pub(crate) fn prepare(case: &Case, place: &mut RunDirectory) -> Result<(), Failure> {
+pub(crate) fn prepare<S: Dimension>(case: &Case<S>, place: &mut RunDirectory) -> Result<(), Failure> {
     let Some(progress) = &place.progress else {
         checkpoint::remove(&mut place.directory)?;
         let first = Checkpoint { case: identity(case), progress: None };
@@ -118,7 +119,7 @@ pub(crate) fn prepare(case: &Case, place: &mut RunDirectory) -> Result<(), Failu
         place.directory.keep(name);
     }
     for step in 1..=progress.steps.len() {
-        paraview::parts(case).iter().for_each(|part| place.directory.keep(&paraview::step_file(part, step)));
+        words::parts(case).iter().for_each(|part| place.directory.keep(&words::step_file(part, step)));
     }
     Ok(())
 }
@@ -138,8 +139,8 @@ pub(crate) fn after_failure(mut failure: Failure, directory: &mut OutputDirector
 /// Writes the checkpoint of a run.
 ///
 /// * `seconds`: when each of its meshes had been solved.
-pub(crate) fn write(
-    case: &Case,
+pub(crate) fn write<S: Dimension>(
+    case: &Case<S>,
     from: &certified_contact::Checkpoint,
     seconds: &[f64],
     directory: &mut OutputDirectory,

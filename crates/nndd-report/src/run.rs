@@ -1,21 +1,16 @@
 //! From a case file to a solved problem.
 
-use crate::adapt;
 use crate::check;
-use crate::convert;
 use crate::failure::Failure;
-use crate::host::{Event, Host};
+use crate::host::Host;
 use crate::memory;
-use crate::outcome;
 use crate::resume::RunDirectory;
-use crate::run_observer::RunObserver;
-use crate::solved::{RunResult, Solved};
-use crate::steps;
+use crate::solved::Solved;
+use crate::space::ReportSpace;
 use crate::stopwatch::Stopwatch;
 use case_io::Case;
-use case_io::case::Notes;
+use case_io::case::{AnyCase, Dimension, Notes};
 use case_io::case_file::split_override;
-use case_io::output::Presence;
 use fem_core::interface::ContactProblem;
 use std::path::{Path, PathBuf};
 
@@ -33,13 +28,13 @@ pub trait Source {
     ///
     /// # Errors
     /// Everything that is wrong with it.
-    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure>;
+    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure>;
 
     /// Parses the case and reads its meshes.
     ///
     /// # Errors
     /// Everything that is wrong with it, and with the meshes.
-    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure>;
+    fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure>;
 }
 
 /// A case file, read once.
@@ -60,11 +55,11 @@ impl CaseFile {
 }
 
 impl Source for CaseFile {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
-        Ok(Case::parse_bytes(&self.bytes, &self.path.to_string_lossy(), overrides)?)
+    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
+        Ok(AnyCase::parse_bytes(&self.bytes, &self.path.to_string_lossy(), overrides)?)
     }
 
-    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+    fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
         let mut case = self.parse(overrides)?;
         // Mesh files lie beside the case file.
         case.read_mesh_files(self.path.parent().unwrap_or(Path::new("")))?;
@@ -76,7 +71,7 @@ impl Source for CaseFile {
 ///
 /// # Errors
 /// Files that cannot be read, and everything that is wrong with them.
-pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<Case, Failure> {
+pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
     CaseFile::open(file)?.read(overrides)
 }
 
@@ -84,7 +79,7 @@ pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<Case, Fa
 ///
 /// # Errors
 /// A problem that makes no sense, or that needs too much memory.
-pub fn build(case: &Case, host: &dyn Host) -> Result<(ContactProblem, Notes), Failure> {
+pub fn build<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<(ContactProblem<S>, Notes), Failure> {
     begins(case, "making the bodies and their contact lines", host);
     memory::check_counts(case, host)?;
     let (problem, notes) = case.build()?;
@@ -93,7 +88,7 @@ pub fn build(case: &Case, host: &dyn Host) -> Result<(ContactProblem, Notes), Fa
 }
 
 /// Tells the host that a step of a case begins that has no result to keep.
-pub fn begins(case: &Case, step: &'static str, host: &dyn Host) {
+pub fn begins<S: Dimension>(case: &Case<S>, step: &'static str, host: &dyn Host) {
     host.begins(step, case.limits.time.as_ref().map(|limit| limit.value));
 }
 
@@ -101,7 +96,10 @@ pub fn begins(case: &Case, step: &'static str, host: &dyn Host) {
 ///
 /// # Errors
 /// See [`build`]; conditions that contradict each other with these factors.
-pub fn build_last(case: &Case, host: &dyn Host) -> Result<(ContactProblem, Notes), Failure> {
+pub fn build_last<S: ReportSpace>(
+    case: &Case<S>,
+    host: &dyn Host,
+) -> Result<(ContactProblem<S>, Notes), Failure> {
     let (problem, notes) = build(case, host)?;
     let Some(factors) = case.step_ends().pop() else { return Ok((problem, notes)) };
     Ok((check::with_factors(case, &problem, &factors)?, notes))
@@ -115,46 +113,13 @@ pub fn build_last(case: &Case, host: &dyn Host) -> Result<(ContactProblem, Notes
 /// # Errors
 /// No unique solution, too little memory or time for a first result, files that cannot be written. How an iteration
 /// ended is the status of the result.
-pub fn solve(
-    case: &Case,
-    (problem, notes): (ContactProblem, Notes),
+pub fn solve<S: ReportSpace>(
+    case: &Case<S>,
+    (problem, notes): (ContactProblem<S>, Notes),
     place: &mut RunDirectory,
     watch: &mut Stopwatch,
     host: &mut dyn Host,
-) -> Result<Solved, Failure> {
-    let solved = match &case.adapt {
-        None if !case.steps.is_empty() => steps::solve(case, problem, place, watch, host),
-        None => solve_once(case, problem, place.presence(), watch, host),
-        Some(adapt) => {
-            let follower = RunObserver::new(case, watch, host, place.presence());
-            adapt::solve(case, adapt, problem, follower, place)
-        }
-    };
-    Ok(Solved { case_notes: notes, ..solved? })
-}
-
-/// Solves a case on its own mesh.
-///
-/// * `output`: the directory that must stay until the end.
-pub(crate) fn solve_once(
-    case: &Case,
-    problem: ContactProblem,
-    output: Presence,
-    watch: &mut Stopwatch,
-    host: &mut dyn Host,
-) -> Result<Solved, Failure> {
-    let mut follower = RunObserver::new(case, watch, host, output);
-    let answer = if case.coulomb_pair().is_some() {
-        let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
-        let found = certified_contact::solve_coulomb(problem, &settings, relaxation, &mut follower);
-        let result = found.map_err(|e| follower.failure(case, &e))?;
-        follower.tell(Event::Iteration(&result.row()));
-        RunResult::Coulomb(Box::new(result))
-    } else {
-        let found = certified_contact::solve(problem, &convert::settings(case), &mut follower);
-        let solution = found.map_err(|e| follower.failure(case, &e))?;
-        RunResult::Certified(Box::new(solution))
-    };
-    let status = outcome::judge_answer(case, &answer, follower.ended);
-    Ok(Solved { longest_step: follower.longest, ..Solved::of(answer, status) })
+) -> Result<Solved<S>, Failure> {
+    let solved = S::solve(case, problem, place, (watch, host))?;
+    Ok(Solved { case_notes: notes, ..solved })
 }

@@ -6,6 +6,7 @@ use crate::host::{Event, Host};
 use crate::outcome::Ended;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
+use case_io::case::Dimension;
 use case_io::output::{OutputError, Presence};
 use certified_contact::{IterationRecord, Observer, Phase, SolveError};
 
@@ -30,8 +31,8 @@ impl<'a> RunObserver<'a> {
     /// Begins to follow.
     ///
     /// * `output`: the directory that must stay until the end.
-    pub(crate) fn new(
-        case: &Case,
+    pub(crate) fn new<S: Dimension>(
+        case: &Case<S>,
         watch: &'a mut Stopwatch,
         host: &'a mut dyn Host,
         output: Presence,
@@ -82,7 +83,7 @@ impl<'a> RunObserver<'a> {
     }
 
     /// Says why a solve failed.
-    pub(crate) fn failure(&self, case: &Case, error: &SolveError) -> Failure {
+    pub(crate) fn failure<S: Dimension>(&self, case: &Case<S>, error: &SolveError<S>) -> Failure {
         match (error, self.ended) {
             (SolveError::Stopped, Some(Ended::OutputGone)) => {
                 OutputError::Vanished { path: self.output.path().to_owned() }.into()

@@ -6,14 +6,15 @@ use case_io::table::ContactRow;
 use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, Results};
 use cre_estimator::Estimate;
 use fem_core::interface::ContactProblem;
+use fem_core::space::{Plane, Space};
 use nndd::Iterate;
 
 /// A solved case.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Solved {
+pub struct Solved<S: Space = Plane> {
     /// The answer.
-    pub answer: RunResult,
+    pub answer: RunResult<S>,
     /// How the run ended.
     pub status: Status,
     /// One row per mesh of an adaptive run.
@@ -46,9 +47,9 @@ pub struct SolvedStep {
     pub has_fields: bool,
 }
 
-impl Solved {
+impl<S: Space> Solved<S> {
     /// Takes the answer of one solve.
-    pub(crate) fn of(answer: RunResult, status: Status) -> Self {
+    pub(crate) fn of(answer: RunResult<S>, status: Status) -> Self {
         Self {
             answer,
             status,
@@ -66,16 +67,16 @@ impl Solved {
 
 /// The solution of a run, with its certificate or, with Coulomb friction, without one.
 #[derive(Clone, Debug)]
-pub enum RunResult {
+pub enum RunResult<S: Space = Plane> {
     /// A solution with its certificate.
-    Certified(Box<CertifiedSolution>),
+    Certified(Box<CertifiedSolution<S>>),
     /// One solution with Coulomb friction, with a residual that bounds no error.
-    Coulomb(Box<CoulombResult>),
+    Coulomb(Box<CoulombResult<S>>),
 }
 
-impl RunResult {
+impl<S: Space> RunResult<S> {
     /// Returns the solution with its certificate; `None` with Coulomb friction.
-    pub fn certified(&self) -> Option<&CertifiedSolution> {
+    pub fn certified(&self) -> Option<&CertifiedSolution<S>> {
         match self {
             Self::Certified(solution) => Some(solution),
             Self::Coulomb(_) => None,
@@ -83,20 +84,15 @@ impl RunResult {
     }
 
     /// Returns the solution with Coulomb friction, if it is that.
-    pub fn coulomb(&self) -> Option<&CoulombResult> {
+    pub fn coulomb(&self) -> Option<&CoulombResult<S>> {
         match self {
             Self::Certified(_) => None,
             Self::Coulomb(result) => Some(result),
         }
     }
 
-    /// Returns the integral of the pressure over all contact lines, N/m; `None` without results.
-    pub fn contact_force(&self) -> Option<f64> {
-        self.fields().results.map(|results| results.contact_force)
-    }
-
     /// Returns the fields of the solution.
-    pub(crate) fn fields(&self) -> Fields<'_> {
+    pub(crate) fn fields(&self) -> Fields<'_, S> {
         match self {
             Self::Certified(solution) => Fields::certified(solution),
             Self::Coulomb(result) => Fields::coulomb(result),
@@ -106,21 +102,21 @@ impl RunResult {
 
 /// The parts of a solution that tables, figures and ParaView files show, certified or not.
 #[derive(Clone)]
-pub(crate) struct Fields<'a> {
-    pub(crate) problem: &'a ContactProblem,
+pub struct Fields<'a, S: Space = Plane> {
+    pub(crate) problem: &'a ContactProblem<S>,
     pub(crate) last: &'a Iterate,
     pub(crate) rows: Vec<IterationRecord>,
     /// Its stresses and its density of the squared error, or of the squared residual.
-    pub(crate) estimate: Option<&'a Estimate>,
-    pub(crate) results: Option<&'a Results>,
+    pub(crate) estimate: Option<&'a Estimate<S>>,
+    pub(crate) results: Option<&'a Results<S>>,
     pub(crate) unknowns: &'a [usize],
     pub(crate) is_certified: bool,
     /// With Coulomb friction the limit of friction of the residual, at the pairs of nodes of each pair, Pa.
     pub(crate) frozen_limit: Option<Vec<&'a [f64]>>,
 }
 
-impl<'a> Fields<'a> {
-    pub(crate) fn certified(solution: &'a CertifiedSolution) -> Self {
+impl<'a, S: Space> Fields<'a, S> {
+    pub(crate) fn certified(solution: &'a CertifiedSolution<S>) -> Self {
         Self {
             problem: &solution.problem,
             last: solution.last(),
@@ -133,7 +129,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    pub(crate) fn coulomb(result: &'a CoulombResult) -> Self {
+    pub(crate) fn coulomb(result: &'a CoulombResult<S>) -> Self {
         Self {
             problem: &result.problem,
             last: &result.last,

@@ -62,7 +62,7 @@ pub(crate) fn solve(
                 break;
             }
         };
-        follower.tell(Event::LoadStep { step: k, of: increments.len(), answer: &solved.answer });
+        follower.tell(Event::LoadStep { step: &summary, of: increments.len() });
         follower.switch(Activity::Write);
         let fields = solved.answer.fields();
         if case.output.vtu {

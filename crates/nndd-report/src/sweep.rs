@@ -3,19 +3,25 @@
 use crate::convert;
 use crate::failure::Failure;
 use crate::host::{Event, Host};
+use crate::once;
 use crate::plot;
 use crate::report;
 use crate::run::{self, CaseFile, Source};
+use crate::run_observer::RunObserver;
 use crate::solved::Solved;
+use crate::space::ReportSpace;
 use crate::stopwatch::Stopwatch;
-use crate::verdict::is_round_off;
+use crate::verdict::{self, is_round_off};
 use crate::words::counted;
+use case_io::Case;
+use case_io::case::AnyCase;
 use case_io::case_file::{Sweep, split_override};
 use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 use case_io::table;
 use certified_contact::IterationRecord;
-use serde_json::Map;
+use fem_core::space::Space;
+use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
 /// The key that a sweep sets itself.
@@ -105,14 +111,14 @@ pub fn sweep_of(source: &dyn Source, options: &SweepOptions, host: &mut dyn Host
         let settings = panel.split(';').map(str::trim).filter(|s| !s.is_empty());
         variants.push(settings.map(split_override).collect::<Result<Vec<_>, _>>()?);
     }
-    let case = source.read(&base)?;
+    let case = About::of(&source.read(&base)?);
     for variant in &variants {
         check_values(options, &sweep, source, &[base.as_slice(), variant.as_slice()].concat())
             .map_err(|failure| of_panel(failure, variant))?;
     }
-    let path = options.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
+    let path = options.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory + "-sweep"));
     // Each sweep has its own mark, so that its directory is not taken for the directory of a solve.
-    let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
+    let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash);
     let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.force)?;
     let mut panels: Vec<SweepPanel> = Vec::new();
     let mut failure = None;
@@ -136,12 +142,12 @@ pub fn sweep_of(source: &dyn Source, options: &SweepOptions, host: &mut dyn Host
     let mut run = Map::new();
     run.insert(CASE_HASH.into(), mark.into());
     run.insert("version".into(), env!("CARGO_PKG_VERSION").into());
-    run.insert("case_file".into(), case.file_name().into());
+    run.insert("case_file".into(), case.file_name.into());
     run.insert("overrides".into(), options.set.clone().into());
     run.insert("interrupted".into(), host.interrupted().is_some().into());
     let record = SweepReport {
         schema: SWEEP_SCHEMA,
-        case: case.settings_json(),
+        case: case.settings,
         key: sweep.key.clone(),
         iterations: options.iterations,
         panels,
@@ -151,6 +157,32 @@ pub fn sweep_of(source: &dyn Source, options: &SweepOptions, host: &mut dyn Host
     let files = directory.written().map(|p| p.display().to_string()).collect();
     directory.finish()?;
     Ok(Swept { record, path, files, asked: variants.len() * sweep.values.len(), failure })
+}
+
+/// What the record of a sweep says of its case.
+struct About {
+    file_name: String,
+    output_directory: String,
+    hash: String,
+    settings: Value,
+}
+
+impl About {
+    fn of(case: &AnyCase) -> Self {
+        match case {
+            AnyCase::Plane(case) => Self::of_case(case),
+            AnyCase::Solid(case) => Self::of_case(case),
+        }
+    }
+
+    fn of_case<S: ReportSpace>(case: &Case<S>) -> Self {
+        Self {
+            file_name: case.file_name().to_owned(),
+            output_directory: case.output_directory(),
+            hash: case.hash(),
+            settings: case.settings_json(),
+        }
+    }
 }
 
 /// Lists the settings of one run.
@@ -224,63 +256,84 @@ fn fill_panel(
     output: &Presence,
     host: &mut dyn Host,
 ) -> Result<(), Failure> {
-    for (k, value) in sweep.values.iter().enumerate() {
+    for value in &sweep.values {
         let all = settings_of_run(options, sweep, &settings.concat(), value);
-        let read = source.read(&all).and_then(|case| {
-            let problem = if case.adapt.is_none() { Some(run::build_last(&case, host)?.0) } else { None };
-            Ok((case, problem))
-        });
-        let (case, problem) = read.map_err(|failure| failure.given_by("--over", &sweep.key, value))?;
-        let Some(problem) = problem else {
-            return Err(Failure::command_line(
-                "a sweep compares runs on one mesh, and this case has [adapt]; leave that table out",
-            ));
+        let around = (options, sweep, value.as_str());
+        let names = (settings[1], before);
+        let given = |failure: Failure| failure.given_by("--over", &sweep.key, value);
+        let goes_on = match source.read(&all).map_err(given)? {
+            AnyCase::Plane(case) => add_row(panel, &case, around, names, output, host)?,
+            AnyCase::Solid(case) => add_row(panel, &case, around, names, output, host)?,
         };
-        case.refuse_coulomb(
-            "a sweep compares eta_nndd and e_cre, which do not exist with Coulomb friction",
-            "run the values one by one with `nndd solve --set`",
-        )?;
-        if convert::is_exact(&case, &problem)
-            && case.iteration_settings().iter().any(|key| sweep.key == format!("solver.{key}"))
-        {
-            return Err(Failure::invalid(format!(
-                "`--over {}`: this case is solved exactly, without an iteration, so that `{}` has no effect\n  expected: a setting \
-                 that the exact solution uses\n  fix: ask for the iteration with --set solver.method=nndd",
-                options.over, sweep.key
-            )));
-        }
-        if k == 0 {
-            panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
-            panel.name = format!("{} nodes", panel.nodes);
-            if before.iter().any(|other| other.nodes == panel.nodes) {
-                panel.name += &format!(" ({})", written(settings[1]).join("; "));
-            }
-            host.event(Event::Panel { name: &panel.name, sweep })?;
-        }
-        let mut watch = Stopwatch::start(host.elapsed());
-        let solved = run::solve_once(&case, problem, output.clone(), &mut watch, host)?;
-        if host.interrupted().is_some() {
+        if !goes_on {
             break;
         }
-        host.event(Event::Value { value, case: &case, solved: &solved })?;
-        let iteration = last_row(&solved).as_ref().map_or_else(IterationRow::default, report::iteration_row);
-        let certified = solved.answer.certified().filter(|solution| solution.is_certified());
-        let estimate = certified.and_then(|solution| solution.estimate.as_ref());
-        let round_off = estimate.map(|estimate| estimate.unchecked().parts.round_off);
-        let valid = certified.is_some();
-        panel.rows.push(SweepRow {
-            value: value.clone(),
-            status: solved.status.word,
-            valid,
-            iteration,
-            round_off,
-        });
     }
     Ok(())
 }
 
+/// Adds the row of one value; `false` if the sweep is to end.
+///
+/// * `settings`: of this panel alone; `before`: the panels before it.
+fn add_row<S: ReportSpace>(
+    panel: &mut SweepPanel,
+    case: &Case<S>,
+    (options, sweep, value): (&SweepOptions, &Sweep, &str),
+    (settings, before): (&[(String, String)], &[SweepPanel]),
+    output: &Presence,
+    host: &mut dyn Host,
+) -> Result<bool, Failure> {
+    if case.adapt.is_some() {
+        return Err(Failure::command_line(
+            "a sweep compares runs on one mesh, and this case has [adapt]; leave that table out",
+        ));
+    }
+    let built = run::build_last(case, host);
+    let problem = built.map_err(|failure| failure.given_by("--over", &sweep.key, value))?.0;
+    case.refuse_coulomb(
+        "a sweep compares eta_nndd and e_cre, which do not exist with Coulomb friction",
+        "run the values one by one with `nndd solve --set`",
+    )?;
+    if convert::is_exact(case, &problem)
+        && case.iteration_settings().iter().any(|key| sweep.key == format!("solver.{key}"))
+    {
+        return Err(Failure::invalid(format!(
+            "`--over {}`: this case is solved exactly, without an iteration, so that `{}` has no effect\n  expected: a setting \
+             that the exact solution uses\n  fix: ask for the iteration with --set solver.method=nndd",
+            options.over, sweep.key
+        )));
+    }
+    if panel.rows.is_empty() {
+        panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
+        panel.name = format!("{} nodes", panel.nodes);
+        if before.iter().any(|other| other.nodes == panel.nodes) {
+            panel.name += &format!(" ({})", written(settings).join("; "));
+        }
+        host.event(Event::Panel { name: &panel.name, sweep })?;
+    }
+    let mut watch = Stopwatch::start(host.elapsed());
+    let answer = |problem, follower: &mut RunObserver<'_>| once::certified(case, problem, follower);
+    let solved = once::solve(case, problem, output.clone(), (&mut watch, host), answer)?;
+    if host.interrupted().is_some() {
+        return Ok(false);
+    }
+    let row = last_row(&solved);
+    let choices = verdict::choices(case, &solved);
+    host.event(Event::Value { value, row: row.as_ref(), status: &solved.status, choices: &choices })?;
+    let certified = solved.answer.certified().filter(|solution| solution.is_certified());
+    let estimate = certified.and_then(|solution| solution.estimate.as_ref());
+    panel.rows.push(SweepRow {
+        value: value.to_owned(),
+        valid: certified.is_some(),
+        iteration: row.as_ref().map_or_else(IterationRow::default, report::iteration_row),
+        round_off: estimate.map(|estimate| estimate.unchecked().parts.round_off),
+        status: solved.status.word,
+    });
+    Ok(true)
+}
+
 /// Returns the last iteration of a run, without the bounds unless its certificate is valid.
-pub fn last_row(solved: &Solved) -> Option<IterationRecord> {
+fn last_row<S: Space>(solved: &Solved<S>) -> Option<IterationRecord> {
     let solution = solved.answer.certified()?;
     let mut row = *solution.rows.last()?;
     if !solution.is_certified() {

@@ -1,9 +1,12 @@
 //! The sentence about a run, and the one about its certificate.
 
+use crate::solved::{RunResult, Solved};
 use crate::words;
 use case_io::Case;
-use case_io::case::Units;
+use case_io::case::{Dimension, Units};
 use case_io::report::{Certificate, Coulomb, Parts, ProjectedLoad, Report, Status};
+use certified_contact::RoleReason;
+use fem_core::interface::Partner;
 use std::fmt::Write as _;
 
 /// A part of the bound is shown if its share is at least this.
@@ -126,7 +129,7 @@ pub fn peak(report: &Report) -> String {
 type Quantity<'a> = (&'a str, Option<f64>, fn(&Units) -> String);
 
 /// Writes the line about the contact and the largest stress of a run without refinement; empty without a valid certificate.
-pub fn key_results(case: &Case, report: &Report) -> String {
+pub fn key_results<S: Dimension>(case: &Case<S>, report: &Report) -> String {
     let Some(certificate) = report.valid_certificate().filter(|_| case.adapt.is_none()) else {
         return String::new();
     };
@@ -136,7 +139,7 @@ pub fn key_results(case: &Case, report: &Report) -> String {
     let stress = r.peak_stress.as_ref().map(|peak| peak.von_mises);
     let integral = contact_force(report.contact.len(), "integral of the pressure");
     let quantities: [Quantity<'_>; 3] = [
-        (&integral, of_contact(r.contact_force), Units::line_force),
+        (&integral, of_contact(r.contact_force), S::force_unit),
         ("largest nodal pressure", of_contact(r.max_pressure), Units::stress),
         ("largest recovered von Mises stress", stress, Units::stress),
     ];
@@ -178,5 +181,56 @@ fn other_parts(parts: &Parts, e_cre: f64, percent: impl Fn(f64) -> String) -> St
             let _ = write!(text, ", {name} {} %", percent(part));
         }
     }
+    text
+}
+
+/// Lists the choices that were made and why, for `--verbose`.
+pub fn choices<S: Dimension>(case: &Case<S>, solved: &Solved<S>) -> String {
+    let mut text = String::new();
+    let solution = match &solved.answer {
+        RunResult::Certified(solution) => solution,
+        RunResult::Coulomb(result) => {
+            let found = &result.solution;
+            let changes: Vec<String> = found.changes.iter().map(|change| format!("{change:.1e}")).collect();
+            let _ = writeln!(
+                text,
+                "  {} of the fixed point, {} restarts; changes of the friction limit: {}",
+                words::counted(found.steps, "step"),
+                found.restarts,
+                changes.join(" ")
+            );
+            return text;
+        }
+    };
+    let Some(pair) = solution.problem.contacts.first() else { return text };
+    let name = |of: Partner| of.body().map_or("the obstacle", |body| case.bodies[body].name.as_str());
+    let names = pair.partners().map(name);
+    let carrier = name(pair.imposed());
+    let _ = match solution.role_reason {
+        RoleReason::Given if solution.problem.only_pair().is_none() => Ok(()),
+        RoleReason::Given => writeln!(text, "  lambda is carried by \"{carrier}\", as given"),
+        RoleReason::Stiffer { compliance } => writeln!(
+            text,
+            "  lambda is carried by \"{carrier}\", the stiffer body: compliance {:.3e} of \"{}\" against {:.3e} of \"{}\"",
+            compliance[0], names[0], compliance[1], names[1]
+        ),
+    };
+    if let Some(s) = solution.nndd.spectrum {
+        let _ = writeln!(
+            text,
+            "  theta {:.4}: spectrum of the interface operator [{:.4}, {:.4}] from {} Lanczos steps, limit {:.4}",
+            solution.nndd.theta,
+            s.smallest,
+            s.largest,
+            s.steps,
+            s.theta_limit()
+        );
+    }
+    let kkt = solution.rows.iter().map(|r| r.iteration.qp_kkt).fold(0.0, f64::max);
+    let _ = writeln!(
+        text,
+        "  contact problems: Clarabel called {} times, largest KKT residual {kkt:.1e}",
+        solution.nndd.clarabel_calls
+    );
     text
 }

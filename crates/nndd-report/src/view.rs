@@ -3,6 +3,7 @@
 use crate::body_fields::{AT_POINTS, BodyFields, IN_CELLS};
 use crate::report;
 use crate::solved::Solved;
+use crate::space::ReportSpace;
 use case_io::Case;
 use case_io::table::ContactRow;
 use fem_core::interface::ContactProblem;
@@ -10,11 +11,11 @@ use mesh_io::vtu::VtuArray;
 
 /// Names of the fields of a body at its nodes.
 pub const POINT_FIELDS: [&str; 4] = AT_POINTS;
-/// Names of the fields of a body in its triangles.
+/// Names of the fields of a body in its cells.
 pub const CELL_FIELDS: [&str; 10] = IN_CELLS;
 
 /// Returns the problem on the last mesh.
-pub fn problem(solved: &Solved) -> &ContactProblem {
+pub fn problem<S: ReportSpace>(solved: &Solved<S>) -> &ContactProblem<S> {
     solved.answer.fields().problem
 }
 
@@ -22,7 +23,12 @@ pub fn problem(solved: &Solved) -> &ContactProblem {
 ///
 /// * `body`: its number in the case file, from 0.
 /// * `name`: one of [`POINT_FIELDS`] and [`CELL_FIELDS`].
-pub fn field(case: &Case, solved: &Solved, body: usize, name: &str) -> Option<VtuArray> {
+pub fn field<S: ReportSpace>(
+    case: &Case<S>,
+    solved: &Solved<S>,
+    body: usize,
+    name: &str,
+) -> Option<VtuArray> {
     let solution = &solved.answer.fields();
     BodyFields { case, solution, estimate: solution.estimate?, body }.field(name)
 }
@@ -30,7 +36,7 @@ pub fn field(case: &Case, solved: &Solved, body: usize, name: &str) -> Option<Vt
 /// Makes the rows of contact.csv of a pair; no rows without an estimate.
 ///
 /// * `pair`: its number in the case file, from 0.
-pub fn contact(solved: &Solved, pair: usize) -> Vec<ContactRow> {
+pub fn contact<S: ReportSpace>(solved: &Solved<S>, pair: usize) -> Vec<ContactRow> {
     let fields = solved.answer.fields();
     fields.estimate.map(|_| report::contact_rows(&fields, pair)).unwrap_or_default()
 }

@@ -1,8 +1,8 @@
 //! Numbers and texts as people read them.
 
 use case_io::Case;
-use case_io::case::Method;
-use fem_core::geometry::{Vector, shown};
+use case_io::case::{Dimension, Method};
+use fem_core::geometry::shown;
 use serde_json::Value;
 use std::borrow::Cow;
 
@@ -83,10 +83,17 @@ pub fn certified_digits(relative: Option<f64>) -> usize {
 }
 
 /// Writes the place of a point with four digits; rounding beside the given size is zero.
-pub(crate) fn place(point: Vector, size: f64) -> String {
-    let [x, y] = <[f64; 2]>::from(point).map(|c| if c.abs() <= ROUNDING * size { 0.0 } else { c });
-    let rounded = |c: f64| shown(with_digits(c, 4).parse().unwrap_or(c));
-    format!("({}, {})", rounded(x), rounded(y))
+pub(crate) fn place(point: &[f64], size: f64) -> String {
+    let rounded = |c: f64| {
+        let c = if c.abs() <= ROUNDING * size { 0.0 } else { c };
+        shown(with_digits(c, 4).parse().unwrap_or(c))
+    };
+    components(point, rounded)
+}
+
+/// Writes the components of a vector between brackets.
+pub fn components(entries: &[f64], written: impl Fn(f64) -> String) -> String {
+    format!("({})", entries.iter().map(|c| written(*c)).collect::<Vec<_>>().join(", "))
 }
 
 /// Numbers below this part of the largest of their kind are rounding.
@@ -166,8 +173,18 @@ pub fn blanked(text: &str) -> String {
     blanked
 }
 
-/// Names the contact lines: the only one is "contact".
-pub(crate) fn contact_parts(case: &Case) -> Vec<String> {
+/// Names what there is a ParaView file of: the bodies in the file's order, and the contact interfaces.
+pub(crate) fn parts<S: Dimension>(case: &Case<S>) -> Vec<String> {
+    case.bodies.iter().map(|body| body.file_stem()).chain(contact_parts(case)).collect()
+}
+
+/// The file of a part on a mesh of an adaptive run, or in a load step.
+pub(crate) fn step_file(part: &str, step: usize) -> String {
+    format!("fields/{part}-step-{step:02}.vtu")
+}
+
+/// Names the contact interfaces: the only one is "contact".
+pub(crate) fn contact_parts<S: Dimension>(case: &Case<S>) -> Vec<String> {
     match case.contacts.as_slice() {
         [_] => vec!["contact".to_owned()],
         all => all.iter().map(|pair| format!("contact-{}", pair.file_stem())).collect(),

@@ -258,7 +258,7 @@ fn of_report(done: &Done, load: f64, trial: &mut Trial) {
     }
     let results = &report.results;
     let forces = results.reactions.iter().flatten().flat_map(|r| [r.fx, r.fy]);
-    let resultants = report.contact.iter().filter_map(|c| c.resultant).flatten();
+    let resultants = report.contact.iter().filter_map(|c| c.resultant.as_ref()).flatten().copied();
     let largest = forces.chain(resultants).chain(results.contact_force).fold(0.0f64, |m, x| m.max(x.abs()));
     // A run that is ended before contact has no forces but its loads, and the loads of a body may cancel.
     let largest = largest.max(load);

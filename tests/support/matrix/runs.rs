@@ -1,7 +1,7 @@
 //! Runs a case file as the program does: read, build, solve, report, without a process.
 
 use case_io::Case;
-use case_io::case::Notes;
+use case_io::case::{AnyCase, Notes};
 use case_io::report::Report;
 use fem_core::interface::ContactProblem;
 use nndd_report::run::{self, Source};
@@ -18,11 +18,11 @@ pub(super) struct CaseText {
 }
 
 impl Source for CaseText {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
-        Ok(Case::parse(&self.text, "case.toml", overrides)?)
+    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
+        Ok(AnyCase::parse(&self.text, "case.toml", overrides)?)
     }
 
-    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+    fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
         let mut case = self.parse(overrides)?;
         case.read_mesh_files(&self.folder)?;
         Ok(case)
@@ -84,7 +84,7 @@ pub(super) struct Done {
 /// # Errors
 /// As the command: a refusal, or no first result.
 pub(super) fn run(source: &CaseText, out: &Path, host: &mut Quiet) -> Result<Done, Failure> {
-    let case = source.read(&[])?;
+    let case = source.read(&[])?.into_plane()?;
     let built = run::build(&case, host)?;
     let place = RunDirectory::open(&case, out, true)?;
     finish(case, built, place, host)
@@ -96,7 +96,7 @@ pub(super) fn run(source: &CaseText, out: &Path, host: &mut Quiet) -> Result<Don
 /// As the command.
 pub(super) fn resume(source: &CaseText, out: &Path) -> Result<Done, Failure> {
     let mut host = Quiet::new();
-    let case = source.read(&[])?;
+    let case = source.read(&[])?.into_plane()?;
     let built = run::build(&case, &host)?;
     let place = RunDirectory::resume(&case, out)?;
     finish(case, built, place, &mut host)
@@ -107,7 +107,7 @@ pub(super) fn resume(source: &CaseText, out: &Path) -> Result<Done, Failure> {
 /// # Errors
 /// As the command.
 pub(super) fn run_and_write(source: &CaseText, out: &Path, host: &mut Quiet) -> Result<Report, Failure> {
-    let case = source.read(&[])?;
+    let case = source.read(&[])?.into_plane()?;
     let built = run::build(&case, host)?;
     let mut place = RunDirectory::open(&case, out, true)?;
     let mut watch = Stopwatch::start(host.elapsed());

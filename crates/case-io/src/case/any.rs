@@ -5,6 +5,7 @@ use super::{Case, read};
 use crate::case_file::{self, At, Document, NodeValue, Table};
 use crate::diagnostic::{CaseError, code};
 use fem_core::space::{Plane, Solid};
+use std::path::Path;
 
 /// A case of the plane or of solids. Nothing else asks which of the two it is.
 #[derive(Clone, Debug)]
@@ -57,6 +58,19 @@ impl AnyCase {
         })
     }
 
+    /// Reads the mesh files that the bodies name, see [`Case::read_mesh_files`]; solids have none.
+    ///
+    /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
+    ///
+    /// # Errors
+    /// See [`Case::read_mesh_files`].
+    pub fn read_mesh_files(&mut self, folder: &Path) -> Result<(), CaseError> {
+        match self {
+            Self::Plane(case) => case.read_mesh_files(folder),
+            Self::Solid(_) => Ok(()),
+        }
+    }
+
     /// Returns the case of the plane.
     ///
     /// # Errors
@@ -66,11 +80,9 @@ impl AnyCase {
             Self::Plane(case) => Ok(*case),
             Self::Solid(case) => {
                 let place = if case.is_given("model.hypothesis") { "model.hypothesis" } else { "body" };
-                let fault = case.diagnostic(code::VALUE, place, "solid cases are not solved from files yet");
+                let fault = case.diagnostic(code::VALUE, place, "this case has solid bodies");
                 let fault = fault.expected("bodies of the plane");
-                Err(fault
-                    .fix("solve it as a program does: see the example `solids` of certified-contact")
-                    .into())
+                Err(fault.fix("read it with `AnyCase`, which takes both").into())
             }
         }
     }

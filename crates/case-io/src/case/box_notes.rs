@@ -1,17 +1,18 @@
 //! Boxes that do not end at nodes or cell borders: what the mesh makes of them is not what was written.
 
 use super::regions::cells_in;
-use super::{Case, CellSelection, Part};
+use super::{Case, CellSelection, Dimension, Part};
 use crate::diagnostic::significant;
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, clipped, cross, norm};
-use fem_core::mesh::TriMesh;
+use fem_core::geometry::Coordinates;
+use fem_core::mesh::Mesh;
+use fem_core::space::Array;
 use mesh_io::words::counted;
 
 /// An edge or cell of which less than this share lies on one side of a limit is not cut.
 const SHARE: f64 = 1e-6;
 
-/// The extent of a `part` or a box as written and as taken on the mesh, m or m², and the number of edges or cells that it cuts.
+/// The extent of a `part` or a box as written and as taken on the mesh, m to m³, and the number of facets or cells that it cuts.
 #[derive(Default)]
 struct Cover {
     written: f64,
@@ -29,11 +30,11 @@ impl Cover {
     }
 }
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Names every `part` and every `box` that ends inside edges or cells of the first meshes.
     ///
     /// * `bodies`: in the file's order.
-    pub(super) fn cut_notes(&self, bodies: &[Body]) -> Vec<String> {
+    pub(super) fn cut_notes(&self, bodies: &[Body<S>]) -> Vec<String> {
         let mut notes = Vec::new();
         for (given, body) in self.bodies.iter().zip(bodies) {
             let name = &given.name;
@@ -44,10 +45,11 @@ impl Case {
                 let found = on_side(body.mesh(), on, part);
                 if found.cut > 0 {
                     notes.push(format!(
-                        "body \"{name}\": the part of a {what} on \"{on}\" ends inside {} of the mesh, left out: it acts on a \
-                         length of {}; put nodes at its ends, or use finer edges",
-                        counted(found.cut, "edge"),
-                        found.words("shorter by less than 1 %")
+                        "body \"{name}\": the part of a {what} on \"{on}\" ends inside {} of the mesh, left out: the {} that it acts on is {}; put nodes at its ends, or use finer {}",
+                        counted(found.cut, S::WORDS.facet),
+                        S::EXTENT,
+                        found.words("shorter by less than 1 %"),
+                        S::WORDS.facets
                     ));
                 }
             }
@@ -57,9 +59,10 @@ impl Case {
                 if found.cut > 0 {
                     notes.push(format!(
                         "body \"{name}\": the box of \"{}\" cuts {}, each of which belongs to it if its centroid does: its \
-                         area is {}; end it at cell borders, or use finer cells",
+                         {} is {}; end it at cell borders, or use finer cells",
                         region.material,
                         counted(found.cut, "cell"),
+                        S::WORDS.measure,
                         found.words("nearly as written, its shape is another")
                     ));
                 }
@@ -69,64 +72,73 @@ impl Case {
     }
 }
 
-/// The half planes of a box, widened by a tolerance: each a signed distance to a limit, positive inside.
-fn limits(part: Part, tolerance: f64) -> impl Iterator<Item = impl Fn(Vector) -> f64> {
-    part.limits.into_iter().enumerate().flat_map(move |(c, limits)| {
-        let both = limits.map(|[low, high]| [(low, 1.0), (high, -1.0)]);
-        both.into_iter()
-            .flatten()
-            .map(move |(limit, sign)| move |p: Vector| sign * (p[c] - limit) + tolerance)
-    })
+/// The half spaces of a box, widened by a tolerance: each a signed distance to a limit, positive inside.
+fn limits<S: Dimension>(part: Part<S>, tolerance: f64) -> Vec<impl Fn(S::Vector) -> f64> {
+    let of_axis = |c: usize| {
+        let both = part.limits[c].map(|[low, high]| [(low, 1.0), (high, -1.0)]);
+        both.into_iter().flatten().map(move |(limit, sign)| (c, limit, sign))
+    };
+    let distance =
+        |(c, limit, sign): (usize, f64, f64)| move |p: S::Vector| sign * (p[c] - limit) + tolerance;
+    (0..S::DIM).flat_map(of_axis).map(distance).collect()
 }
 
-/// Measures what a `part` takes of a side: the edges whose both ends lie in it.
-fn on_side(mesh: &TriMesh, group: &str, part: Part) -> Cover {
-    let tolerance = Part::tolerance(mesh);
+/// Measures the part of a simplex in which all numbers are positive.
+///
+/// * `inside`: linear functions; `measure`: of a simplex.
+fn covered<V: Coordinates, A: Array<V>>(
+    corners: &A,
+    inside: &[impl Fn(V) -> f64],
+    measure: &dyn Fn(&A) -> f64,
+) -> f64 {
+    let Some((first, others)) = inside.split_first() else { return measure(corners).abs() };
+    let values = corners.as_ref().iter().map(|p| first(*p)).collect();
+    positive(corners, values, &|part| covered(part, others, measure))
+}
+
+/// Adds up a number over the simplices in which a linear function is positive: a simplex is halved at the zero on an edge, again and again.
+fn positive<V: Coordinates, A: Array<V>>(corners: &A, values: Vec<f64>, number: &dyn Fn(&A) -> f64) -> f64 {
+    let (Some(i), Some(j)) = (values.iter().position(|v| *v > 0.0), values.iter().position(|v| *v < 0.0))
+    else {
+        return if values.iter().any(|v| *v < 0.0) { 0.0 } else { number(corners) };
+    };
+    let zero = corners[i] + (corners[j] - corners[i]) * (values[i] / (values[i] - values[j]));
+    let half = |k: usize| {
+        let (mut corners, mut values) = (corners.clone(), values.clone());
+        (corners[k], values[k]) = (zero, 0.0);
+        positive(&corners, values, number)
+    };
+    half(i) + half(j)
+}
+
+/// Measures what a `part` takes of a side: the facets all of whose corners lie in it.
+fn on_side<S: Dimension>(mesh: &Mesh<S>, group: &str, part: Part<S>) -> Cover {
+    let inside = limits(part, Part::tolerance(mesh));
     let mut cover = Cover::default();
-    for &edge in mesh.group(group).unwrap_or(&[]) {
-        let [a, b] = mesh.facet_corners(edge);
-        let (mut from, mut to) = (0.0f64, 1.0f64);
-        let mut is_inside = true;
-        for inside in limits(part, tolerance) {
-            let (p, q) = (inside(a), inside(b));
-            is_inside &= p >= 0.0 && q >= 0.0;
-            match (p >= 0.0, q >= 0.0) {
-                (true, true) => {}
-                (false, false) => to = -1.0,
-                (true, false) => to = to.min(p / (p - q)),
-                (false, true) => from = from.max(p / (p - q)),
-            }
-        }
-        let (share, length) = ((to - from).max(0.0), norm(b - a));
-        cover.written += share * length;
+    for &facet in mesh.group(group).unwrap_or(&[]) {
+        let corners = mesh.facet_corners(facet);
+        let (whole, share) = (mesh.facet_measure(facet), covered(&corners, &inside, &S::facet_measure));
+        let is_inside = corners.into_iter().all(|p| inside.iter().all(|of| of(p) >= 0.0));
+        cover.written += share;
         if is_inside {
-            cover.taken += length;
+            cover.taken += whole;
         }
-        cover.cut += usize::from(!is_inside && share > SHARE);
+        cover.cut += usize::from(!is_inside && share > SHARE * whole);
     }
     cover
 }
 
 /// Measures what a `box` takes of a body, [`cells_in`].
-fn in_body(mesh: &TriMesh, part: Part) -> Cover {
-    let tolerance = Part::tolerance(mesh);
+fn in_body<S: Dimension>(mesh: &Mesh<S>, part: Part<S>) -> Cover {
+    let inside = limits(part, Part::tolerance(mesh));
     let taken = cells_in(mesh, part).into_iter().fold(0.0, |sum, t| sum + mesh.measure(t));
     let mut cover = Cover { taken, ..Cover::default() };
     for t in 0..mesh.cells().len() {
-        let mut polygon = mesh.corners(t).to_vec();
-        for inside in limits(part, tolerance) {
-            polygon = clipped(&polygon, inside);
-        }
-        let covered = area(&polygon);
-        cover.written += covered;
-        cover.cut += usize::from((SHARE..1.0 - SHARE).contains(&(covered / mesh.measure(t))));
+        let share = covered(&mesh.corners(t), &inside, &S::measure);
+        cover.written += share;
+        cover.cut += usize::from((SHARE..1.0 - SHARE).contains(&(share / mesh.measure(t))));
     }
     cover
-}
-
-fn area(polygon: &[Vector]) -> f64 {
-    let Some(&first) = polygon.first() else { return 0.0 };
-    polygon.windows(2).map(|w| 0.5 * cross(w[0] - first, w[1] - first)).sum()
 }
 
 #[cfg(test)]
@@ -147,8 +159,8 @@ mod tests {
         assert_eq!(notes("1.25"), "");
         assert_eq!(
             notes("0.6"),
-            "body \"upper\": the part of a displacement on \"top\" ends inside 1 edge of the mesh, left out: it acts on a \
-             length of 0.500 instead of 0.600; put nodes at its ends, or use finer edges\n\
+            "body \"upper\": the part of a displacement on \"top\" ends inside 1 edge of the mesh, left out: the length \
+             that it acts on is 0.500 instead of 0.600; put nodes at its ends, or use finer edges\n\
              body \"lower\": the box of \"upper\" cuts 8 cells, each of which belongs to it if its centroid does: its area is \
              0.625 instead of 0.600; end it at cell borders, or use finer cells"
         );

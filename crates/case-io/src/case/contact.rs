@@ -152,13 +152,13 @@ impl<S: Dimension> Serialize for Rigid<S> {
         // The components of a rotation are given together.
         if self.motion.into_iter().skip(S::DIM).all(|component| component.is_some()) {
             let motion = S::components(|k| self.motion[k].unwrap_or_default());
-            map.serialize_entry("rotation", &S::spin_json(S::parts(&motion).1))?;
+            map.serialize_entry("rotation", &S::spin_written(S::parts(&motion).1))?;
         }
         if let Some(force) = &self.force {
             map.serialize_entry("force", force.as_ref())?;
         }
         if let Some(moment) = self.moment {
-            map.serialize_entry("moment", &S::spin_json(moment))?;
+            map.serialize_entry("moment", &S::spin_written(moment))?;
         }
         if let Some(about) = &self.about {
             map.serialize_entry("about", about.as_ref())?;

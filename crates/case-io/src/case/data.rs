@@ -1,12 +1,11 @@
 //! Numbers and expressions as fem-core's data, and what the mesh makes of them.
 
 use super::pair_notes::PairNote;
-use super::{Case, Contact, Dimension, Friction, MaterialLaw, Value};
+use super::{Case, Contact, Dimension, Friction, Value};
 use crate::diagnostic::{CaseError, code};
-use fem_core::body::{Body, ConditionList, DataDifference, Difference, SAMPLES};
+use fem_core::body::{Body, ConditionList, DataDifference, Difference};
 use fem_core::geometry::Point;
 use fem_core::interface::{ContactInterface, ContactProblem, NodePair};
-use fem_core::material::Hypothesis;
 
 /// Writes an expression for a note.
 fn quoted(value: Option<&Value>) -> String {
@@ -20,15 +19,15 @@ fn quoted(value: Option<&Value>) -> String {
 /// This many data that linear edges cannot represent, besides the worst one, are no longer described one by one.
 const MOST_ALONE: usize = 3;
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Says what the reader of the results should know of the data: where the stress out of the plane is not known, and
-    /// which data given by expressions linear edges cannot represent, and how much the data of this mesh differ from
+    /// which data given by expressions linear facets cannot represent, and how much the data of this mesh differ from
     /// them: the bound of the error is for the data of the mesh.
     ///
     /// * `problem`: bodies in the file's order.
-    pub fn data_notes(&self, problem: &ContactProblem) -> Vec<String> {
-        let mut notes = self.stress_notes();
-        let of_body = |(k, body): (usize, &Body)| {
+    pub fn data_notes(&self, problem: &ContactProblem<S>) -> Vec<String> {
+        let mut notes = S::stress_notes(self);
+        let of_body = |(k, body): (usize, &Body<S>)| {
             let found = body.interpolated_data().into_iter();
             found.map(|found| (self.datum(k, &found), found.difference)).collect::<Vec<_>>()
         };
@@ -36,7 +35,7 @@ impl Case {
         let (mut data, endless): (Vec<_>, Vec<_>) =
             data.partition(|(_, difference)| difference.largest.is_finite());
         let described = |data: &[(String, Difference)]| -> Vec<String> {
-            data.iter().map(|(what, difference)| note(what, *difference)).collect()
+            data.iter().map(|(what, difference)| note::<S>(what, *difference)).collect()
         };
         // Each datum without a finite value is said.
         notes.extend(described(&endless));
@@ -48,18 +47,19 @@ impl Case {
             let worst = described(&data[..1]).pop();
             notes.extend(worst.map(|worst| {
                 format!(
-                    "{worst}; {others} other data are not linear along the edges either, and differ by no more"
+                    "{worst}; {others} other data are not linear {} either, and differ by no more",
+                    S::ALONG
                 )
             }));
         }
         let mut of_pairs = Vec::new();
-        let gaps = problem.interpolated_gaps();
-        let measured = |of: &Contact| {
+        let gaps = S::interpolated_gaps(problem);
+        let measured = |of: &Contact<S>| {
             of.geometric || of.obstacle.is_some() && !self.is_given(&format!("{}.gap", of.path))
         };
         // All measured gaps of a kind get one note, with the largest difference.
-        let worst = |given: &Contact| {
-            let alike = |of: &Contact| measured(of) && of.obstacle.is_some() == given.obstacle.is_some();
+        let worst = |given: &Contact<S>| {
+            let alike = |of: &Contact<S>| measured(of) && of.obstacle.is_some() == given.obstacle.is_some();
             let of_kind =
                 self.contacts.iter().zip(&gaps).filter(|(of, _)| alike(of)).filter_map(|(_, found)| *found);
             of_kind.fold(Difference { largest: 0.0, mean: 0.0 }, |worst, of| Difference {
@@ -80,7 +80,7 @@ impl Case {
             };
             let words = match measured {
                 true => measured_gap(&said, worst(given)),
-                false => note(&said, difference),
+                false => note::<S>(&said, difference),
             };
             let key = if measured && given.obstacle.is_some() { "obstacle" } else { "gap" };
             let (alone, shared) = (format!("{}.{key}{words}", given.path), format!("{key}{words}"));
@@ -94,28 +94,10 @@ impl Case {
                 continue;
             };
             if let Some(difference) = pair.interpolated_limit(first) {
-                notes.push(note(
+                notes.push(note::<S>(
                     &format!("{}.friction.limit = {}", given.path, quoted(Some(limit))),
                     difference,
                 ));
-            }
-        }
-        notes
-    }
-
-    /// Says where the stress out of the plane is not known.
-    fn stress_notes(&self) -> Vec<String> {
-        let mut notes = Vec::new();
-        for material in (0..self.bodies.len()).flat_map(|body| self.materials_of(body)) {
-            let unknown = matches!(material.law, MaterialLaw::Stiffness(_))
-                && self.model.hypothesis == Hypothesis::PlaneStrain;
-            let note = format!(
-                "material \"{}\": a plane stiffness in plane strain does not say the stress out of the plane: there is no \
-                 von Mises stress, and ParaView files have 0 for it",
-                material.name
-            );
-            if unknown && !notes.contains(&note) {
-                notes.push(note);
             }
         }
         notes
@@ -129,21 +111,23 @@ impl Case {
         let (on, key, value) = match found.place.list {
             ConditionList::Displacement => {
                 let Some(condition) = given.displacements.get(index) else { return String::new() };
-                let (key, value) = match (&condition.imposition, found.component) {
-                    (Imposition::Components([value, _]), Some(0)) => ("ux", value.as_ref()),
-                    (Imposition::Components([_, value]), Some(_)) => ("uy", value.as_ref()),
-                    (Imposition::Normal(value), _) => ("normal", Some(value)),
-                    _ => ("displacement", None),
+                let (key, value): (String, _) = match (&condition.imposition, found.component) {
+                    (Imposition::Components(values), Some(c)) => {
+                        (S::MOTIONS[c].to_owned(), values[c].as_ref())
+                    }
+                    (Imposition::Normal(value), _) => ("normal".to_owned(), Some(value)),
+                    _ => ("displacement".to_owned(), None),
                 };
                 (&condition.on, key, value)
             }
             ConditionList::Traction => {
                 let Some(condition) = given.tractions.get(index) else { return String::new() };
-                let (key, value) = match (&condition.load, found.component) {
-                    (Load::Vector([value, _]), Some(0)) => ("traction x", Some(value)),
-                    (Load::Vector([_, value]), Some(_)) => ("traction y", Some(value)),
-                    (Load::Pressure(value), _) => ("pressure", Some(value)),
-                    _ => ("traction", None),
+                let (key, value): (String, _) = match (&condition.load, found.component) {
+                    (Load::Vector(values), Some(c)) => {
+                        (format!("traction {}", S::COORDINATES[c]), Some(&values[c]))
+                    }
+                    (Load::Pressure(value), _) => ("pressure".to_owned(), Some(value)),
+                    _ => ("traction".to_owned(), None),
                 };
                 (&condition.on, key, value)
             }
@@ -152,9 +136,7 @@ impl Case {
         };
         format!("body \"{}\", {key} = {} on \"{on}\"", given.name, quoted(value))
     }
-}
 
-impl<S: Dimension> Case<S> {
     /// Refuses an initial λ that is not finite at a contact node of a body.
     ///
     /// * `contact`: the number of the pair; `bodies`: all bodies, in the file's order.
@@ -201,8 +183,8 @@ fn measured_gap(what: &str, difference: Difference) -> String {
     )
 }
 
-fn note(what: &str, difference: Difference) -> String {
-    let checked = format!("checked at {SAMPLES} points of every edge");
+fn note<S: Dimension>(what: &str, difference: Difference) -> String {
+    let checked = format!("checked at {} points of every {}", S::facet_samples().len(), S::WORDS.facet);
     if difference.largest.is_infinite() {
         return format!(
             "{what}: without a finite value at a point between the nodes ({checked}); the bound is for data that are linear \
@@ -210,8 +192,10 @@ fn note(what: &str, difference: Difference) -> String {
         );
     }
     format!(
-        "{what}: not linear along the edges, so the bound is for interpolated data; at the points checked they differ from the \
+        "{what}: not linear {}, so the bound is for interpolated data; at the points checked they differ from the \
          expression by at most {:.1e} of its largest value ({:.1e} in the mean; {checked})",
-        difference.largest, difference.mean
+        S::ALONG,
+        difference.largest,
+        difference.mean
     )
 }

@@ -5,10 +5,11 @@
 mod plane;
 mod solid;
 
-use super::Case;
+use super::{Case, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::CaseError;
-use fem_core::body::{Body, BodyError, CurvedSide};
+use crate::report;
+use fem_core::body::{Body, BodyError, CurvedSide, Difference};
 use fem_core::interface::{Contact, ContactNormal, ContactProblem, Gap, Paired, PairingError, Refined};
 use fem_core::material::{LinearElastic, MaterialError};
 use fem_core::mesh::{Mesh, MeshError};
@@ -32,12 +33,16 @@ pub trait Dimension: Space {
     /// The constants of an orthotropic material, angles in degrees.
     type Orthotropic: Copy + Debug + PartialEq + Send + Sync;
 
+    /// How far stresses are relaxed by default.
+    const RELAX_UNTIL: RelaxUntil;
     /// The names of the coordinates.
     const COORDINATES: &'static [&'static str];
     /// The word for a corner of a facet.
     const CORNER: &'static str;
     /// The word for the measure of a facet.
     const EXTENT: &'static str;
+    /// Where data are linear.
+    const ALONG: &'static str;
     /// The word for the points at one distance from another.
     const CIRCLE: &'static str;
 
@@ -105,8 +110,23 @@ pub trait Dimension: Space {
     /// Says what the meshes make of boxes and contact surfaces.
     fn notes(case: &Case<Self>, problem: &ContactProblem<Self>, refined: &[Option<Refined>]) -> Vec<String>;
 
-    /// Writes a rotation or a moment.
-    fn spin_json(spin: Self::Spin) -> Json;
+    /// Says where stresses are not known.
+    fn stress_notes(case: &Case<Self>) -> Vec<String>;
+    /// Measures for each pair the difference between the initial gap and the one on the contact facets, relative to its largest value;
+    /// `None` if the two are equal to round-off.
+    fn interpolated_gaps(problem: &ContactProblem<Self>) -> Vec<Option<Difference>>;
+
+    /// Returns a rotation or a moment as report.json has it.
+    fn spin_written(spin: Self::Spin) -> report::Spin;
+
+    /// Returns the thickness of the bodies, m; `None` of solids, which have none.
+    fn thickness(model: &Self::Model) -> Option<f64>;
+    /// Names the unit of the measure of facets.
+    fn extent_unit(units: &Units) -> String;
+    /// Names the unit of forces, in the plane per unit thickness.
+    fn force_unit(units: &Units) -> String;
+    /// Names the unit of moments and energies, in the plane per unit thickness.
+    fn moment_unit(units: &Units) -> String;
 
     /// Makes a vector of its components.
     fn vector(components: &Self::Axes<f64>) -> Self::Vector {

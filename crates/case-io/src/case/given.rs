@@ -1,14 +1,15 @@
 //! Data that a program gives a case in memory: meshes instead of files, and data at nodes instead of numbers.
 
 use super::build::generator_fault;
+use super::dimension::Keys;
 use super::{Case, Dimension, Friction, Value, read_body};
-use crate::case_file::{At, Findings, Reader, Table};
+use crate::case_file::{At, Findings, NodeValue, Reader, Table};
 use crate::diagnostic::{CaseError, code};
 use crate::expression::{AtNodes, Given, NodalData};
 use fem_core::geometry::Vector;
 use fem_core::mesh::id::NodeId;
-use fem_core::mesh::{Mesh, TriMesh};
-use fem_core::space::Plane;
+use fem_core::mesh::{Mesh, TetMesh, TriMesh};
+use fem_core::space::{Plane, Solid};
 use mesh_io::MeshFile;
 use std::collections::BTreeMap;
 
@@ -19,10 +20,28 @@ use std::collections::BTreeMap;
 /// # Errors
 /// Everything that is wrong with the keys, and a mesh that cannot be made.
 pub fn mesh_of_generator(keys: &Table) -> Result<TriMesh, CaseError> {
-    let (findings, at) = (Findings::new(Plane::COORDINATES), At::of_key("generator", ""));
-    let source = read_body::generator::<Plane>(Reader::new(&findings, keys, "generator".to_owned(), &at));
+    generated::<Plane>(keys)
+}
+
+/// Makes the mesh of tetrahedra of a generator alone, see [`mesh_of_generator`].
+///
+/// # Errors
+/// Everything that is wrong with the keys, and a mesh that cannot be made.
+pub fn solid_mesh_of_generator(keys: &Table) -> Result<TetMesh, CaseError> {
+    generated::<Solid>(keys)
+}
+
+/// Tells whether a generator makes a mesh of tetrahedra.
+pub fn is_solid_generator(keys: &Table) -> bool {
+    let kind = keys.get("kind").map(|entry| &entry.node.value);
+    Solid::GENERATORS.iter().any(|(word, _)| matches!(kind, Some(NodeValue::String(kind)) if kind == word))
+}
+
+fn generated<S: Keys>(keys: &Table) -> Result<Mesh<S>, CaseError> {
+    let (findings, at) = (Findings::new(S::COORDINATES), At::of_key("generator", ""));
+    let source = read_body::generator::<S>(Reader::new(&findings, keys, "generator".to_owned(), &at));
     let (faults, omitted, _) = findings.into_parts();
-    match source.as_ref().filter(|_| faults.is_empty()).map(Plane::generated) {
+    match source.as_ref().filter(|_| faults.is_empty()).map(S::generated) {
         Some(made) => {
             made.map_err(|error| generator_fault(Some(at.place()), error.to_string(), &error).into())
         }

@@ -3,7 +3,7 @@
 use super::dimension::{Keys, refuse_foreign};
 use super::{
     Acceleration, Case, Contact, Criterion, Dimension, Estimator, Friction, Imposed, Limit, Limits, Method,
-    Output, QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Value, Weights,
+    Output, QpChoice, SCHEMA, Solver, Theta, Value, Weights,
 };
 use super::{materials, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -25,7 +25,7 @@ pub(super) fn case<S: Keys>(document: &Document, file_name: &str) -> Result<Case
     regions::check_references(&root, &materials, &bodies);
     let contacts = read_contact::contacts(&mut root, &mut bodies);
     let solver = solver(root.table("solver"));
-    let estimator = estimator(root.table("estimator"));
+    let estimator = estimator::<S>(root.table("estimator"));
     let adapt = if foreign { None } else { read_adapt::adapt(&mut root, &contacts) };
     refuse_with_friction(&root, &contacts, &solver);
     let steps = if foreign { Vec::new() } else { steps::steps(&mut root, &bodies, adapt.is_some()) };
@@ -176,10 +176,10 @@ fn theta(r: &mut Reader<'_>) -> Theta {
     }
 }
 
-fn estimator(reader: Option<Reader<'_>>) -> Estimator {
-    let mut estimator = Estimator { relaxation: 0, until: Some(RelaxUntil::default()), every: 0 };
+fn estimator<S: Dimension>(reader: Option<Reader<'_>>) -> Estimator {
+    let mut estimator = Estimator { relaxation: 0, until: Some(S::RELAX_UNTIL), every: 0 };
     let Some(mut r) = reader else { return estimator };
-    estimator.until = read_adapt::relax_until(&mut r);
+    estimator.until = read_adapt::relax_until::<S>(&mut r);
     if let Some(steps) = r.count("relaxation", 0) {
         (estimator.relaxation, estimator.until) = (steps, None);
     }

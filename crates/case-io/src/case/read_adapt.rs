@@ -53,7 +53,7 @@ pub(super) fn adapt<S: Dimension>(root: &mut Reader<'_>, contacts: &[Contact<S>]
 }
 
 /// Reads `tolerance` and `max_steps` of `[estimator]`, which replace `relaxation`.
-pub(super) fn relax_until(r: &mut Reader<'_>) -> Option<RelaxUntil> {
+pub(super) fn relax_until<S: Dimension>(r: &mut Reader<'_>) -> Option<RelaxUntil> {
     let tolerance = r.number_where("tolerance", proper, FRACTION);
     let max_steps = r.count("max_steps", 1);
     for key in ["tolerance", "max_steps"] {
@@ -63,7 +63,7 @@ pub(super) fn relax_until(r: &mut Reader<'_>) -> Option<RelaxUntil> {
             r.refuse(key, message, "one of the two", fix);
         }
     }
-    let default = RelaxUntil::default();
+    let default = S::RELAX_UNTIL;
     Some(RelaxUntil {
         tolerance: tolerance.unwrap_or(default.tolerance),
         max_steps: max_steps.unwrap_or(default.max_steps),

@@ -67,7 +67,7 @@ fn every_key_has_its_own_default() {
         },
     };
     assert_eq!(case.solver, expected);
-    assert_eq!(case.estimator, Estimator { relaxation: 0, until: Some(RelaxUntil::default()), every: 0 });
+    assert_eq!(case.estimator, Estimator { relaxation: 0, until: Some(Plane::RELAX_UNTIL), every: 0 });
     assert_eq!(case.adapt, None);
     assert_eq!(case.output, Output { directory: None, vtu: true });
     assert_eq!(case.output_directory(), "runs/case");

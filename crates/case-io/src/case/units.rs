@@ -1,5 +1,6 @@
 //! `[units]`: what the lengths and forces of a case are measured in. They label results and change no number.
 
+use super::Dimension;
 use crate::case_file::Reader;
 use crate::diagnostic::excerpt;
 use serde::Serialize;
@@ -37,15 +38,24 @@ impl Units {
         known.map_or_else(|| format!("{force}/{length}²"), |(.., name)| (*name).to_owned())
     }
 
+    /// Names the unit of areas: `mm²`.
+    pub fn area(&self) -> String {
+        format!("{}²", self.length)
+    }
+
     /// Names the unit of forces per unit thickness: `N/mm`. Energies per unit thickness are forces.
     pub fn line_force(&self) -> String {
         format!("{}/{}", self.force, self.length)
     }
 
-    /// Names the unit of energy norms per unit thickness, the root of a force: `√N`.
-    pub fn energy_norm(&self) -> String {
-        let Self { force, .. } = self;
-        if force.chars().all(char::is_alphanumeric) { format!("√{force}") } else { format!("√({force})") }
+    /// Names the unit of energy norms, the root of an energy: `√N` per unit thickness, `√(N·mm)`.
+    pub fn energy_norm<S: Dimension>(&self) -> String {
+        let energy = S::moment_unit(self);
+        if energy.chars().all(char::is_alphanumeric) {
+            format!("√{energy}")
+        } else {
+            format!("√({energy})")
+        }
     }
 
     /// Names the unit of moments: `N·mm`.

@@ -1,5 +1,6 @@
 //! The bodies of a report.
 
+use super::Spin;
 use serde::Serialize;
 
 /// The size of a body.
@@ -10,8 +11,12 @@ pub struct BodySummary {
     pub name: String,
     /// Number of nodes.
     pub nodes: usize,
-    /// Number of triangles.
-    pub triangles: usize,
+    /// Number of triangles; left out of solids.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub triangles: Option<usize>,
+    /// Number of tetrahedra; left out in the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tetrahedra: Option<usize>,
     /// Number of unknowns.
     pub unknowns: usize,
     /// True if its supports leave a rigid motion free.
@@ -29,26 +34,26 @@ pub struct BodySummary {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct RigidSideSummary {
-    /// The edge group.
+    /// The group of facets.
     pub on: String,
-    /// `[ux, uy, rotation]`, m and radians, of the point `about`.
-    pub motion: [f64; 3],
-    /// Resultant on the body, N/m.
-    pub force: [f64; 2],
-    /// Moment about `about`, N.
-    pub moment: f64,
+    /// The displacement of the point `about`, m, then its rotation, radians: `[ux, uy, rotation]`, of solids `[ux, uy, uz, rx, ry, rz]`.
+    pub motion: Vec<f64>,
+    /// Resultant on the body, N/m, of solids N.
+    pub force: Vec<f64>,
+    /// Moment about `about`, N, of solids N·m.
+    pub moment: Spin,
     /// The point about which it rotates, m.
-    pub about: [f64; 2],
+    pub about: Vec<f64>,
 }
 
-/// The motion of one body: `u(x) = translation + rotation e_z × (x − centre)`.
+/// The motion of one body: `u(x) = translation + rotation × (x − centre)`; in the plane the rotation is about the z axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct FreeMotion {
     /// Translation of the centre.
-    pub translation: [f64; 2],
-    /// Rotation, counter-clockwise, 1/m.
-    pub rotation: f64,
+    pub translation: Vec<f64>,
+    /// Rotation, in the plane counter-clockwise, 1/m.
+    pub rotation: Spin,
     /// The centre, m.
-    pub centre: [f64; 2],
+    pub centre: Vec<f64>,
 }

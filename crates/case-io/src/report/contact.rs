@@ -1,5 +1,6 @@
 //! The contact interfaces of a report.
 
+use super::Spin;
 use serde::Serialize;
 
 /// A contact interface.
@@ -18,26 +19,27 @@ pub struct ContactSummary {
     pub imposed: String,
     /// Number of node pairs.
     pub pairs: usize,
-    /// Length, m.
-    pub length: f64,
-    /// The force of the contact on the first body, N/m.
+    /// What a contact line has.
+    #[serde(flatten)]
+    pub line: Option<ContactLine>,
+    /// What a contact surface has.
+    #[serde(flatten)]
+    pub surface: Option<ContactSurface>,
+    /// The force of the contact on the first body, N/m, of solids N.
     #[serde(default)]
-    pub resultant: Option<[f64; 2]>,
-    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
+    pub resultant: Option<Vec<f64>>,
+    /// Its moment about the origin of the coordinates, N, of solids N·m, in the plane positive counter-clockwise.
     #[serde(default)]
-    pub moment: Option<f64>,
-    /// The mean of the contact nodes weighted by their forces, m. On a straight line the resultant acts there.
+    pub moment: Option<Spin>,
+    /// The mean of the contact nodes weighted by their forces, m. On a straight line or a plane the resultant acts there.
     #[serde(default)]
-    pub centre: Option<[f64; 2]>,
+    pub centre: Option<Vec<f64>>,
     /// The node of the first body with the largest pressure, m.
     #[serde(default)]
-    pub max_pressure_at: Option<[f64; 2]>,
-    /// `Σ r²_i`, N/m.
+    pub max_pressure_at: Option<Vec<f64>>,
+    /// `Σ r²_i`, N/m, of solids N.
     #[serde(default)]
     pub contact_force: Option<f64>,
-    /// Stretches in contact, by arc length, m.
-    #[serde(default)]
-    pub contact_intervals: Option<Vec<[f64; 2]>>,
     /// Largest nodal pressure, Pa.
     #[serde(default)]
     pub max_pressure: Option<f64>,
@@ -53,6 +55,52 @@ pub struct ContactSummary {
     /// Results of friction; left out without friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<FrictionSummary>,
+}
+
+/// What a contact line of the plane has alone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct ContactLine {
+    /// Length, m.
+    pub length: f64,
+    /// Stretches in contact, by arc length, m.
+    pub contact_intervals: Option<Vec<[f64; 2]>>,
+    /// The sum of their lengths, m.
+    pub width: Option<f64>,
+}
+
+/// What a contact surface of solids has alone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct ContactSurface {
+    /// The area in contact from both sides.
+    pub area: SurfaceArea,
+    /// The connected parts in contact.
+    pub patches: Option<Vec<SurfacePatch>>,
+}
+
+/// The area in contact: it lies between `certain` and `possible`, and the mesh decides their difference.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct SurfaceArea {
+    /// Faces that are closed at every node, m².
+    pub certain: Option<f64>,
+    /// Faces that are closed at one node at least, m².
+    pub possible: Option<f64>,
+    /// All faces, m².
+    pub total: f64,
+}
+
+/// A connected part of a contact surface: closed nodes that faces join.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct SurfacePatch {
+    /// Its faces that are closed at every node, m².
+    pub area: f64,
+    /// The mean of its nodes weighted by their forces, m.
+    pub centre: Vec<f64>,
+    /// The force on the first body, N.
+    pub force: Vec<f64>,
 }
 
 /// Friction along a contact interface.

@@ -10,27 +10,25 @@ use serde::Serialize;
 pub struct Results {
     /// `a(u, u)` of each body.
     pub energy_norm_squared: Option<Vec<f64>>,
-    /// `Σ r²_i`, N/m.
+    /// `Σ r²_i`, N/m, of solids N.
     pub contact_force: Option<f64>,
-    /// Stretches in contact, by arc length, m.
-    pub contact_intervals: Option<Vec<[f64; 2]>>,
-    /// Each stretch of the contact line.
-    #[serde(default)]
-    pub contact_stretches: Option<Vec<ContactStretch>>,
+    /// What contact lines have alone; left out of solids.
+    #[serde(flatten)]
+    pub lines: Option<LineResults>,
     /// Largest nodal pressure, Pa: the largest of contact.csv.
     pub max_pressure: Option<f64>,
     /// Largest pressure recovered over the cells of the coarser side, Pa; left out if the nodes of both sides matched.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_pressure_recovered: Option<f64>,
-    /// Largest mean pressure of an interface edge, Pa.
+    /// Largest mean pressure of a facet of the interface, Pa.
     pub max_edge_pressure: Option<f64>,
     /// Smallest opening, m: the smallest of contact.csv.
     pub min_opening: Option<f64>,
     /// Reaction of each support.
     pub reactions: Option<Vec<Reaction>>,
-    /// All forces on each body added up, in the file's order: fx, fy in N/m and their moment about the body's centroid
-    /// in N; zero to round-off.
-    pub balance: Option<Vec<[f64; 3]>>,
+    /// All forces on each body added up, in the file's order: their components in N/m, of solids N, and their moment about the body's
+    /// centroid in N, of solids N·m; zero to round-off.
+    pub balance: Option<Vec<Vec<f64>>>,
     /// Largest displacement, m.
     pub max_displacement: Option<f64>,
     /// Largest equivalent stress of a cell, from the displacements, Pa.
@@ -38,6 +36,17 @@ pub struct Results {
     /// Largest equivalent stress of the recovered stress.
     #[serde(default)]
     pub peak_stress: Option<PeakStress>,
+}
+
+/// The results of contact lines.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct LineResults {
+    /// Stretches in contact, by arc length, m.
+    pub contact_intervals: Option<Vec<[f64; 2]>>,
+    /// Each stretch of the contact line.
+    #[serde(default)]
+    pub contact_stretches: Option<Vec<ContactStretch>>,
 }
 
 /// The largest equivalent stress of the recovered stress, and its place.
@@ -52,20 +61,26 @@ pub struct PeakStress {
     pub x: f64,
     /// Second coordinate.
     pub y: f64,
+    /// Third coordinate; left out in the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<f64>,
     /// Its change from the mesh before to the last one, over the former; `None` if there is one mesh.
     pub change: Option<f64>,
 }
 
-/// The reaction of one support, N/m.
+/// The reaction of one support, N/m, of solids N.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Reaction {
     /// Name of the body.
     pub body: String,
-    /// The edge group.
+    /// The group of facets.
     pub on: String,
     /// First component.
     pub fx: f64,
     /// Second component.
     pub fy: f64,
+    /// Third component; left out in the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fz: Option<f64>,
 }

@@ -22,7 +22,7 @@ pub(crate) fn sample(hash: &str) -> Report {
         bodies: vec![BodySummary {
             name: "upper".into(),
             nodes: 190,
-            triangles: 324,
+            triangles: Some(324),
             unknowns: 351,
             ..BodySummary::default()
         }],
@@ -30,7 +30,7 @@ pub(crate) fn sample(hash: &str) -> Report {
             bodies: vec!["upper".into(), "lower".into()],
             imposed: "upper".into(),
             pairs: 19,
-            length: 2.0,
+            line: Some(ContactLine { length: 2.0, ..ContactLine::default() }),
             ..ContactSummary::default()
         }],
         iterations: vec![row],
@@ -38,8 +38,14 @@ pub(crate) fn sample(hash: &str) -> Report {
         certificate: Some(Certificate { valid: true, e_cre: Some(0.1), ..Certificate::default() }),
         coulomb: None,
         results: Results {
-            contact_intervals: Some(vec![[0.0, 1.6666666666666667]]),
-            reactions: Some(vec![Reaction { body: "upper".into(), on: "left".into(), fx: 1.0, fy: -0.5 }]),
+            lines: Some(lines(vec![[0.0, 1.6666666666666667]])),
+            reactions: Some(vec![Reaction {
+                body: "upper".into(),
+                on: "left".into(),
+                fx: 1.0,
+                fy: -0.5,
+                ..Reaction::default()
+            }]),
             ..Results::default()
         },
         adaptive: vec![],
@@ -48,6 +54,29 @@ pub(crate) fn sample(hash: &str) -> Report {
         timings: Timings::default(),
         run,
     }
+}
+
+fn lines(intervals: Vec<[f64; 2]>) -> LineResults {
+    LineResults { contact_intervals: Some(intervals), ..LineResults::default() }
+}
+
+#[test]
+fn a_report_of_solids_has_three_components_and_no_contact_line() {
+    let surface = ContactSurface {
+        area: SurfaceArea { certain: Some(0.5), possible: Some(0.75), total: 1.0 },
+        patches: Some(vec![SurfacePatch { area: 0.5, centre: vec![0.0; 3], force: vec![0.0, 0.0, 2.0] }]),
+    };
+    let contact = ContactSummary {
+        surface: Some(surface),
+        moment: Some(Spin::Solid([1.0, 2.0, 3.0])),
+        ..ContactSummary::default()
+    };
+    let value = serde_json::to_value(contact).unwrap();
+    assert_eq!(value["area"], serde_json::json!({ "certain": 0.5, "possible": 0.75, "total": 1.0 }));
+    assert_eq!((&value["patches"][0]["force"][2], &value["moment"][2]), (&2.0.into(), &3.0.into()));
+    assert!(value.get("length").is_none() && value.get("contact_intervals").is_none());
+    let results = serde_json::to_value(Results::default()).unwrap();
+    assert!(results.get("contact_intervals").is_none());
 }
 
 #[cfg(feature = "read-report")]
@@ -122,9 +151,11 @@ fn with_coulomb_friction_there_is_no_certificate() {
 
 #[test]
 fn lists_are_null_where_nothing_is_known_and_empty_where_there_is_none() {
-    let unknown = serde_json::to_value(Results::default()).unwrap();
+    let unknown = Results { lines: Some(LineResults::default()), ..Results::default() };
+    let unknown = serde_json::to_value(unknown).unwrap();
+    assert!(unknown.as_object().unwrap().contains_key("contact_intervals"));
     assert!(unknown.as_object().unwrap().values().all(serde_json::Value::is_null), "{unknown}");
-    let open = Results { contact_intervals: Some(Vec::new()), ..Results::default() };
+    let open = Results { lines: Some(lines(Vec::new())), ..Results::default() };
     assert_eq!(serde_json::to_value(open).unwrap()["contact_intervals"], serde_json::json!([]));
 }
 
@@ -141,7 +172,7 @@ fn numbers_that_are_not_finite_are_named_and_refused() {
     assert_eq!(field(&|r| r.certificate.as_mut().unwrap().e_cre = Some(f64::NAN)), "certificate.e_cre");
     assert_eq!(field(&|r| r.iterations[0].theta = Some(f64::INFINITY)), "iterations.0.theta");
     assert_eq!(
-        field(&|r| r.results.contact_intervals = Some(vec![[0.0, 1.0], [0.0, f64::NEG_INFINITY]])),
+        field(&|r| r.results.lines = Some(lines(vec![[0.0, 1.0], [0.0, f64::NEG_INFINITY]]))),
         "results.contact_intervals.1.1"
     );
 }

@@ -11,8 +11,9 @@ use crate::geometry::{Coordinates, Point, norm};
 use crate::material::Materials;
 use crate::mesh::Mesh;
 use crate::mesh::id::{FacetId, NodeId};
-use crate::space::Space;
+use crate::space::{Item, Space};
 use std::collections::{BTreeMap, HashMap};
+use std::ops::{Mul, Sub};
 use std::sync::OnceLock;
 
 /// Two directions closer than this (sine of the angle) are the same.
@@ -424,7 +425,9 @@ impl<S: Space> Evaluation<'_, S> {
 
 /// Computes the linear function on a facet, by its values at the corners, that has the given moments with the hat functions of the corners,
 /// over the measure: in the plane `[2, 1; 1, 2] F / 6 = m`.
-fn linear_by_moments<S: Space, V: Coordinates>(moments: &S::Axes<V>) -> S::Axes<V> {
+pub(super) fn linear_by_moments<S: Space, V: Item + Sub<Output = V> + Mul<f64, Output = V>>(
+    moments: &S::Axes<V>,
+) -> S::Axes<V> {
     let n = S::DIM as f64;
     S::axes(|k| {
         let others = (0..S::DIM).filter(|j| *j != k);

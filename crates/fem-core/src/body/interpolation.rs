@@ -1,29 +1,26 @@
-//! The difference between data given as functions and their linear interpolants on edges.
+//! The difference between data given as functions and their linear interpolants on facets.
 //!
 //! Displacements are interpolated at the nodes, tractions become linear by their moments. The difference changes
 //! the problem, and a bound of the discretisation error does not include it.
 
+use super::conditions::linear_by_moments;
 use super::{Body, ConditionList, ConditionPlace};
 use crate::boundary::{Load, ScalarData, Support};
-use crate::geometry::{self, Vector};
-use crate::mesh::id::FacetId;
 use crate::parallel::each_task;
 use crate::quadrature::GAUSS5;
+use crate::space::{SAMPLED_PARTS as PARTS, Space};
 
 /// Below this part of the largest value a difference is round-off: the data are linear along the edges.
 const ROUND_OFF: f64 = 1e-12;
 
-/// An edge is sampled in this many parts, by a five-point rule in each.
-const PARTS: usize = 33;
-
 /// Edges that one thread sums at a time; the result does not depend on the number of threads.
 const CHUNK: usize = 16;
 
-/// Points at which a datum is compared with its linear interpolant on every edge, besides the two ends.
+/// Points at which a datum of the plane is compared with its linear interpolant on every edge, besides the two ends.
 pub const SAMPLES: usize = PARTS * GAUSS5.len();
 
-/// How far one datum is from its linear interpolant, over its largest value, both found by sampling every edge at
-/// [`SAMPLES`] points; differences between these points are not detected.
+/// How far one datum is from its linear interpolant, over its largest value, both found by sampling every facet at
+/// [`Space::facet_samples`]; differences between these points are not detected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
     /// Largest difference at the points; infinite if the datum has no finite value at one of them.
@@ -70,11 +67,26 @@ impl Sum {
         })
     }
 
-    /// Adds an edge: a function against the linear one with the given values at the ends.
-    pub(crate) fn edge(&mut self, ends: [Vector; 2], values: [f64; 2], function: impl Fn(Vector) -> f64) {
-        let length = geometry::norm(ends[1] - ends[0]);
-        let exact = |s: f64| function((1.0 - s) * ends[0] + s * ends[1]);
-        self.compare(length, exact, |s| (1.0 - s) * values[0] + s * values[1]);
+    /// Adds a facet: a function against the linear one with the given values at the corners.
+    ///
+    /// * `samples`: [`Space::facet_samples`].
+    pub(crate) fn facet<S: Space>(
+        &mut self,
+        samples: &[(S::Axes<f64>, f64)],
+        (corners, values): (&S::Axes<S::Vector>, &S::Axes<f64>),
+        function: impl Fn(S::Vector) -> f64,
+    ) {
+        let measure = S::facet_measure(corners);
+        self.length += measure;
+        // No sample is at a corner, where the largest value may be.
+        for corner in *corners {
+            self.scale = self.scale.max(function(corner).abs());
+        }
+        for (at, weight) in samples {
+            let exact = function(between::<S>(corners, at));
+            let made = (1..S::DIM).fold(at[0] * values[0], |sum, k| sum + at[k] * values[k]);
+            self.add(exact, made, weight * measure);
+        }
     }
 
     /// Adds an edge: the exact value at a fraction of it, and its interpolant on the mesh.
@@ -87,16 +99,20 @@ impl Sum {
         let parts = PARTS as f64;
         for (part, (point, weight)) in (0..PARTS).flat_map(|k| GAUSS5.map(|rule| (k as f64, rule))) {
             let s = (part + point) / parts;
-            let exact = meant(s);
-            if !exact.is_finite() {
-                self.largest = f64::INFINITY;
-                continue;
-            }
-            let difference = exact - made(s);
-            self.scale = self.scale.max(exact.abs());
-            self.largest = self.largest.max(difference.abs());
-            self.squared += weight / parts * length * difference * difference;
+            self.add(meant(s), made(s), weight / parts * length);
         }
+    }
+
+    /// Adds one sample.
+    fn add(&mut self, exact: f64, made: f64, weight: f64) {
+        if !exact.is_finite() {
+            self.largest = f64::INFINITY;
+            return;
+        }
+        let difference = exact - made;
+        self.scale = self.scale.max(exact.abs());
+        self.largest = self.largest.max(difference.abs());
+        self.squared += weight * difference * difference;
     }
 
     /// Returns the difference, unless it is round-off.
@@ -112,13 +128,14 @@ impl Sum {
     }
 }
 
-impl Body {
+impl<S: Space> Body<S> {
     /// Measures how far the imposed displacements and loads are from the linear ones that the body carries.
     ///
-    /// This is a check by sampling, see [`SAMPLES`]. Returns the data that differ by more than round-off,
+    /// This is a check by sampling, see [`Space::facet_samples`]. Returns the data that differ by more than round-off,
     /// relative to their largest values, in the order of the conditions: numbers, and functions that are
-    /// linear along each edge, are not included.
+    /// linear on each facet, are not included.
     pub fn interpolated_data(&self) -> Vec<DataDifference> {
+        let samples = S::facet_samples();
         let mut found = Vec::new();
         let mut push = |list, index, component, sum: &Sum| {
             let place = ConditionPlace { list, index };
@@ -126,16 +143,18 @@ impl Body {
         };
         let displacements = self.conditions.displacements.iter().zip(&self.selected.displacements);
         for (index, (condition, edges)) in displacements.enumerate() {
-            let data: Vec<(Option<usize>, &ScalarData)> = match &condition.support {
+            let data: Vec<(Option<usize>, &ScalarData<S>)> = match &condition.support {
                 Support::Normal(value) => vec![(None, value)],
                 Support::Components(components) => {
-                    (0..2).filter_map(|c| Some((Some(c), components[c].as_ref()?))).collect()
+                    let given = components.as_ref().iter().enumerate();
+                    given.filter_map(|(c, value)| Some((Some(c), value.as_ref()?))).collect()
                 }
             };
             for (component, datum) in data.into_iter().filter(|(_, d)| d.constant().is_none()) {
                 let sum = Sum::of(edges, |sum, &edge| {
-                    let ends = self.ends(edge);
-                    sum.edge(ends, ends.map(|x| datum.at(x)), |x| datum.at(x));
+                    let corners = self.mesh.facet_corners(edge);
+                    let values = S::axes(|k| datum.at(corners[k]));
+                    sum.facet::<S>(&samples, (&corners, &values), |x| datum.at(x));
                 });
                 push(ConditionList::Displacement, index, component, &sum);
             }
@@ -143,47 +162,42 @@ impl Body {
         for (index, (condition, edges)) in
             self.conditions.tractions.iter().zip(&self.selected.tractions).enumerate()
         {
-            let data: Vec<(Option<usize>, &ScalarData)> = match &condition.load {
+            let data: Vec<(Option<usize>, &ScalarData<S>)> = match &condition.load {
                 Load::Pressure(value) => vec![(None, value)],
-                Load::Vector([x, y]) => vec![(Some(0), x), (Some(1), y)],
+                Load::Vector(all) => {
+                    all.as_ref().iter().enumerate().map(|(c, value)| (Some(c), value)).collect()
+                }
             };
             for (component, datum) in data.into_iter().filter(|(_, d)| d.constant().is_none()) {
                 let sum = Sum::of(edges, |sum, &edge| {
-                    let ends = self.ends(edge);
-                    let values = gauss_points(ends).map(|x| datum.at(x));
-                    sum.edge(ends, linear_by_moments(values), |x| datum.at(x));
+                    let corners = self.mesh.facet_corners(edge);
+                    let mut moments = S::axes(|_| 0.0);
+                    for (at, share) in S::facet_rule() {
+                        let value = datum.at(between::<S>(&corners, at));
+                        for k in 0..S::DIM {
+                            moments[k] += share * at[k] * value;
+                        }
+                    }
+                    let values = linear_by_moments::<S, f64>(&moments);
+                    sum.facet::<S>(&samples, (&corners, &values), |x| datum.at(x));
                 });
                 push(ConditionList::Traction, index, component, &sum);
             }
         }
         found
     }
-
-    fn ends(&self, edge: FacetId) -> [Vector; 2] {
-        self.mesh.topology().facets()[edge].map(|n| self.mesh.points()[n])
-    }
 }
 
-/// Returns the points of the five-point rule on an edge.
-fn gauss_points(ends: [Vector; 2]) -> [Vector; 5] {
-    GAUSS5.map(|(s, _)| (1.0 - s) * ends[0] + s * ends[1])
-}
-
-/// Computes the linear function on an edge, by its values at the ends, that has the moments of the one with the given values
-/// at [`gauss_points`]: `[2, 1; 1, 2] F / 6 = m`.
-fn linear_by_moments(values: [f64; 5]) -> [f64; 2] {
-    let mut moments = [0.0; 2];
-    for ((s, weight), value) in GAUSS5.into_iter().zip(values) {
-        moments[0] += weight * (1.0 - s) * value;
-        moments[1] += weight * s * value;
-    }
-    [4.0 * moments[0] - 2.0 * moments[1], 4.0 * moments[1] - 2.0 * moments[0]]
+/// Returns the point of a facet with the given barycentric coordinates.
+fn between<S: Space>(corners: &S::Axes<S::Vector>, at: &S::Axes<f64>) -> S::Vector {
+    (1..S::DIM).fold(corners[0] * at[0], |sum, k| sum + corners[k] * at[k])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::boundary::BoundaryConditions;
+    use crate::geometry::Vector;
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;
 

@@ -4,15 +4,25 @@ use super::ContactInterface;
 use crate::space::Space;
 
 /// The area in contact, seen from both sides: it lies between two numbers, whose difference the mesh decides. In the plane areas are lengths.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ContactArea {
     /// Facets that are closed at every node, m or m².
     pub inner: f64,
     /// Facets that are closed at one node at least, m or m².
     pub outer: f64,
-    /// Sets of closed nodes that facets join.
-    pub patches: usize,
+    /// The sets of closed nodes that facets join, by their first pairs.
+    pub patches: Vec<ContactPatch>,
+}
+
+/// Closed nodes that facets join.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ContactPatch {
+    /// Its facets that are closed at every node, m or m².
+    pub area: f64,
+    /// Its pairs of nodes, ascending.
+    pub pairs: Vec<usize>,
 }
 
 impl<S: Space> ContactInterface<S> {
@@ -23,6 +33,7 @@ impl<S: Space> ContactInterface<S> {
         let mut found = ContactArea::default();
         // Each closed pair points towards the first one of its patch.
         let mut parent: Vec<usize> = (0..self.pairs().len()).collect();
+        let mut closed_facets = Vec::new();
         for facet in self.facets() {
             let corners = facet.free_corners().map(|corner| facet.pairs[corner] as usize);
             let (mut closed, mut open) = (None, false);
@@ -36,12 +47,26 @@ impl<S: Space> ContactInterface<S> {
                 parent[pair.max(other)] = pair.min(other);
                 closed = Some(pair.min(other));
             }
-            if closed.is_some() {
+            if let Some(pair) = closed {
                 found.outer += facet.measure;
-                found.inner += if open { 0.0 } else { facet.measure };
+                if !open {
+                    found.inner += facet.measure;
+                    closed_facets.push((pair, facet.measure));
+                }
             }
         }
-        found.patches = (0..parent.len()).filter(|pair| parent[*pair] == *pair && is_closed(*pair)).count();
+        let mut of_pair = vec![0; parent.len()];
+        for pair in (0..parent.len()).filter(|pair| is_closed(*pair)) {
+            let first = first(&mut parent, pair);
+            if first == pair {
+                of_pair[pair] = found.patches.len();
+                found.patches.push(ContactPatch::default());
+            }
+            found.patches[of_pair[first]].pairs.push(pair);
+        }
+        for (pair, measure) in closed_facets {
+            found.patches[of_pair[first(&mut parent, pair)]].area += measure;
+        }
         found
     }
 }

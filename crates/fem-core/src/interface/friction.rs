@@ -117,21 +117,25 @@ impl<S: Space> ContactPair<S> {
     }
 }
 
-impl ContactPair {
+impl<S: Space> ContactPair<S> {
     /// Measures the difference between the limit of Tresca's law and its interpolant between the nodes, relative to its
     /// largest value; `None` for other laws, or if the two are equal to round-off.
     ///
     /// * `first`: the first body of the pair.
-    pub fn interpolated_limit(&self, first: &Body) -> Option<Difference> {
+    pub fn interpolated_limit(&self, first: &Body<S>) -> Option<Difference> {
         let Friction::Tresca { limit } = &self.friction else { return None };
         let points = first.mesh().points();
-        let sum = DifferenceSum::of(self.interface.facets(), |sum, edge| {
-            let ends = edge.pairs.map(|k| points[self.interface.pairs()[k as usize].nodes[0]]);
-            sum.edge(ends, ends.map(|end| limit.at(end)), |point| limit.at(point));
+        let samples = S::facet_samples();
+        let sum = DifferenceSum::of(self.interface.facets(), |sum, facet| {
+            let corners = S::axes(|k| points[self.interface.pairs()[facet.pairs[k] as usize].nodes[0]]);
+            let values = S::axes(|k| limit.at(corners[k]));
+            sum.facet::<S>(&samples, (&corners, &values), |point| limit.at(point));
         });
         sum.difference()
     }
+}
 
+impl ContactPair {
     /// Checks the data of the law of friction.
     pub(super) fn check_friction(&self, first: &Body) -> Result<(), InterfaceError> {
         if let Some(value) = self.friction.coulomb().filter(|mu| !(*mu >= 0.0 && mu.is_finite())) {

@@ -1,11 +1,11 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
 use super::{
-    ContactInterface, Friction, InterfaceError, InterfaceSide, NodePair, Obstacle, Partner, Retained,
+    ContactInterface, Friction, Gap, InterfaceError, InterfaceSide, NodePair, Obstacle, Partner, Retained,
     RigidLine, Roles, SlipBefore,
 };
-use crate::body::{Body, BodyError, ConditionPlace, Difference, RigidMotion};
-use crate::space::{Plane, Space};
+use crate::body::{Body, BodyError, ConditionPlace, Difference, DifferenceSum, RigidMotion};
+use crate::space::{Plane, Solid, Space};
 use std::ops::Range;
 use thiserror::Error;
 
@@ -365,6 +365,25 @@ impl ContactProblem {
             // Arc lengths and gaps are measured on one of the bodies.
             let measured_on = pair.partners()[pair.interface.measured_on].body().unwrap_or(pair.body);
             pair.interface.interpolated_gap(&self.bodies[measured_on], line)
+        };
+        self.contacts.iter().map(of_pair).collect()
+    }
+}
+
+impl ContactProblem<Solid> {
+    /// Measures for each pair the difference between the initial gap and the one on the contact faces, relative to its largest value. `None` if
+    /// the two are equal to round-off; drawn gaps between flat sides, and distances from planes, are linear.
+    pub fn interpolated_flat_gaps(&self) -> Vec<Option<Difference>> {
+        let samples = Solid::facet_samples();
+        let of_pair = |pair: &ContactPair<Solid>| {
+            let Gap::Given(gap) = &pair.interface.gap else { return None };
+            let points = self.bodies[pair.body].mesh().points();
+            let sum = DifferenceSum::of(pair.interface.facets(), |sum, facet| {
+                let nodes = facet.pairs.map(|k| &pair.interface.pairs()[k as usize]);
+                let corners = nodes.map(|node| points[node.nodes[0]]);
+                sum.facet::<Solid>(&samples, (&corners, &nodes.map(|node| node.gap)), |x| gap.at(x));
+            });
+            sum.difference()
         };
         self.contacts.iter().map(of_pair).collect()
     }

@@ -1,7 +1,9 @@
 //! The plane.
 
 use super::{Item, Number, Space, TRANSLATION, Words};
-use crate::geometry::{Coordinates, cross, perpendicular, right_normal, signed_area, sure_area};
+use crate::geometry::{
+    Coordinates, cross, perpendicular, right_normal, signed_area, smallest_angle, sure_area,
+};
 use crate::quadrature::GAUSS5;
 use crate::tensor::SymTensor2;
 use nalgebra::{Matrix3, Vector2};
@@ -23,6 +25,9 @@ const RULE: [([f64; 2], f64); 5] = {
     }
     rule
 };
+
+/// An edge is sampled in this many parts, by a five-point rule in each.
+pub(crate) const SAMPLED_PARTS: usize = 33;
 
 impl Space for Plane {
     const DIM: usize = 2;
@@ -105,6 +110,10 @@ impl Space for Plane {
         })
     }
 
+    fn smallest_angle(corners: &[Vector2<f64>; 3]) -> f64 {
+        smallest_angle(*corners)
+    }
+
     #[inline]
     fn facet_measure([a, b]: &[Vector2<f64>; 2]) -> f64 {
         (b - a).length()
@@ -117,6 +126,16 @@ impl Space for Plane {
 
     fn facet_rule() -> &'static [([f64; 2], f64)] {
         &RULE
+    }
+
+    fn facet_samples() -> Vec<([f64; 2], f64)> {
+        let parts = SAMPLED_PARTS as f64;
+        let rules = (0..SAMPLED_PARTS).flat_map(|part| GAUSS5.map(|rule| (part as f64, rule)));
+        let sample = |(part, (point, weight)): (f64, (f64, f64))| {
+            let s = (part + point) / parts;
+            ([1.0 - s, s], weight / parts)
+        };
+        rules.map(sample).collect()
     }
 
     fn flat_normal(edges: &[[Vector2<f64>; 2]], fraction: f64) -> Option<Vector2<f64>> {

@@ -30,6 +30,9 @@ fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
+/// An edge of a face is cut in this many parts where the face is sampled, by a seven-point rule in each small triangle.
+const SAMPLED_PARTS: usize = 6;
+
 impl Space for Solid {
     const DIM: usize = 3;
     const COMPONENTS: usize = 6;
@@ -123,6 +126,15 @@ impl Space for Solid {
         [-(one + two + three), one, two, three]
     }
 
+    fn smallest_angle(corners: &[Vector3<f64>; 4]) -> f64 {
+        let normals = Self::gradients(corners, Self::measure(corners));
+        let angle = |(i, j): (usize, usize)| {
+            let (a, b) = (normals[i], -normals[j]);
+            a.cross(&b).length().atan2(a.dot(&b)).to_degrees()
+        };
+        (0..4).flat_map(|i| (0..i).map(move |j| (i, j))).map(angle).fold(180.0, f64::min)
+    }
+
     fn facet_measure(corners: &[Vector3<f64>; 3]) -> f64 {
         0.5 * across(corners).length()
     }
@@ -134,6 +146,24 @@ impl Space for Solid {
 
     fn facet_rule() -> &'static [([f64; 3], f64)] {
         &RADON7
+    }
+
+    fn facet_samples() -> Vec<([f64; 3], f64)> {
+        let parts = SAMPLED_PARTS as f64;
+        // The parts of one row, upright and upside down, by their first corners.
+        let upright = |i: usize, j: usize| ([i as f64, j as f64], 1.0);
+        let turned = |i: usize, j: usize| ([(i + 1) as f64, (j + 1) as f64], -1.0);
+        let of_row = |i: usize| {
+            let row = SAMPLED_PARTS - i;
+            (0..row).map(move |j| upright(i, j)).chain((1..row).map(move |j| turned(i, j - 1)))
+        };
+        let sample = |([i, j], sign): ([f64; 2], f64)| {
+            RADON7.map(|(b, weight)| {
+                let [x, y] = [(i + sign * b[1]) / parts, (j + sign * b[2]) / parts];
+                ([1.0 - x - y, x, y], weight / (parts * parts))
+            })
+        };
+        (0..SAMPLED_PARTS).flat_map(of_row).flat_map(sample).collect()
     }
 
     fn flat_normal(faces: &[[Vector3<f64>; 3]], fraction: f64) -> Option<Vector3<f64>> {

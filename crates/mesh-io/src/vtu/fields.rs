@@ -325,7 +325,7 @@ fn decoded(text: &[u8]) -> Result<Vec<u8>, FieldError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, write};
+    use crate::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, three, write};
 
     fn read(bytes: &[u8]) -> Result<PointVectors, FieldError> {
         point_vectors(bytes, &["displacement", "u"])
@@ -335,7 +335,10 @@ mod tests {
     fn what_is_written_here_is_read_again() {
         let points = vec![Vector::new(0.0, 0.0), Vector::new(1.5, 0.0), Vector::new(0.0, -2.0)];
         let values = vec![Vector::new(1e-3, 2.0), Vector::new(-0.1, 0.2), Vector::new(0.0, 1e30)];
-        let mesh = VtuMesh { points: points.clone(), cells: VtuCells::Triangles(vec![[0, 1, 2]]) };
+        let mesh = VtuMesh {
+            points: points.iter().map(three).collect(),
+            cells: VtuCells::Triangles(vec![[0, 1, 2]]),
+        };
         let data = VtuData { point: vec![VtuArray::vectors("displacement", &values)], ..VtuData::default() };
         let mut bytes = Vec::new();
         write(&mut bytes, &mesh, &data).unwrap();

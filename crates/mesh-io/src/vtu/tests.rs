@@ -1,14 +1,16 @@
 //! Reads files back by their own offsets.
 
 use super::*;
+use fem_core::geometry::Vector;
 
 fn sample() -> (VtuMesh, VtuData) {
     let mesh = VtuMesh {
-        points: vec![Vector::zeros(), Vector::x(), Vector::new(1.0, 1.0), Vector::y()],
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
         cells: VtuCells::Triangles(vec![[0, 1, 2], [0, 2, 3]]),
     };
+    let displacement = [[0.1, -0.2], [0.3, 0.4], [0.5, 0.6], [0.7, 0.8]].map(Vector::from);
     let data = VtuData {
-        point: vec![VtuArray::vectors("displacement", &[[0.1, -0.2], [0.3, 0.4], [0.5, 0.6], [0.7, 0.8]])],
+        point: vec![VtuArray::vectors("displacement", &displacement)],
         cell: vec![
             VtuArray::tensors(
                 "stress",
@@ -61,7 +63,7 @@ fn every_array_is_found_at_its_offset() {
 fn large_blocks_are_written_in_pieces() {
     let count = 30_000u32;
     let mesh = VtuMesh {
-        points: (0..=count).map(|k| Vector::new(f64::from(k), 0.5)).collect(),
+        points: (0..=count).map(|k| [f64::from(k), 0.5, 0.0]).collect(),
         cells: VtuCells::Lines((0..count).map(|k| [k, k + 1]).collect()),
     };
     let mut file = Vec::new();
@@ -70,6 +72,20 @@ fn large_blocks_are_written_in_pieces() {
     assert_eq!(integers(&file, "offsets")[29_999], 60_000);
     assert_eq!(bytes(&file, "types").len(), 30_000);
     assert!(bytes(&file, "types").iter().all(|&t| t == 3));
+}
+
+#[test]
+fn tetrahedra_have_four_corners_and_three_coordinates() {
+    let mesh = fem_core::mesh::generate::cuboid([0.0; 3], [1.0, 2.0, 3.0], [1, 1, 1]).unwrap();
+    let mut file = Vec::new();
+    write(&mut file, &VtuMesh::from(&mesh), &VtuData::default()).unwrap();
+    assert_eq!(bytes(&file, "types"), [10; 6]);
+    assert_eq!(integers(&file, "offsets"), [4, 8, 12, 16, 20, 24]);
+    let corners: Vec<i64> = mesh.cells().iter().flatten().map(|node| node.index() as i64).collect();
+    assert_eq!(integers(&file, "connectivity"), corners);
+    let points: Vec<f64> = mesh.points().iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+    assert_eq!(floats(&file, "Points"), points);
+    assert_eq!(VtuCells::of_corners(5, &[0; 5]), VtuCells::Lines(Vec::new()));
 }
 
 #[test]

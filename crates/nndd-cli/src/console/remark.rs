@@ -2,6 +2,7 @@
 
 use case_io::Case;
 use case_io::case::Criterion;
+use case_io::case::Dimension;
 use case_io::diagnostic::significant;
 use case_io::report::{IterationRow, Report};
 
@@ -13,7 +14,7 @@ const LARGER: f64 = 100.0;
 const ROUND_OFF: f64 = 1e-12;
 
 /// Compares the residual with the error at the end of a run that was not interrupted.
-pub(crate) fn remark(case: &Case, report: &Report) -> Option<String> {
+pub(crate) fn remark<S: Dimension>(case: &Case<S>, report: &Report) -> Option<String> {
     let norm = report.results.energy_norm_squared.as_ref()?.iter().sum::<f64>().sqrt();
     let stop = &case.solver.stop;
     let last = report.iterations.last()?;

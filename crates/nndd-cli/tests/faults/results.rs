@@ -66,7 +66,7 @@ fn each_stretch_of_a_contact_has_its_results() {
     let output = solve(&cases().join("bad/mesh_stretches.toml"), &out, &[]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     // Half a metre each, a metre of free surface between them.
-    assert_eq!(report(&out).results.contact_intervals.unwrap(), [[0.0, 0.5], [0.5, 1.0]]);
+    assert_eq!(report(&out).results.lines.unwrap().contact_intervals.unwrap(), [[0.0, 0.5], [0.5, 1.0]]);
     // The page has the force of each.
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     for what in ["resultant x", "resultant y", "∫ p ds"] {

@@ -1,11 +1,13 @@
 //! The tables of forces, pressures, displacements and stresses.
 
 use super::{certified, number, table, unit, with_unit};
+use crate::space::ReportSpace;
 use crate::verdict::contact_force;
 use crate::words::{self, with_digits};
 use case_io::Case;
 use case_io::case::Units;
-use case_io::report::{ContactStretch, ContactSummary, Report};
+use case_io::report::{ContactStretch, ContactSummary, ContactSurface, Report, Spin};
+use fem_core::space::Words;
 use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -14,36 +16,50 @@ use std::fmt::Write as _;
 const PLACE_DIGITS: usize = 4;
 
 /// Writes the table of results, and the sums of forces below it.
-pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
+pub(super) fn results<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
     let r = &report.results;
-    let t = case.model.thickness;
+    let thickness = S::thickness(&case.model);
     // Without a solution nothing of it is known.
     let Some(energies) = &r.energy_norm_squared else { return };
     let digits = words::certified_digits(certified(report));
     let unit = |of: fn(&Units) -> String| unit(case, of);
-    let [length, stress, line_force] =
-        [unit(|u| u.length.clone()), unit(Units::stress), unit(Units::line_force)];
-    let (force, moment) = (unit(|u| u.force.clone()), unit(Units::moment));
+    let [length, stress, area] = [unit(|u| u.length.clone()), unit(Units::stress), unit(Units::area)];
+    // In the plane per unit thickness; then for the whole thickness.
+    let [force, moment] = [unit(S::force_unit), unit(S::moment_unit)];
+    let [whole_force, whole_moment] = [unit(|u| u.force.clone()), unit(Units::moment)];
+    let none = String::new();
     let mut found: Vec<(String, Option<f64>, Kind)> = vec![];
     let mut row = |name: &str, value: Option<f64>, kind: Kind| found.push((name.to_owned(), value, kind));
     for (body, a) in report.bodies.iter().zip(energies) {
         row(&format!("energy norm² of {}", body.name), Some(*a), Kind::Energy);
     }
-    for (contact, stretches) in report
-        .contact
-        .iter()
-        .zip(stretches(&report.contact, r.contact_stretches.as_deref().unwrap_or_default()))
+    let all_stretches = r.lines.as_ref().and_then(|lines| lines.contact_stretches.as_deref());
+    for (contact, stretches) in
+        report.contact.iter().zip(stretches(&report.contact, all_stretches.unwrap_or_default()))
     {
         let of = if report.contact.len() > 1 { format!(" of {}", contact.name) } else { String::new() };
-        let [x, y] = contact.resultant.map_or([None; 2], |force| force.map(Some));
-        row(&format!("resultant x of the contact{of}, on the first body"), x, Kind::Force);
-        row(&format!("resultant y of the contact{of}, on the first body"), y, Kind::Force);
-        if contact.moment.is_some() {
-            row(&format!("moment{of} about the origin"), contact.moment, Kind::Moment);
+        for (c, axis) in S::COORDINATES.iter().enumerate() {
+            let force = contact.resultant.as_ref().map(|force| force[c]);
+            row(&format!("resultant {axis} of the contact{of}, on the first body"), force, Kind::Force);
         }
-        if let Some([x, y]) = contact.centre {
-            row(&format!("centre of pressure{of}, x"), Some(x), Kind::Length);
-            row(&format!("centre of pressure{of}, y"), Some(y), Kind::Length);
+        for (axis, moment) in about::<S>(contact.moment.as_ref()) {
+            row(&format!("moment{axis}{of} about the origin"), Some(moment), Kind::Moment);
+        }
+        for (axis, x) in S::COORDINATES.iter().zip(contact.centre.iter().flatten()) {
+            row(&format!("centre of pressure{of}, {axis}"), Some(*x), Kind::Length);
+        }
+        if let Some(ContactSurface { area, patches }) = &contact.surface {
+            row(&format!("area in contact{of}, at least"), area.certain, Kind::Area);
+            row(&format!("area in contact{of}, at most"), area.possible, Kind::Area);
+            // One patch is the whole pair.
+            let patches = patches.as_deref().filter(|patches| patches.len() > 1).unwrap_or_default();
+            for (k, patch) in patches.iter().enumerate() {
+                let of = format!("of patch {}{of}", k + 1);
+                for (axis, force) in S::COORDINATES.iter().zip(&patch.force) {
+                    row(&format!("resultant {axis} {of}"), Some(*force), Kind::Force);
+                }
+                row(&format!("area {of}, at least"), Some(patch.area), Kind::Area);
+            }
         }
         // One stretch is the whole pair.
         for stretch in stretches.iter().filter(|_| stretches.len() > 1) {
@@ -63,13 +79,13 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
     }
     if !report.contact.is_empty() {
         let sum = contact_force(report.contact.len(), "integral of the pressure");
-        row(&format!("{sum}, ∫ p ds"), r.contact_force, Kind::Force);
+        row(&format!("{sum}, {}", S::PRESSURE_INTEGRAL), r.contact_force, Kind::Force);
         row("largest nodal pressure", r.max_pressure, Kind::Stress);
         let most = report.contact.iter().filter(|contact| contact.max_pressure.is_some());
         let most = most.max_by(|a, b| a.max_pressure.partial_cmp(&b.max_pressure).unwrap_or(Ordering::Equal));
-        if let Some([x, y]) = most.and_then(|contact| contact.max_pressure_at) {
-            row("its place, x", Some(x), Kind::Place);
-            row("its place, y", Some(y), Kind::Place);
+        let place = most.and_then(|contact| contact.max_pressure_at.as_ref());
+        for (axis, x) in S::COORDINATES.iter().zip(place.into_iter().flatten()) {
+            row(&format!("its place, {axis}"), Some(*x), Kind::Place);
         }
         if r.max_pressure_recovered.is_some() {
             row(
@@ -78,7 +94,8 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
                 Kind::Stress,
             );
         }
-        row("largest mean pressure of an edge", r.max_edge_pressure, Kind::Stress);
+        let Words { article, facet, .. } = S::WORDS;
+        row(&format!("largest mean pressure of {article} {facet}"), r.max_edge_pressure, Kind::Stress);
         row("smallest opening", r.min_opening, Kind::Length);
     }
     row("largest displacement", r.max_displacement, Kind::Length);
@@ -91,38 +108,43 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
             Some(peak.von_mises),
             Kind::Stress,
         );
-        row("its place, x", Some(peak.x), Kind::Length);
-        row("its place, y", Some(peak.y), Kind::Length);
+        for (axis, x) in S::COORDINATES.iter().zip([Some(peak.x), Some(peak.y), peak.z]) {
+            row(&format!("its place, {axis}"), x, Kind::Length);
+        }
         if peak.change.is_some() {
             row("its relative change from the mesh before", peak.change, Kind::Number);
         }
     }
     // Two supports of a side hold it together.
-    let mut reactions: Vec<(String, [f64; 2])> = vec![];
+    let mut reactions: Vec<(String, [f64; 3])> = vec![];
     let mut places: HashMap<String, usize> = HashMap::new();
     for reaction in r.reactions.iter().flatten() {
         let of = format!("{} on {}", reaction.on, reaction.body);
         let place = *places.entry(of.clone()).or_insert(reactions.len());
+        let force = [reaction.fx, reaction.fy, reaction.fz.unwrap_or_default()];
         match reactions.get_mut(place) {
-            Some((_, [x, y])) => (*x, *y) = (*x + reaction.fx, *y + reaction.fy),
-            None => reactions.push((of, [reaction.fx, reaction.fy])),
+            Some((_, sum)) => (0..3).for_each(|c| sum[c] += force[c]),
+            None => reactions.push((of, force)),
         }
     }
-    for (of, [x, y]) in reactions {
-        row(&format!("reaction x of {of}"), Some(x), Kind::Force);
-        row(&format!("reaction y of {of}"), Some(y), Kind::Force);
+    for (of, force) in reactions {
+        for (axis, x) in S::COORDINATES.iter().zip(force) {
+            row(&format!("reaction {axis} of {of}"), Some(x), Kind::Force);
+        }
     }
     for body in &report.bodies {
         for side in &body.rigid_sides {
             let of = format!("of the rigid side {} of {}", side.on, body.name);
-            let motion = [("ux", Kind::Length), ("uy", Kind::Length), ("rotation", Kind::Number)];
-            for ((what, kind), value) in motion.into_iter().zip(side.motion) {
-                row(&format!("{what} {of}"), Some(value), kind);
+            for (k, (what, value)) in S::MOTIONS.iter().zip(&side.motion).enumerate() {
+                let kind = if k < S::DIM { Kind::Length } else { Kind::Number };
+                row(&format!("{what} {of}"), Some(*value), kind);
             }
-            let [fx, fy] = side.force;
-            row(&format!("force x {of}"), Some(fx), Kind::Force);
-            row(&format!("force y {of}"), Some(fy), Kind::Force);
-            row(&format!("moment {of}"), Some(side.moment), Kind::Moment);
+            for (axis, force) in S::COORDINATES.iter().zip(&side.force) {
+                row(&format!("force {axis} {of}"), Some(*force), Kind::Force);
+            }
+            for (axis, moment) in about::<S>(Some(&side.moment)) {
+                row(&format!("moment{axis} {of}"), Some(moment), Kind::Moment);
+            }
         }
     }
     let mut sizes = [0f64; KINDS];
@@ -134,12 +156,13 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
     // Per unit thickness, and times the thickness for what is a force or an energy, each with its unit.
     let rows = found.iter().map(|(name, value, kind)| {
         let (unit, whole) = match kind {
-            Kind::Force => (&line_force, Some(&force)),
+            Kind::Force => (&force, Some(&whole_force)),
             // An energy per unit thickness has the unit of a force; so has a moment per unit thickness.
-            Kind::Energy | Kind::Moment => (&force, Some(&moment)),
+            Kind::Energy | Kind::Moment => (&moment, Some(&whole_moment)),
             Kind::Length | Kind::Place => (&length, None),
+            Kind::Area => (&area, None),
             Kind::Stress => (&stress, None),
-            Kind::Number => (&String::new(), None),
+            Kind::Number => (&none, None),
         };
         // A moment is rounding beside the forces with their arms.
         let whole_size = match kind {
@@ -154,11 +177,19 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
             Some(value) => format!("{} {unit}", with_digits(value, digits)).trim_end().to_owned(),
             None => number(None),
         };
-        let times = whole.map_or_else(|| number(None), |unit| shown(value.map(|x| x * t), unit));
-        vec![name.clone(), shown(value, unit), times]
+        let mut cells = vec![name.clone(), shown(value, unit)];
+        cells.extend(
+            thickness.map(|t| whole.map_or_else(|| number(None), |unit| shown(value.map(|x| x * t), unit))),
+        );
+        cells
     });
-    let whole = format!("for the thickness {}", words::short(t));
-    table(page, "Results", &["quantity", "per unit thickness", &whole], rows);
+    match thickness {
+        Some(t) => {
+            let whole = format!("for the thickness {}", words::short(t));
+            table(page, "Results", &["quantity", "per unit thickness", &whole], rows);
+        }
+        None => table(page, "Results", &["quantity", "value"], rows),
+    }
     let _ = match certified(report) {
         Some(_) => writeln!(
             page,
@@ -188,14 +219,28 @@ fn stretches<'a>(contacts: &[ContactSummary], all: &'a [ContactStretch]) -> Vec<
 }
 
 /// The forces on each body added up, which are round-off.
-fn balance(page: &mut String, case: &Case, report: &Report) {
+fn balance<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
     let balances = report.bodies.iter().zip(report.results.balance.iter().flatten());
     let rows = balances.map(|(body, sums)| {
         std::iter::once(body.name.clone()).chain(sums.iter().map(|sum| with_digits(*sum, 2))).collect()
     });
-    let forces = ["force x", "force y"].map(|what| with_unit(case, what, Units::line_force));
-    let moment = with_unit(case, "moment about the centroid", |u| u.force.clone());
-    table(page, "Sum of all forces on each body", &["body", &forces[0], &forces[1], &moment], rows);
+    let mut heads = vec!["body".to_owned()];
+    heads.extend(S::COORDINATES.iter().map(|axis| with_unit(case, &format!("force {axis}"), S::force_unit)));
+    let moment = S::spin_written(S::Spin::default());
+    let moments = about::<S>(Some(&moment));
+    heads.extend(
+        moments.map(|(axis, _)| with_unit(case, &format!("moment{axis} about the centroid"), S::moment_unit)),
+    );
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    table(page, "Sum of all forces on each body", &heads, rows);
+}
+
+/// Lists the components of a moment, each with its axis behind a blank; the only one of the plane has none.
+fn about<'a, S: ReportSpace>(moment: Option<&'a Spin>) -> impl Iterator<Item = (String, f64)> + use<'a, S> {
+    let components = moment.map_or(&[][..], Spin::components);
+    let axis =
+        |k: usize| if components.len() > 1 { format!(" {}", S::COORDINATES[k]) } else { String::new() };
+    components.iter().enumerate().map(move |(k, moment)| (axis(k), *moment))
 }
 
 /// Number of kinds.
@@ -209,6 +254,7 @@ enum Kind {
     Place,
     /// Without a unit.
     Number,
+    Area,
     Stress,
     Force,
     Energy,

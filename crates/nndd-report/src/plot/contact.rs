@@ -53,16 +53,16 @@ pub(crate) fn contact(
     labels: &Labels,
 ) -> (String, String) {
     let recovered = |r: &ContactRow| r.pressure_recovered.unwrap_or(r.pressure);
-    let numbers = |r: &&ContactRow| [r.s, r.pressure, recovered(r), r.opening];
+    let numbers = |r: &&ContactRow| [r.arc_length(), r.pressure, recovered(r), r.opening];
     let mut all: Vec<&ContactRow> = rows.iter().filter(|r| numbers(r).iter().all(|v| drawable(*v))).collect();
-    all.sort_by(|a, b| a.s.total_cmp(&b.s));
-    let near = around(&all.iter().map(|r| [r.s, r.pressure]).collect::<Vec<_>>());
-    all.retain(|r| near.is_none_or(|[from, to]| r.s >= from && r.s <= to));
+    all.sort_by(|a, b| a.arc_length().total_cmp(&b.arc_length()));
+    let near = around(&all.iter().map(|r| [r.arc_length(), r.pressure]).collect::<Vec<_>>());
+    all.retain(|r| near.is_none_or(|[from, to]| r.arc_length() >= from && r.arc_length() <= to));
     let slips: Vec<Option<bool>> =
         all.iter().map(|r| r.friction.as_ref().map(|f| f.state == "slip")).collect();
     // Nodes are in contact if their forces are positive; the pressure drawn is the recovered one.
-    let forces: Vec<[f64; 2]> = all.iter().map(|r| [r.s, r.pressure]).collect();
-    let nodes: Vec<[f64; 3]> = all.iter().map(|r| [r.s, recovered(r), r.opening]).collect();
+    let forces: Vec<[f64; 2]> = all.iter().map(|r| [r.arc_length(), r.pressure]).collect();
+    let nodes: Vec<[f64; 3]> = all.iter().map(|r| [r.arc_length(), recovered(r), r.opening]).collect();
     let touching = zones(&forces, |_| true);
     let [stick, slip] = [false, true].map(|state| zones(&forces, |i| slips[i] == Some(state)));
     let friction_zones = match slips.iter().any(Option::is_some) {
@@ -171,7 +171,7 @@ fn around(forces: &[[f64; 2]]) -> Option<[f64; 2]> {
 fn friction(rows: &[&ContactRow]) -> Option<[Series; 3]> {
     let mut nodes: Vec<[f64; 3]> = rows
         .iter()
-        .filter_map(|r| r.friction.as_ref().map(|f| [r.s, f.tangential, f.limit]))
+        .filter_map(|r| r.friction.as_ref().map(|f| [r.arc_length(), f.tangential, f.limit]))
         .filter(|n| n.iter().all(|v| drawable(*v)))
         .collect();
     nodes.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -1,6 +1,7 @@
 //! The labels of axes and colour bars, with the units that the case names.
 
 use case_io::case::Units;
+use fem_core::space::Plane;
 
 /// Names the quantities of a figure.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +22,7 @@ impl Labels {
 
     /// Labels an energy norm.
     pub(super) fn energy_norm(&self, what: &str) -> String {
-        labelled(what, self.units.as_ref().map(Units::energy_norm), "energy^1/2")
+        labelled(what, self.units.as_ref().map(Units::energy_norm::<Plane>), "energy^1/2")
     }
 
     /// Labels a stress, or an energy per area and thickness, which has the same unit.

@@ -1,12 +1,13 @@
 //! Cases of the plane.
 
 use super::{Dimension, GeneratorReader, Keys, Refused, Rows};
-use crate::case::Case;
 use crate::case::fixes::refuse_material;
+use crate::case::{Case, MaterialLaw, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::{CaseError, significant};
 use crate::expression::COORDINATES;
-use fem_core::body::{Body, BodyError, CurvedSide};
+use crate::report;
+use fem_core::body::{Body, BodyError, CurvedSide, Difference};
 use fem_core::geometry::shown;
 use fem_core::interface::common_refinement::common_refinement;
 use fem_core::interface::{
@@ -92,9 +93,11 @@ impl Dimension for Plane {
     type Generator = PlaneGenerator;
     type Orthotropic = Orthotropic;
 
+    const RELAX_UNTIL: RelaxUntil = RelaxUntil { tolerance: 0.02, max_steps: 100 };
     const COORDINATES: &'static [&'static str] = &[COORDINATES[0], COORDINATES[1]];
     const CORNER: &'static str = "an end";
     const EXTENT: &'static str = "length";
+    const ALONG: &'static str = "along the edges";
     const CIRCLE: &'static str = "circle";
 
     fn model_json(model: &Model) -> Json {
@@ -199,8 +202,45 @@ impl Dimension for Plane {
         case.plane_notes(problem, refined)
     }
 
-    fn spin_json(spin: f64) -> Json {
-        json!(spin)
+    fn stress_notes(case: &Case) -> Vec<String> {
+        let mut notes = Vec::new();
+        for material in (0..case.bodies.len()).flat_map(|body| case.materials_of(body)) {
+            let unknown = matches!(material.law, MaterialLaw::Stiffness(_))
+                && case.model.hypothesis == Hypothesis::PlaneStrain;
+            let note = format!(
+                "material \"{}\": a plane stiffness in plane strain does not say the stress out of the plane: there is no \
+                 von Mises stress, and ParaView files have 0 for it",
+                material.name
+            );
+            if unknown && !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
+        notes
+    }
+
+    fn interpolated_gaps(problem: &ContactProblem) -> Vec<Option<Difference>> {
+        problem.interpolated_gaps()
+    }
+
+    fn spin_written(spin: f64) -> report::Spin {
+        report::Spin::Plane(spin)
+    }
+
+    fn thickness(model: &Model) -> Option<f64> {
+        Some(model.thickness)
+    }
+
+    fn extent_unit(units: &Units) -> String {
+        units.length.clone()
+    }
+
+    fn force_unit(units: &Units) -> String {
+        units.line_force()
+    }
+
+    fn moment_unit(units: &Units) -> String {
+        units.force.clone()
     }
 }
 

@@ -1,12 +1,13 @@
 //! Cases of solids.
 
 use super::{Dimension, GeneratorReader, Keys, Refused, Rows};
-use crate::case::Case;
 use crate::case::fixes::refuse_material;
+use crate::case::{Case, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::CaseError;
 use crate::expression::COORDINATES;
-use fem_core::body::{Body, BodyError, CurvedSide};
+use crate::report;
+use fem_core::body::{Body, BodyError, CurvedSide, Difference};
 use fem_core::geometry::shown;
 use fem_core::interface::{
     Contact, ContactInterface, ContactNormal, ContactProblem, Gap, Paired, PairingError, Refined, Sides,
@@ -58,9 +59,11 @@ impl Dimension for Solid {
     type Generator = SolidGenerator;
     type Orthotropic = SolidOrthotropic;
 
+    const RELAX_UNTIL: RelaxUntil = RelaxUntil { tolerance: 0.015, max_steps: 30 };
     const COORDINATES: &'static [&'static str] = &COORDINATES;
     const CORNER: &'static str = "a corner";
     const EXTENT: &'static str = "area";
+    const ALONG: &'static str = "on the faces";
     const CIRCLE: &'static str = "sphere";
 
     fn model_json((): &()) -> Json {
@@ -156,12 +159,36 @@ impl Dimension for Solid {
         ContactInterface::pair_flat(bodies[0], bodies[1], sides, gap).is_ok()
     }
 
-    fn notes(_: &Case<Self>, _: &ContactProblem<Self>, _: &[Option<Refined>]) -> Vec<String> {
+    fn notes(case: &Case<Self>, problem: &ContactProblem<Self>, _: &[Option<Refined>]) -> Vec<String> {
+        case.cut_notes(&problem.bodies)
+    }
+
+    fn stress_notes(_: &Case<Self>) -> Vec<String> {
         Vec::new()
     }
 
-    fn spin_json(spin: Vector) -> Json {
-        json!([spin[0], spin[1], spin[2]])
+    fn interpolated_gaps(problem: &ContactProblem<Self>) -> Vec<Option<Difference>> {
+        problem.interpolated_flat_gaps()
+    }
+
+    fn spin_written(spin: Vector) -> report::Spin {
+        report::Spin::Solid(spin.into())
+    }
+
+    fn thickness((): &()) -> Option<f64> {
+        None
+    }
+
+    fn extent_unit(units: &Units) -> String {
+        units.area()
+    }
+
+    fn force_unit(units: &Units) -> String {
+        units.force.clone()
+    }
+
+    fn moment_unit(units: &Units) -> String {
+        units.moment()
     }
 }
 

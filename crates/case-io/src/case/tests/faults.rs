@@ -324,7 +324,7 @@ fn nonsense_of_adaptive_runs_is_refused() {
 #[test]
 fn relaxation_is_by_steps_or_by_tolerance() {
     let until = |rest: &str| Case::parse(&minimal(rest), "c.toml", &[]).unwrap().estimator;
-    assert_eq!(until("").until, Some(RelaxUntil::default()));
+    assert_eq!(until("").until, Some(Plane::RELAX_UNTIL));
     let steps = until("[estimator]\nrelaxation = 3");
     assert_eq!((steps.relaxation, steps.until), (3, None));
     assert_eq!(until("[estimator]\nmax_steps = 4").until.unwrap().max_steps, 4);

@@ -4,7 +4,8 @@ use super::*;
 use case_io::table::{ContactRow, FrictionRow};
 
 fn profile<const N: usize>(s: [f64; N], opening: [f64; N], pressure: [f64; N]) -> String {
-    let row = |k| ContactRow { s: s[k], opening: opening[k], pressure: pressure[k], ..ContactRow::default() };
+    let row =
+        |k| ContactRow { s: Some(s[k]), opening: opening[k], pressure: pressure[k], ..ContactRow::default() };
     contact("Contact", &(0..N).map(row).collect::<Vec<_>>(), None, 2, &Labels::default()).0
 }
 
@@ -69,7 +70,8 @@ fn labels_have_the_units_of_the_case() {
     let units = [("units.length", "mm"), ("units.force", "N")].map(|(key, name)| (key.into(), name.into()));
     let labels =
         Labels { units: case_io::Case::parse(case_io::template::PAPER, "c.toml", &units).unwrap().units };
-    let row = |k: usize| ContactRow { s: k as f64, pressure: 1.0, opening: 0.1, ..ContactRow::default() };
+    let row =
+        |k: usize| ContactRow { s: Some(k as f64), pressure: 1.0, opening: 0.1, ..ContactRow::default() };
     let (svg, caption) = contact("Contact", &[row(0), row(1)], None, 2, &labels);
     assert!(caption.contains("opening") && !caption.contains("riction"), "{caption}");
     assert_whole(&svg);
@@ -80,7 +82,7 @@ fn labels_have_the_units_of_the_case() {
 #[test]
 fn friction_has_a_panel_with_its_limit() {
     let row = |k: usize, friction: Option<FrictionRow>| ContactRow {
-        s: k as f64,
+        s: Some(k as f64),
         pressure: 1.0,
         friction,
         ..ContactRow::default()
@@ -105,7 +107,7 @@ fn a_small_contact_zone_is_drawn_large() {
     let s: [f64; 60] = std::array::from_fn(|k| k as f64);
     let row = |k: usize| {
         let pressure = if (30..34).contains(&k) { 2.0 } else { 0.0 };
-        ContactRow { s: s[k], pressure, opening: 0.1, ..ContactRow::default() }
+        ContactRow { s: Some(s[k]), pressure, opening: 0.1, ..ContactRow::default() }
     };
     let rows: Vec<ContactRow> = (0..60).map(row).collect();
     let (svg, caption) = contact("Contact", &rows, None, 2, &Labels::default());
@@ -118,7 +120,7 @@ fn a_small_contact_zone_is_drawn_large() {
 #[test]
 fn the_figure_says_which_pressure_it_draws() {
     let row = |k: usize| ContactRow {
-        s: k as f64,
+        s: Some(k as f64),
         pressure: [4.0, 1.0][k % 2],
         pressure_recovered: Some(2.5),
         ..ContactRow::default()

@@ -1,0 +1,40 @@
+//! One solve of a case on its own mesh.
+
+use crate::convert;
+use crate::failure::Failure;
+use crate::host::Host;
+use crate::outcome;
+use crate::run_observer::RunObserver;
+use crate::solved::{RunResult, Solved};
+use crate::stopwatch::Stopwatch;
+use case_io::Case;
+use case_io::case::Dimension;
+use case_io::output::Presence;
+use certified_contact::{ContactSpace, SolveError};
+use fem_core::interface::ContactProblem;
+
+/// Solves a case on its own mesh, and judges the answer.
+///
+/// * `output`: the directory that must stay until the end; `answer`: solves the problem.
+pub(crate) fn solve<S: ContactSpace + Dimension>(
+    case: &Case<S>,
+    problem: ContactProblem<S>,
+    output: Presence,
+    (watch, host): (&mut Stopwatch, &mut dyn Host),
+    answer: impl FnOnce(ContactProblem<S>, &mut RunObserver<'_>) -> Result<RunResult<S>, SolveError<S>>,
+) -> Result<Solved<S>, Failure> {
+    let mut follower = RunObserver::new(case, watch, host, output);
+    let answer = answer(problem, &mut follower).map_err(|error| follower.failure(case, &error))?;
+    let status = outcome::judge_answer(case, &answer, follower.ended);
+    Ok(Solved { longest_step: follower.longest, ..Solved::of(answer, status) })
+}
+
+/// Solves a problem with its certificate.
+pub(crate) fn certified<S: ContactSpace + Dimension>(
+    case: &Case<S>,
+    problem: ContactProblem<S>,
+    follower: &mut RunObserver<'_>,
+) -> Result<RunResult<S>, SolveError<S>> {
+    let solution = certified_contact::solve(problem, &convert::settings(case), follower)?;
+    Ok(RunResult::Certified(Box::new(solution)))
+}

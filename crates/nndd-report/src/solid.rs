@@ -1,0 +1,156 @@
+//! Reports of solids.
+
+use crate::failure::Failure;
+use crate::figures::Picture;
+use crate::host::Host;
+use crate::memory::{BODY, INTERFACE};
+use crate::notes::LOCKING_RATIO;
+use crate::once;
+use crate::resume::RunDirectory;
+use crate::run_observer::RunObserver;
+use crate::solved::{Fields, Solved};
+use crate::space::{DrawnFacets, NamedRows, ReportSpace};
+use crate::stopwatch::Stopwatch;
+use case_io::Case;
+use case_io::case::{Factors, MaterialLaw};
+use case_io::report::{ContactLine, ContactSurface, LineResults, Report, SurfaceArea, SurfacePatch};
+use certified_contact::{PairResults, PatchResults, Results, SolveError};
+use fem_core::geometry::Coordinates;
+use fem_core::interface::{ContactInterface, ContactPair, ContactPatch, ContactProblem};
+use fem_core::material::LinearElastic;
+use fem_core::space::{Solid, Space};
+use fem_core::tensor::SymTensor3;
+use mesh_io::vtu::VtuCells;
+
+type Vector = <Solid as Space>::Vector;
+
+/// Bytes of the factor per n^(4/3); of mesh and fields per unknown.
+const FACTOR: f64 = 56.0;
+const FIELDS: f64 = 2000.0;
+
+impl ReportSpace for Solid {
+    const INTERFACE: &'static str = "contact surface";
+    const PER_THICKNESS: &'static str = "";
+    const PRESSURE_INTEGRAL: &'static str = "∫ p dA";
+    const MEMORY_POWER: f64 = 4.0 / 3.0;
+    const FEWER_NODES: &'static str = "take fewer cells";
+    const FEWER_PAIRS: &'static str = "take fewer faces on the contact surface";
+    const FINER_MESH: &'static str = "use a finer mesh";
+
+    fn solve(
+        case: &Case<Self>,
+        problem: ContactProblem<Self>,
+        place: &mut RunDirectory,
+        around: (&mut Stopwatch, &mut dyn Host),
+    ) -> Result<Solved<Self>, Failure> {
+        let answer = |problem, follower: &mut RunObserver<'_>| once::certified(case, problem, follower);
+        once::solve(case, problem, place.presence(), around, answer)
+    }
+
+    /// Cases of solids have no load steps: the reader refuses them.
+    fn with_factors(
+        _: &Case<Self>,
+        problem: &ContactProblem<Self>,
+        _: &Factors,
+    ) -> Result<ContactProblem<Self>, SolveError<Self>> {
+        Ok(problem.clone())
+    }
+
+    /// With n unknowns the factor of a nested dissection grows as n^(4/3).
+    fn memory(nodes: u64, pairs: usize) -> f64 {
+        let (n, pairs) = (3.0 * nodes.max(1) as f64, pairs as f64);
+        FACTOR * n * n.cbrt() + FIELDS * n + INTERFACE * pairs * pairs + BODY
+    }
+
+    fn locks(case: &Case<Self>) -> bool {
+        let poisson = |law: &MaterialLaw<Self>| match law {
+            MaterialLaw::Isotropic { poisson, .. } => *poisson,
+            _ => 0.0,
+        };
+        case.materials.iter().any(|material| poisson(&material.law) >= LOCKING_RATIO)
+    }
+
+    fn largest_strain(strain: SymTensor3) -> f64 {
+        strain.largest_principal()
+    }
+
+    fn notes_on_results(_: &Case<Self>, _: &Fields<'_, Self>) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn notes_on_shapes(_: &Case<Self>, _: &Fields<'_, Self>) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn contact_line(_: &ContactPair<Self>, _: Option<&PairResults<Self>>) -> Option<ContactLine> {
+        None
+    }
+
+    fn contact_surface(
+        pair: &ContactPair<Self>,
+        found: Option<&PairResults<Self>>,
+    ) -> Option<ContactSurface> {
+        let patches = |found: &PairResults<Self>| {
+            let patches = found.area.patches.iter().zip(&found.patches);
+            let summary = |(patch, forces): (&ContactPatch, &PatchResults<Self>)| SurfacePatch {
+                area: patch.area,
+                centre: forces.centre.entries().to_vec(),
+                force: forces.resultant.entries().to_vec(),
+            };
+            patches.map(summary).collect()
+        };
+        Some(ContactSurface {
+            area: SurfaceArea {
+                certain: found.map(|found| found.area.inner),
+                possible: found.map(|found| found.area.outer),
+                total: pair.interface.measure(),
+            },
+            patches: found.map(patches),
+        })
+    }
+
+    fn line_results(_: Option<&Results<Self>>) -> Option<LineResults> {
+        None
+    }
+
+    fn arc_length(_: &ContactInterface<Self>, _: usize) -> Option<f64> {
+        None
+    }
+
+    fn six_stresses(_: &LinearElastic<Self>, stress: SymTensor3) -> [f64; 6] {
+        six(stress)
+    }
+
+    fn six_strains(_: &Case<Self>, _: usize, material: &LinearElastic<Self>, stress: SymTensor3) -> [f64; 6] {
+        six(material.strain(stress))
+    }
+
+    /// Contact of solids has no friction so far.
+    fn friction_traction(_: Vector, _: f64) -> Vector {
+        Vector::zeros()
+    }
+
+    fn drawn_facets(fields: &Fields<'_, Self>, pair: usize) -> DrawnFacets<Self> {
+        let of = &fields.problem.contacts[pair];
+        let points = fields.problem.bodies[of.body].mesh().points();
+        DrawnFacets {
+            points: of.interface.pairs().iter().map(|pair| points[pair.nodes[0]]).collect(),
+            cells: VtuCells::Triangles(of.interface.facets().iter().map(|face| face.pairs).collect()),
+            measures: of.interface.facets().iter().map(|face| face.measure).collect(),
+            clamped: Vec::new(),
+        }
+    }
+
+    fn element_numbers<'a>(_: &'a Case<Self>, _: usize, _: &Fields<'_, Self>) -> Option<&'a [u64]> {
+        None
+    }
+
+    fn pictures(_: &Case<Self>, _: &Fields<'_, Self>, _: &NamedRows<'_>, _: &Report) -> Vec<Picture> {
+        Vec::new()
+    }
+}
+
+/// A tensor in VTK's order.
+fn six(t: SymTensor3) -> [f64; 6] {
+    [t.xx, t.yy, t.zz, t.xy, t.yz, t.xz]
+}

@@ -1,0 +1,124 @@
+//! What reports of the plane and of solids have of their own. All else is written once.
+
+use crate::failure::Failure;
+use crate::figures::Picture;
+use crate::host::Host;
+use crate::resume::RunDirectory;
+use crate::solved::{Fields, Solved};
+use crate::stopwatch::Stopwatch;
+use case_io::Case;
+use case_io::case::{Dimension, Factors};
+use case_io::report::{ContactLine, ContactSurface, LineResults, Report};
+use case_io::table::ContactRow;
+use certified_contact::{ContactSpace, PairResults, Results, SolveError};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
+use fem_core::material::LinearElastic;
+use mesh_io::vtu::VtuCells;
+
+/// The rows of contact.csv of each pair, with its name.
+pub(crate) type NamedRows<'a> = [(&'a str, Vec<ContactRow>)];
+
+/// The facets of a contact interface as they are drawn.
+#[derive(Clone, Debug)]
+pub struct DrawnFacets<S: ContactSpace> {
+    /// Positions: those of the pairs, then those of clamped ends.
+    pub(crate) points: Vec<S::Vector>,
+    /// The facets by the numbers of their points.
+    pub(crate) cells: VtuCells,
+    /// The measure of each facet as it is drawn, m or m².
+    pub(crate) measures: Vec<f64>,
+    /// Of each clamped end the pair at the other end of its edge, whose values it has, and its opening, m.
+    pub(crate) clamped: Vec<(usize, f64)>,
+}
+
+/// The space of a report: [`fem_core::space::Plane`] and [`fem_core::space::Solid`] are all there are.
+pub trait ReportSpace: ContactSpace + Dimension {
+    /// The word for what two bodies share.
+    const INTERFACE: &'static str;
+    /// The words behind a quantity of report.html that is one per unit thickness.
+    const PER_THICKNESS: &'static str;
+    /// The words for the integral of the pressure.
+    const PRESSURE_INTEGRAL: &'static str;
+
+    /// Solves a case: once, in load steps, or on meshes that become finer.
+    ///
+    /// # Errors
+    /// See [`crate::run::solve`].
+    fn solve(
+        case: &Case<Self>,
+        problem: ContactProblem<Self>,
+        place: &mut RunDirectory,
+        around: (&mut Stopwatch, &mut dyn Host),
+    ) -> Result<Solved<Self>, Failure>;
+
+    /// Makes the problem with the loads at the end of a load step.
+    ///
+    /// # Errors
+    /// Conditions that contradict each other with these factors.
+    fn with_factors(
+        case: &Case<Self>,
+        problem: &ContactProblem<Self>,
+        factors: &Factors,
+    ) -> Result<ContactProblem<Self>, SolveError<Self>>;
+
+    /// Estimates the memory of a body in a solve, bytes.
+    ///
+    /// * `pairs`: its contact nodes.
+    fn memory(nodes: u64, pairs: usize) -> f64;
+    /// The need grows as this power of the number of nodes.
+    const MEMORY_POWER: f64;
+    /// What makes a problem with too many nodes smaller.
+    const FEWER_NODES: &'static str;
+    /// What makes a contact interface with too many nodes smaller.
+    const FEWER_PAIRS: &'static str;
+
+    /// What helps against that.
+    const FINER_MESH: &'static str;
+    /// Tells whether linear displacements of a case lock near incompressibility.
+    fn locks(case: &Case<Self>) -> bool;
+    /// Computes the largest principal strain by its size.
+    fn largest_strain(strain: Self::Tensor) -> f64;
+    /// Says what else limits the use of a solution: corners with infinite stress, contact that ends where a side ends.
+    fn notes_on_results(case: &Case<Self>, fields: &Fields<'_, Self>) -> Vec<String>;
+    /// Says what the meshes make of curved and bent sides.
+    fn notes_on_shapes(case: &Case<Self>, fields: &Fields<'_, Self>) -> Vec<String>;
+
+    /// Summarises what contact lines have alone.
+    fn contact_line(pair: &ContactPair<Self>, found: Option<&PairResults<Self>>) -> Option<ContactLine>;
+    /// Summarises what contact surfaces have alone.
+    fn contact_surface(pair: &ContactPair<Self>, found: Option<&PairResults<Self>>)
+    -> Option<ContactSurface>;
+    /// Summarises the results of all contact lines.
+    fn line_results(found: Option<&Results<Self>>) -> Option<LineResults>;
+    /// Returns the arc length at a pair, m; `None` on a surface.
+    fn arc_length(interface: &ContactInterface<Self>, pair: usize) -> Option<f64>;
+
+    /// Returns a stress in VTK's order xx, yy, zz, xy, yz, xz, Pa; in the plane 0 for zz if the material does not say it.
+    fn six_stresses(material: &LinearElastic<Self>, stress: Self::Tensor) -> [f64; 6];
+    /// Returns the strain of a stress in the same order.
+    ///
+    /// * `place`: of the material in the case.
+    fn six_strains(
+        case: &Case<Self>,
+        place: usize,
+        material: &LinearElastic<Self>,
+        stress: Self::Tensor,
+    ) -> [f64; 6];
+    /// Returns the traction of friction on the first body, Pa.
+    ///
+    /// * `tangential`: on the second body along its tangent.
+    fn friction_traction(normal: Self::Vector, tangential: f64) -> Self::Vector;
+    /// Lists the facets of a contact interface.
+    fn drawn_facets(fields: &Fields<'_, Self>, pair: usize) -> DrawnFacets<Self>;
+    /// Returns the numbers that the cells of a body have in its mesh file; `None`: they are numbered from 0.
+    fn element_numbers<'a>(case: &'a Case<Self>, body: usize, fields: &Fields<'_, Self>)
+    -> Option<&'a [u64]>;
+
+    /// Draws the figures of a solve.
+    fn pictures(
+        case: &Case<Self>,
+        fields: &Fields<'_, Self>,
+        contact: &NamedRows<'_>,
+        report: &Report,
+    ) -> Vec<Picture>;
+}
