@@ -93,7 +93,7 @@ pub struct Case<S: Dimension = Plane> {
     pub output: Output,
     /// `[limits]`.
     pub limits: Limits,
-    meshes: mesh_files::MeshFiles,
+    meshes: mesh_files::MeshFiles<S>,
     file_name: String,
     places: BTreeMap<String, SourcePosition>,
 }

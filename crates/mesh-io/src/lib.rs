@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! .msh ─ gmsh ──┐
-//!               ├─► MeshFile ─ region() ─► Region ─ mesh() ─► fem_core::TriMesh
+//!               ├─► MeshFile ─ region(), solid_regions() ─► Region ─ mesh() ─► fem_core::{TriMesh, TetMesh}
 //! .inp ─ abaqus ┘       └─ summary() ─► Summary
 //! VtuMesh, VtuData ─ vtu ─► .vtu, .pvd, .vtu.series
 //! ```
@@ -11,14 +11,14 @@
 //! | read a mesh file, whatever its format | [`read`], or [`parse`] its bytes |
 //! | take arrays of a program instead | [`MeshFile::of_arrays`] |
 //! | look at what it holds | [`MeshFile::summary`] |
-//! | take the mesh of one body from it | [`MeshFile::region`], then [`Region::mesh`] |
+//! | take the mesh of one body from it | [`MeshFile::region`], of tetrahedra [`MeshFile::solid_regions`], then [`Region::mesh`] |
 //! | say what is wrong with it, and where | [`MeshFileError`] |
 //! | read a field of another program | [`read_point_vectors`] |
 //! | write meshes and fields for ParaView | [`vtu`] |
 //!
 //! A [`MeshFile`] keeps the file's own numbers of nodes and elements, so that every message can use them. Its
-//! groups are sets of nodes, edges or cells; a group of cells is a region that can become a body, a group of edges
-//! becomes a named side of the bodies it borders. Files are taken to be hostile: memory is bounded by the size of
+//! groups are sets of nodes, edges, cells or volumes; a group of cells is a region that can become a body, a group of edges
+//! becomes a named side of the bodies it borders. In a mesh of tetrahedra groups of volumes become bodies, and groups of cells their sides. Files are taken to be hostile: memory is bounded by the size of
 //! the file, never by a count in it, and every fault is an error with its place.
 //!
 //! # Example

@@ -16,6 +16,7 @@ mod problem;
 mod read;
 mod region;
 mod sides;
+mod solid;
 mod summary;
 
 #[cfg(test)]
@@ -39,7 +40,7 @@ use std::path::{Path, PathBuf};
 /// How a deck reads the files it includes: their contents, and where they were found.
 pub(crate) type Includes<'a> = &'a mut dyn FnMut(&Path, &str) -> Result<(PathBuf, Vec<u8>), Unreadable>;
 
-/// The content of a mesh file: nodes, edges, cells and named groups of them, by the file's own numbers.
+/// The content of a mesh file: nodes, edges, cells, volumes and named groups of them, by the file's own numbers.
 #[derive(Clone, Debug, Default)]
 pub struct MeshFile {
     name: String,
@@ -54,6 +55,8 @@ pub struct MeshFile {
     edges: Vec<Edge>,
     /// By ascending number.
     cells: Vec<MeshCell>,
+    /// Tetrahedra, by ascending number; the cells are then their faces.
+    volumes: Vec<MeshCell>,
     groups: Vec<Group>,
     notes: Vec<String>,
     digest: String,
@@ -74,12 +77,12 @@ struct MeshCell {
     corners: [u32; 4],
 }
 
-/// A named set of nodes (dimension 0), edges (1) or cells (2).
+/// A named set of nodes (dimension 0), edges (1), cells (2) or volumes (3).
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
     pub(crate) dimension: u8,
     pub(crate) name: String,
-    /// Places in the list of nodes, edges or cells; ascending.
+    /// Places in the list of nodes, edges, cells or volumes; ascending.
     pub(crate) members: Vec<u32>,
 }
 
@@ -109,7 +112,12 @@ impl MeshFile {
         &self.digest
     }
 
-    /// Lists the names of the groups of one dimension: 1 for edges, 2 for cells.
+    /// Tells whether there are tetrahedra, of which solid bodies are made.
+    pub fn has_volumes(&self) -> bool {
+        !self.volumes.is_empty()
+    }
+
+    /// Lists the names of the groups of one dimension: 1 for edges, 2 for cells, 3 for volumes.
     pub fn group_names(&self, dimension: u8) -> impl Iterator<Item = &str> {
         self.groups.iter().filter(move |g| g.dimension == dimension).map(|g| g.name.as_str())
     }
@@ -125,7 +133,7 @@ impl MeshFile {
     }
 
     /// Adds an edge that the file describes by other means than an element; returns its place.
-    pub(crate) fn push_side(&mut self, cell: u32, side: usize) -> Option<u32> {
+    pub(crate) fn push_edge(&mut self, cell: u32, side: usize) -> Option<u32> {
         let cell = self.cells.get(cell as usize)?;
         let corners = cell.kind.corners();
         if side >= corners {
@@ -134,6 +142,16 @@ impl MeshFile {
         let nodes = [cell.corners[side], cell.corners[(side + 1) % corners]];
         self.edges.push(Edge { number: cell.number, nodes });
         Some(self.edges.len() as u32 - 1)
+    }
+
+    /// Adds a face of a tetrahedron, counted as Abaqus counts; returns its place.
+    pub(crate) fn push_face(&mut self, volume: u32, side: usize) -> Option<u32> {
+        const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+        let volume = self.volumes.get(volume as usize)?;
+        let [a, b, c] = FACES.get(side)?.map(|k| volume.corners[k]);
+        let kind = ElementKind::Triangle3;
+        self.cells.push(MeshCell { number: volume.number, kind, corners: [a, b, c, c] });
+        Some(self.cells.len() as u32 - 1)
     }
 
     pub(crate) fn node_numbers(&self) -> &[u64] {
@@ -146,6 +164,10 @@ impl MeshFile {
 
     pub(crate) fn cell_numbers(&self) -> Vec<u64> {
         self.cells.iter().map(|c| c.number).collect()
+    }
+
+    pub(crate) fn volume_numbers(&self) -> Vec<u64> {
+        self.volumes.iter().map(|v| v.number).collect()
     }
 
     fn fault(&self, fault: MeshFault, found: impl Into<String>) -> MeshFileError {

@@ -5,7 +5,7 @@ use crate::console;
 use case_io::diagnostic::Diagnostic;
 use mesh_io::{GroupSummary, MeshFile, Summary};
 use nndd_report::Failure;
-use nndd_report::words::{seven, short};
+use nndd_report::words::{components, seven, short};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -24,7 +24,8 @@ fn members(group: &GroupSummary) -> [&'static str; 2] {
     match group.dimension {
         0 => ["nodes", ""],
         1 => ["edges", "length"],
-        _ => ["cells", "area"],
+        2 => ["cells", "area"],
+        _ => ["volumes", "volume"],
     }
 }
 
@@ -45,17 +46,12 @@ fn human(file: &MeshFile, summary: &Summary) -> String {
     let _ = writeln!(text, "  edges           {}", summary.edges);
     let [low, high] = summary.bounding_box;
     let range = |c: usize| format!("[{}, {}]", short(low[c]), short(high[c]));
-    let _ = writeln!(text, "  bounding box    {} x {}", range(0), range(1));
+    let axes = if file.has_volumes() { 3 } else { 2 };
+    let ranges: Vec<String> = (0..axes).map(range).collect();
+    let _ = writeln!(text, "  bounding box    {}", ranges.join(" x "));
     if let Some(q) = &summary.quality {
-        let [x, y] = q.at.into();
-        let angle = q.smallest_angle;
-        let _ = writeln!(
-            text,
-            "  smallest angle  {angle:.3} degrees, in element {} at ({}, {})",
-            q.cell,
-            seven(x),
-            seven(y)
-        );
+        let (angle, cell, at) = (q.smallest_angle, q.cell, components(&q.at, seven));
+        let _ = writeln!(text, "  smallest angle  {angle:.3} degrees, in element {cell} at {at}");
     }
     if !summary.groups.is_empty() {
         let width = summary.groups.iter().map(|g| g.name.chars().count()).max().unwrap_or(0).clamp(4, 40);
@@ -107,7 +103,7 @@ fn object(file: &MeshFile, summary: &Summary) -> Value {
         "groups": groups,
         "bounding_box": summary.bounding_box,
         "quality": summary.quality.as_ref().map(|q| json!({
-            "smallest_angle": q.smallest_angle, "cell": q.cell, "at": <[f64; 2]>::from(q.at),
+            "smallest_angle": q.smallest_angle, "cell": q.cell, "at": q.at,
         })),
         "notes": summary.notes,
         "problems": problems(summary),

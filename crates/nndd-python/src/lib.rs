@@ -193,9 +193,9 @@ fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyDict>, Vec<
         let cells: Vec<(String, Vec<i64>)> = names
             .into_iter()
             .map(|name| {
-                let numbers = file.cells_of_group(&name).unwrap_or_default();
+                let numbers = file.cells_of_group(2, &name).unwrap_or_default();
                 let is_inside = |t: &usize| numbers.binary_search(&region.cell_numbers()[*t]).is_ok();
-                let inside = (0..region.triangle_count()).filter(is_inside);
+                let inside = (0..region.cells().len()).filter(is_inside);
                 (name, inside.map(|t| t as i64).collect())
             })
             .collect();
@@ -203,7 +203,7 @@ fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyDict>, Vec<
     })?;
     let numbers = |nodes: &[u32]| nodes.iter().map(|n| i64::from(*n)).collect();
     let sides = region.sides().map(|(name, edges)| (name, numbers(edges.as_flattened())));
-    let triangles = numbers(region.triangles().as_flattened());
+    let triangles = numbers(region.cells().as_flattened());
     let made = arrays::of_parts::<Plane>(py, region.points(), triangles, sides)?;
     let cells = PyDict::new(py);
     for (name, numbers) in regions {

@@ -102,7 +102,7 @@ impl<S: ReportSpace> BodyFields<'_, S> {
                 integers(&|t| place_of(&places, t))
             }
             "element_id" => {
-                let numbers = S::element_numbers(self.case, self.body, self.solution);
+                let numbers = self.case.element_numbers(self.body, mesh);
                 integers(&|t| numbers.map_or(t, |numbers| numbers[t] as usize))
             }
             "body_id" => integers(&|_| self.body),

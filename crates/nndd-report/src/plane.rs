@@ -182,10 +182,6 @@ impl ReportSpace for Plane {
         DrawnFacets { measures, points, cells: VtuCells::Lines(ends), clamped: clamped_ends }
     }
 
-    fn element_numbers<'a>(case: &'a Case, body: usize, fields: &Fields<'_>) -> Option<&'a [u64]> {
-        case.element_numbers(body, fields.problem.bodies[body].mesh())
-    }
-
     fn pictures(case: &Case, fields: &Fields<'_>, contact: &NamedRows<'_>, report: &Report) -> Vec<Picture> {
         figures::of_solve(case, fields, contact, report)
     }

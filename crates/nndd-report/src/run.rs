@@ -52,18 +52,20 @@ impl CaseFile {
         let bytes = case_io::case_file::read(path).map_err(|e| Failure::unreadable(path, &e))?;
         Ok(Self { path: path.to_owned(), bytes })
     }
+
+    /// Returns the folder of the case file, beside which mesh files lie.
+    fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
 }
 
 impl Source for CaseFile {
     fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
-        Ok(AnyCase::parse_bytes(&self.bytes, &self.path.to_string_lossy(), overrides)?)
+        Ok(AnyCase::parse_beside(&self.bytes, &self.path.to_string_lossy(), overrides, self.folder())?)
     }
 
     fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
-        let mut case = self.parse(overrides)?;
-        // Mesh files lie beside the case file.
-        case.read_mesh_files(self.path.parent().unwrap_or(Path::new("")))?;
-        Ok(case)
+        Ok(AnyCase::read(&self.bytes, &self.path.to_string_lossy(), overrides, self.folder())?)
     }
 }
 

@@ -141,10 +141,6 @@ impl ReportSpace for Solid {
         }
     }
 
-    fn element_numbers<'a>(_: &'a Case<Self>, _: usize, _: &Fields<'_, Self>) -> Option<&'a [u64]> {
-        None
-    }
-
     fn pictures(_: &Case<Self>, _: &Fields<'_, Self>, _: &NamedRows<'_>, _: &Report) -> Vec<Picture> {
         Vec::new()
     }

@@ -110,9 +110,6 @@ pub trait ReportSpace: ContactSpace + Dimension {
     fn friction_traction(normal: Self::Vector, tangential: f64) -> Self::Vector;
     /// Lists the facets of a contact interface.
     fn drawn_facets(fields: &Fields<'_, Self>, pair: usize) -> DrawnFacets<Self>;
-    /// Returns the numbers that the cells of a body have in its mesh file; `None`: they are numbered from 0.
-    fn element_numbers<'a>(case: &'a Case<Self>, body: usize, fields: &Fields<'_, Self>)
-    -> Option<&'a [u64]>;
 
     /// Draws the figures of a solve.
     fn pictures(

@@ -1,10 +1,11 @@
 //! A case of the plane or of solids: which of the two follows from its bodies.
 
 use super::dimension::Keys;
-use super::{Case, read};
+use super::{Case, Dimension, read};
 use crate::case_file::{self, At, Document, NodeValue, Table};
 use crate::diagnostic::{CaseError, code};
 use fem_core::space::{Plane, Solid};
+use mesh_io::MeshFile;
 use std::path::Path;
 
 /// A case of the plane or of solids. Nothing else asks which of the two it is.
@@ -58,7 +59,67 @@ impl AnyCase {
         })
     }
 
-    /// Reads the mesh files that the bodies name, see [`Case::read_mesh_files`]; solids have none.
+    /// Reads a case file from its bytes as [`Self::parse_bytes`] does, and the mesh files that its bodies name. If the keys do not tell
+    /// whether it is a case of solids, the cells of the first mesh file do.
+    ///
+    /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
+    ///
+    /// # Errors
+    /// See [`Self::parse`] and [`Case::read_mesh_files`].
+    pub fn read(
+        bytes: &[u8],
+        file_name: &str,
+        overrides: &[(String, String)],
+        folder: &Path,
+    ) -> Result<Self, CaseError> {
+        let document = case_file::parse(case_file::decode(bytes, file_name)?, file_name, overrides)?;
+        Self::of_document_with_meshes(&document, file_name, folder)
+    }
+
+    /// Reads a case file and looks at its first mesh file, see [`Self::read`]; the meshes themselves are not made.
+    ///
+    /// # Errors
+    /// See [`Self::parse`].
+    pub fn parse_beside(
+        bytes: &[u8],
+        file_name: &str,
+        overrides: &[(String, String)],
+        folder: &Path,
+    ) -> Result<Self, CaseError> {
+        let document = case_file::parse(case_file::decode(bytes, file_name)?, file_name, overrides)?;
+        Self::of_document_beside(&document, file_name, folder)
+    }
+
+    fn of_document_with_meshes(
+        document: &Document,
+        file_name: &str,
+        folder: &Path,
+    ) -> Result<Self, CaseError> {
+        let mut case = Self::of_document_beside(document, file_name, folder)?;
+        case.read_mesh_files(folder)?;
+        Ok(case)
+    }
+
+    fn of_document_beside(document: &Document, file_name: &str, folder: &Path) -> Result<Self, CaseError> {
+        let first = first_mesh_file(&document.root).filter(|_| !is_solid(&document.root));
+        // A file that cannot be read is reported with all others.
+        let mesh = first.and_then(|name| Some((mesh_io::read(&folder.join(&name)).ok()?, name)));
+        let Some((mesh, name)) = mesh else { return Self::of_document(document, file_name) };
+        Ok(match mesh.has_volumes() {
+            true => Self::Solid(Box::new(with_mesh(read::case(document, file_name)?, &name, mesh))),
+            false => Self::Plane(Box::new(with_mesh(read::case(document, file_name)?, &name, mesh))),
+        })
+    }
+
+    /// Gives a mesh to the bodies whose `mesh.file` is `name`, see [`Case::give_mesh`].
+    pub fn give_mesh(&mut self, name: &str, mesh: MeshFile) {
+        match self {
+            Self::Plane(case) => case.give_mesh(name, mesh),
+            Self::Solid(case) => case.give_mesh(name, mesh),
+        }
+    }
+
+    /// Reads the mesh files that the bodies name, see [`Case::read_mesh_files`].
     ///
     /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
     ///
@@ -67,7 +128,7 @@ impl AnyCase {
     pub fn read_mesh_files(&mut self, folder: &Path) -> Result<(), CaseError> {
         match self {
             Self::Plane(case) => case.read_mesh_files(folder),
-            Self::Solid(_) => Ok(()),
+            Self::Solid(case) => case.read_mesh_files(folder),
         }
     }
 
@@ -86,6 +147,26 @@ impl AnyCase {
             }
         }
     }
+}
+
+/// Keeps a mesh file that has been read for a case.
+fn with_mesh<S: Dimension>(mut case: Case<S>, name: &str, mesh: MeshFile) -> Case<S> {
+    case.meshes.keep(name, mesh);
+    case
+}
+
+/// Finds the first mesh file that a body names.
+fn first_mesh_file(root: &Table) -> Option<String> {
+    let NodeValue::Array(bodies) = &root.get("body")?.node.value else { return None };
+    let text = |node: &NodeValue| match node {
+        NodeValue::String(text) => Some(text.clone()),
+        _ => None,
+    };
+    bodies.iter().find_map(|body| {
+        let NodeValue::Table(body) = &body.value else { return None };
+        let NodeValue::Table(mesh) = &body.get("mesh")?.node.value else { return None };
+        text(&mesh.get("file")?.node.value)
+    })
 }
 
 /// Tells whether a case is one of solids: it says so, or one of its bodies is.

@@ -62,7 +62,7 @@ impl<S: Dimension> Case<S> {
     /// Makes the mesh of one body without the sides of `[[body.side]]`.
     fn mesh_as_made(&self, body: usize) -> Result<Mesh<S>, CaseError> {
         match &self.bodies[body].mesh {
-            MeshSource::File { .. } => S::mesh_of_file(self, body),
+            MeshSource::File { .. } => self.mesh_of_file(body),
             MeshSource::Generator(generator) => {
                 S::generated(generator).map_err(|error| self.mesh_diagnostic(body, &error).into())
             }

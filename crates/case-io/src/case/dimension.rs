@@ -14,6 +14,7 @@ use fem_core::interface::{Contact, ContactNormal, ContactProblem, Gap, Paired, P
 use fem_core::material::{LinearElastic, MaterialError};
 use fem_core::mesh::{Mesh, MeshError};
 use fem_core::space::Space;
+use mesh_io::{MeshFile, MeshFileError, Region, RegionOptions};
 use serde::Serialize;
 use serde_json::Value as Json;
 use std::fmt::Debug;
@@ -83,11 +84,24 @@ pub trait Dimension: Space {
     fn generated(generator: &Self::Generator) -> Result<Mesh<Self>, MeshError>;
     /// Counts the nodes that the mesh will have.
     fn nodes(generator: &Self::Generator) -> u64;
-    /// Makes the mesh of a body whose file has been read.
+    /// Takes a region of a mesh file.
     ///
     /// # Errors
-    /// A file that was not read or holds no sound mesh.
-    fn mesh_of_file(case: &Case<Self>, body: usize) -> Result<Mesh<Self>, CaseError>;
+    /// A file without such cells, groups that are not there.
+    fn region(mesh: &MeshFile, names: &[&str], options: RegionOptions)
+    -> Result<Region<Self>, MeshFileError>;
+    /// Says that no side of a region has a name.
+    fn without_sides(region: &Region<Self>) -> Option<MeshFileError>;
+    /// Refuses what is wrong with a mesh of a file beyond what [`Mesh::new`] finds.
+    ///
+    /// # Errors
+    /// Cells that overlap.
+    fn sound(region: &Region<Self>, mesh: Mesh<Self>) -> Result<Mesh<Self>, MeshFileError>;
+    /// Puts data along sides if a program gave data at nodes.
+    ///
+    /// # Errors
+    /// Data with another number of values than there are nodes; in space all such data.
+    fn evaluate_given(case: &mut Case<Self>) -> Result<(), CaseError>;
     /// Declares the curved sides of a body.
     ///
     /// # Errors

@@ -55,6 +55,49 @@ impl<S: Dimension> Case<S> {
         self.meshes.give(name, mesh);
     }
 
+    /// Lists the data that a program may give, each with its body and its side.
+    fn data_mut(&mut self) -> impl Iterator<Item = (usize, String, &mut Value)> {
+        let of_bodies = self.bodies.iter_mut().enumerate().flat_map(|(b, body)| {
+            let imposed =
+                body.displacements.iter_mut().map(|given| (&given.on, given.imposition.values_mut()));
+            let loads = body.tractions.iter_mut().map(|given| (&given.on, given.load.values_mut()));
+            let of_side = move |(on, values): (&String, Vec<_>)| {
+                let on = on.clone();
+                values.into_iter().map(move |value| (b, on.clone(), value))
+            };
+            imposed.chain(loads).flat_map(of_side)
+        });
+        let of_contacts = self.contacts.iter_mut().flat_map(|contact| {
+            let first = contact.bodies.first().copied().zip(contact.surfaces.first().cloned());
+            let limit = match &mut contact.friction {
+                Some(Friction::Tresca { limit }) => Some(limit),
+                _ => None,
+            };
+            let both = [Some(&mut contact.gap), limit].into_iter().flatten();
+            both.filter_map(move |value| first.clone().map(|(body, side)| (body, side, value)))
+        });
+        of_bodies.chain(of_contacts)
+    }
+
+    /// Refuses values at nodes, which are read in the plane only.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub(super) fn refuse_given(&mut self) -> Result<(), CaseError> {
+        let given = self.data_mut().find_map(|(_, _, value)| match value {
+            Value::Given(given) => Some(given.key.clone()),
+            _ => None,
+        });
+        let Some(key) = given else { return Ok(()) };
+        let fault = self.diagnostic(
+            code::VALUE,
+            &key,
+            format!("`{key}`: values at the nodes of solids are not read"),
+        );
+        let fault = fault.expected("a number, or an expression in x, y and z");
+        Err(fault.fix("write it as a text, such as \"1.0 - x*z\"").into())
+    }
+
     /// Returns the numbers that the mesh file of a body gives to its nodes, in the order of its mesh; `None` for a generated mesh.
     pub fn node_numbers(&self, body: usize) -> Option<&[u64]> {
         self.mesh_region(body).map(|region| region.node_numbers())
@@ -80,7 +123,7 @@ impl<S: Dimension> Case<S> {
 
 impl Case {
     /// Puts data along sides where a program gave data at nodes, which are linear along the edges.
-    pub(super) fn evaluate_given(&mut self) -> Result<(), CaseError> {
+    pub(super) fn evaluate_plane_given(&mut self) -> Result<(), CaseError> {
         let given = |(body, side, value): (usize, String, &mut Value)| match value {
             Value::Given(given) => Some((body, side, given.clone())),
             _ => None,
@@ -92,30 +135,6 @@ impl Case {
         let values = values.filter(|value| matches!(value, Value::Given(_)));
         values.zip(made).for_each(|(value, data)| *value = Value::Nodal(data));
         Ok(())
-    }
-
-    /// Lists the data that a program may give, each with its body and its side.
-    fn data_mut(&mut self) -> impl Iterator<Item = (usize, String, &mut Value)> {
-        let of_bodies = self.bodies.iter_mut().enumerate().flat_map(|(b, body)| {
-            let imposed =
-                body.displacements.iter_mut().map(|given| (&given.on, given.imposition.values_mut()));
-            let loads = body.tractions.iter_mut().map(|given| (&given.on, given.load.values_mut()));
-            let of_side = move |(on, values): (&String, Vec<_>)| {
-                let on = on.clone();
-                values.into_iter().map(move |value| (b, on.clone(), value))
-            };
-            imposed.chain(loads).flat_map(of_side)
-        });
-        let of_contacts = self.contacts.iter_mut().flat_map(|contact| {
-            let first = contact.bodies.first().copied().zip(contact.surfaces.first().cloned());
-            let limit = match &mut contact.friction {
-                Some(Friction::Tresca { limit }) => Some(limit),
-                _ => None,
-            };
-            let both = [Some(&mut contact.gap), limit].into_iter().flatten();
-            both.filter_map(move |value| first.clone().map(|(body, side)| (body, side, value)))
-        });
-        of_bodies.chain(of_contacts)
     }
 
     /// Evaluates data at the nodes of a side. A side that does not exist has none: building the body says so.

@@ -2,19 +2,21 @@
 
 use super::{Case, CellSelection, Dimension, MeshSource};
 use crate::diagnostic::{CaseError, Diagnostic, code};
-use fem_core::geometry::shown;
-use fem_core::mesh::TriMesh;
+use fem_core::geometry::Point;
+use fem_core::mesh::Mesh;
 use mesh_io::{MeshFault, MeshFile, MeshFileError, Region, RegionOptions};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The mesh files of a case: the regions read from them for its bodies.
-#[derive(Clone, Debug, Default)]
-pub(super) struct MeshFiles {
+#[derive(Clone, Debug)]
+pub(super) struct MeshFiles<S: Dimension> {
     /// Meshes that were given under names, until they are read.
     given: Vec<(String, MeshFile)>,
-    regions: Vec<Option<Arc<Region>>>,
+    /// Files that have been read already, by their names in the case.
+    kept: Vec<(String, MeshFile)>,
+    regions: Vec<Option<Arc<Region<S>>>>,
     /// By body: the nodes of its mesh in memory, those without cells included.
     node_counts: Vec<Option<u64>>,
     digests: Vec<Option<String>>,
@@ -23,18 +25,42 @@ pub(super) struct MeshFiles {
     notes: Vec<String>,
 }
 
-impl MeshFiles {
+impl<S: Dimension> Default for MeshFiles<S> {
+    fn default() -> Self {
+        Self::for_bodies(0)
+    }
+}
+
+impl<S: Dimension> MeshFiles<S> {
+    /// Has room for a number of bodies.
+    fn for_bodies(count: usize) -> Self {
+        Self {
+            given: Vec::new(),
+            kept: Vec::new(),
+            regions: vec![None; count],
+            node_counts: vec![None; count],
+            digests: vec![None; count],
+            groups: vec![Vec::new(); count],
+            notes: Vec::new(),
+        }
+    }
+
     /// Keeps a mesh for the bodies whose file has this name; the last of a name counts.
     pub(super) fn give(&mut self, name: &str, mesh: MeshFile) {
         self.given.retain(|(other, _)| other != name);
         self.given.push((name.to_owned(), mesh));
     }
 
+    /// Keeps a file that has been read, so that it is not read again.
+    pub(super) fn keep(&mut self, name: &str, mesh: MeshFile) {
+        self.kept.push((name.to_owned(), mesh));
+    }
+
     pub(super) fn given_nodes(&self, body: usize) -> Option<u64> {
         *self.node_counts.get(body)?
     }
 
-    pub(super) fn region(&self, body: usize) -> Option<&Region> {
+    pub(super) fn region(&self, body: usize) -> Option<&Region<S>> {
         self.regions.get(body)?.as_deref()
     }
 
@@ -44,7 +70,7 @@ impl MeshFiles {
     }
 }
 
-impl Case {
+impl<S: Dimension> Case<S> {
     /// Reads the mesh files that the bodies name; a mesh of [`Case::give_mesh`] takes the place of the file with its name. Bodies with a
     /// generator are skipped. Then data that a program gives at nodes become data along the sides.
     ///
@@ -58,16 +84,11 @@ impl Case {
         let names: BTreeSet<String> = given.iter().map(|(name, _)| name.clone()).collect();
         let mut files: Vec<(PathBuf, Result<MeshFile, MeshFileError>)> =
             given.into_iter().map(|(name, mesh)| (name.into(), Ok(mesh))).collect();
+        let kept = std::mem::take(&mut self.meshes.kept);
+        files.extend(kept.into_iter().map(|(name, mesh)| (folder.join(name), Ok(mesh))));
         let mut faults = Vec::new();
         let count = self.bodies.len();
-        let mut loaded = MeshFiles {
-            given: Vec::new(),
-            regions: vec![None; count],
-            node_counts: vec![None; count],
-            digests: vec![None; count],
-            groups: vec![Vec::new(); count],
-            notes: Vec::new(),
-        };
+        let mut loaded = MeshFiles::for_bodies(count);
         // The place of each body's file among them.
         let mut places = vec![None; count];
         for (body, place) in places.iter_mut().enumerate() {
@@ -92,7 +113,7 @@ impl Case {
                 loaded.digests[body] = Some(mesh.digest().to_owned());
                 for region in &self.bodies[body].regions {
                     let CellSelection::Group(name) = &region.cells else { continue };
-                    let numbers = mesh.cells_of_group(name);
+                    let numbers = mesh.cells_of_group(S::DIM as u8, name);
                     loaded.groups[body].extend(numbers.map(|numbers| (name.clone(), numbers)));
                 }
             }
@@ -118,33 +139,33 @@ impl Case {
             return Err(CaseError::new(faults));
         }
         self.meshes = loaded;
-        self.evaluate_given()
+        S::evaluate_given(self)
     }
 
     /// Takes the region that a body is from its file.
-    fn region_of(&self, body: usize, mesh: &MeshFile) -> Result<Region, MeshFileError> {
+    fn region_of(&self, body: usize, mesh: &MeshFile) -> Result<Region<S>, MeshFileError> {
         let MeshSource::File { region, merge, .. } = &self.bodies[body].mesh else {
-            return mesh.region(None, RegionOptions::default());
+            return S::region(mesh, &[], RegionOptions::default());
         };
         let names: Vec<&str> = region.iter().map(String::as_str).collect();
-        let region = mesh.regions(&names, RegionOptions::with_merge(*merge))?;
+        let region = S::region(mesh, &names, RegionOptions::with_merge(*merge))?;
         let selected = !self.bodies[body].sides.is_empty();
-        region.without_sides().filter(|_| !selected).map_or(Ok(region), Err)
+        S::without_sides(&region).filter(|_| !selected).map_or(Ok(region), Err)
     }
 
-    /// Returns the mesh file's number of each triangle's cell, if a mesh of a body, 0 or 1, has the triangles of the
+    /// Returns the mesh file's number of each cell, if a mesh of a body has the cells of the
     /// file; `None` for a generated mesh and for one that was refined.
-    pub fn element_numbers(&self, body: usize, mesh: &TriMesh) -> Option<&[u64]> {
+    pub fn element_numbers(&self, body: usize, mesh: &Mesh<S>) -> Option<&[u64]> {
         let region = self.meshes.region(body)?;
-        let of_file = region.triangle_count() == mesh.cells().len()
+        let of_file = region.cells().len() == mesh.cells().len()
             && region.mesh().is_ok_and(|own| own.cells() == mesh.cells());
         of_file.then(|| region.cell_numbers())
     }
 
     /// Makes the mesh of a body whose file has been read.
-    pub(super) fn plane_mesh_of_file(&self, body: usize) -> Result<TriMesh, CaseError> {
+    pub(super) fn mesh_of_file(&self, body: usize) -> Result<Mesh<S>, CaseError> {
         let Some(region) = self.meshes.region(body) else { return Err(self.unread_mesh(body)) };
-        let mesh = region.mesh().and_then(|mesh| region.without_overlaps(mesh));
+        let mesh = region.mesh().and_then(|mesh| S::sound(region, mesh));
         mesh.map_err(|error| self.mesh_file_diagnostic(body, error).into())
     }
 
@@ -160,7 +181,7 @@ impl Case {
     }
 
     /// Refuses bodies that are one mesh, or notes that they were parted if that was asked for.
-    fn glued(&self, loaded: &mut MeshFiles) -> Result<(), Box<Diagnostic>> {
+    fn glued(&self, loaded: &mut MeshFiles<S>) -> Result<(), Box<Diagnostic>> {
         for second in 1..self.bodies.len() {
             for first in 0..second {
                 self.glued_pair([first, second], loaded)?;
@@ -170,7 +191,7 @@ impl Case {
     }
 
     /// [`Self::glued`] of two bodies, the first with the smaller number.
-    fn glued_pair(&self, pair: [usize; 2], loaded: &mut MeshFiles) -> Result<(), Box<Diagnostic>> {
+    fn glued_pair(&self, pair: [usize; 2], loaded: &mut MeshFiles<S>) -> Result<(), Box<Diagnostic>> {
         let [
             MeshSource::File { duplicate_interface: part_a, .. },
             MeshSource::File { file: b, duplicate_interface: part_b, .. },
@@ -201,12 +222,11 @@ impl Case {
             return Ok(());
         }
         let found = format!(
-            "{b}: the bodies \"{}\" and \"{}\" share {count} nodes (node {node} at ({}, {})): as one mesh they \
+            "{b}: the bodies \"{}\" and \"{}\" share {count} nodes (node {node} at {}): as one mesh they \
              cannot part",
             names[0],
             names[1],
-            shown(point[0]),
-            shown(point[1])
+            Point::from(point)
         );
         let fault = self.diagnostic(MeshFault::Region.code(), &path, found);
         Err(Box::new(fault.expected("two regions that have their own nodes where they touch").help(Some(
@@ -215,9 +235,7 @@ impl Case {
                 .to_owned(),
         ))))
     }
-}
 
-impl<S: Dimension> Case<S> {
     /// Returns the mesh file of a body, 0 or 1, with the SHA-256 of its contents; `None` for a generated mesh.
     pub fn mesh_file_of(&self, body: usize) -> Option<(&str, &str)> {
         let MeshSource::File { file, .. } = &self.bodies[body].mesh else { return None };
@@ -230,7 +248,7 @@ impl<S: Dimension> Case<S> {
     }
 
     /// Returns the region of the mesh file that a body is.
-    pub(super) fn mesh_region(&self, body: usize) -> Option<&Region> {
+    pub(super) fn mesh_region(&self, body: usize) -> Option<&Region<S>> {
         self.meshes.region(body)
     }
 
@@ -256,8 +274,11 @@ impl<S: Dimension> Case<S> {
     pub(super) fn region_not_side(&self, body: usize, name: &str) -> Option<String> {
         let region = self.meshes.region(body).filter(|r| r.is_cell_group(name))?;
         Some(format!(
-            "\"{name}\" is a group of cells (dimension 2) of the file, {} wants edges (dimension 1)",
-            region.title()
+            "\"{name}\" is a group of cells (dimension {}) of the file, {} wants {} (dimension {})",
+            S::DIM,
+            region.title(),
+            S::WORDS.facets,
+            S::DIM - 1
         ))
     }
 

@@ -186,7 +186,7 @@ impl<S: Dimension> Case<S> {
             return Err(Box::new(fault.fix("look at the groups with `nndd mesh FILE`")));
         };
         let is_inside = |t: &usize| numbers.binary_search(&region.cell_numbers()[*t]).is_ok();
-        let cells: Vec<usize> = (0..region.triangle_count()).filter(is_inside).collect();
+        let cells: Vec<usize> = (0..region.cells().len()).filter(is_inside).collect();
         if cells.is_empty() {
             let message = format!("no cell of body \"{name}\" belongs to the group {}", excerpt(group));
             let fault = fault(message).expected("a group that shares cells with the body's region");

@@ -1,6 +1,6 @@
 //! Meshes that a program keeps in memory: arrays instead of a file.
 
-use super::sides::{edges_among, key};
+use super::sides::{facets_among, key, keys_of};
 use super::{Edge, ElementKind, Group, MeshCell, MeshFault, MeshFile, MeshFileError};
 use crate::words::counted;
 use fem_core::geometry::shown;
@@ -166,7 +166,8 @@ impl MeshFile {
         let triangles: Vec<[u32; 3]> =
             self.cells.iter().map(|cell| [cell.corners[0], cell.corners[1], cell.corners[2]]).collect();
         let wanted = self.edges.iter().map(|edge| key(edge.nodes[0], edge.nodes[1])).collect();
-        let there = edges_among(&triangles, self.points.len(), wanted);
+        let edges: Vec<[u32; 2]> = triangles.iter().flat_map(keys_of).collect();
+        let there = facets_among(&edges, self.points.len(), wanted);
         let stray = |edge: &Edge| there.binary_search(&key(edge.nodes[0], edge.nodes[1])).is_err();
         let Some(number) = self.edges.iter().position(stray) else { return Ok(()) };
         let owns = |group: &&Group| group.dimension == 1 && group.members.contains(&(number as u32));

@@ -41,6 +41,7 @@ pub(crate) struct Collected {
     pub(crate) mesh: MeshFile,
     pub(crate) edge_sets: Vec<u32>,
     pub(crate) cell_sets: Vec<u32>,
+    pub(crate) volume_sets: Vec<u32>,
 }
 
 impl Collected {
@@ -116,8 +117,8 @@ impl Collector {
         let node_numbers: Vec<u64> = self.nodes.iter().map(|n| n.number).collect();
         let index = NumberIndex::new(&node_numbers);
         let mut used = vec![false; node_numbers.len()];
-        let (mut edges, mut cells) = (Vec::new(), Vec::new());
-        let (mut edge_sets, mut cell_sets) = (Vec::new(), Vec::new());
+        let (mut edges, mut cells, mut volumes) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut edge_sets, mut cell_sets, mut volume_sets) = (Vec::new(), Vec::new(), Vec::new());
         for element in &self.elements {
             let corners = self.resolve(element, &index, &mut used)?;
             match element.kind.dimension() {
@@ -128,6 +129,10 @@ impl Collector {
                 2 => {
                     cells.push(MeshCell { number: element.number, kind: element.kind, corners });
                     cell_sets.push(element.set);
+                }
+                3 => {
+                    volumes.push(MeshCell { number: element.number, kind: element.kind, corners });
+                    volume_sets.push(element.set);
                 }
                 _ => {}
             }
@@ -141,9 +146,10 @@ impl Collector {
             used,
             edges,
             cells,
+            volumes,
             ..MeshFile::default()
         };
-        Ok(Collected { mesh, edge_sets, cell_sets })
+        Ok(Collected { mesh, edge_sets, cell_sets, volume_sets })
     }
 
     /// Finds the corners of an element (the last repeated if there are fewer than four) and checks its nodes.

@@ -1,19 +1,11 @@
 //! From a region to fem-core's mesh, with fem-core's errors in the file's own numbers.
 
 use super::{MeshFault, MeshFileError, MeshPlace, Region};
-use fem_core::geometry::shown;
-use fem_core::mesh::{MeshError, TriMesh};
+use fem_core::geometry::Point;
+use fem_core::mesh::{Mesh, MeshError, TriMesh};
+use fem_core::space::Space;
 
 impl Region {
-    /// Makes the mesh.
-    ///
-    /// # Errors
-    /// Meshes that fem-core refuses: edges with more than two cells, parts that touch in one node.
-    pub fn mesh(&self) -> Result<TriMesh, MeshFileError> {
-        TriMesh::new(self.points.clone(), self.triangles.clone(), self.groups.clone())
-            .map_err(|error| self.explain(&error))
-    }
-
     /// Refuses a mesh of this region if two of its cells overlap.
     ///
     /// # Errors
@@ -27,11 +19,22 @@ impl Region {
             .expected("cells that touch along their edges and cover no place twice")
             .help("take one of the two parts out of the region, or make it a body of its own"))
     }
+}
+
+impl<S: Space> Region<S> {
+    /// Makes the mesh.
+    ///
+    /// # Errors
+    /// Meshes that fem-core refuses: facets with more than two cells, parts that touch in one node.
+    pub fn mesh(&self) -> Result<Mesh<S>, MeshFileError> {
+        Mesh::new(self.points.clone(), self.cells.clone(), self.groups.clone())
+            .map_err(|error| self.explain(&error))
+    }
 
     /// Says of a node its number and place.
     fn node(&self, node: usize) -> String {
         match (self.node_numbers.get(node), self.points.get(node)) {
-            (Some(number), Some(p)) => format!("{number} at ({}, {})", shown(p[0]), shown(p[1])),
+            (Some(number), Some(p)) => format!("{number} at {}", Point::from(*p)),
             _ => format!("number {node} of {}", self.title),
         }
     }
@@ -43,21 +46,26 @@ impl Region {
             MeshError::NonManifold { nodes, .. } => {
                 let nodes: Vec<String> = nodes.iter().map(|n| self.node(*n)).collect();
                 let found = format!(
-                    "{}: the edge between nodes {} belongs to more than two cells, or to two on the same side",
+                    "{}: the {} between nodes {} belongs to more than two cells, or to two on the same side",
                     self.title,
+                    S::WORDS.facet,
                     nodes.join(" and ")
                 );
                 fault(found)
-                    .expected("one or two cells at every edge")
+                    .expected(format!("one or two cells at every {}", S::WORDS.facet))
                     .help("cells overlap there or are in the file twice")
             }
             MeshError::BowTie { node, .. } => {
                 let found = format!("{}: two parts touch in node {} alone", self.title, self.node(*node));
-                fault(found).expected("parts that share an edge, or no node")
+                fault(found).expected(format!(
+                    "parts that share {} {}, or no node",
+                    S::WORDS.article,
+                    S::WORDS.facet
+                ))
             }
             MeshError::Measure { cell, .. } => {
                 let number = self.cell_numbers.get(*cell).copied().unwrap_or_default();
-                fault(format!("{}: element {number} has no area", self.title))
+                fault(format!("{}: element {number} has no {}", self.title, S::WORDS.measure))
             }
             MeshError::Scale { .. } => fault(format!("{}: {error}", self.title))
                 .expected("lengths whose cubes are numbers too")

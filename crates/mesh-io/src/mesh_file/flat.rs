@@ -2,7 +2,7 @@
 
 use super::{MeshCell, MeshFault, MeshFile, MeshFileError};
 use crate::words::counted;
-use fem_core::geometry::{self, Vector, shown};
+use fem_core::geometry::{self, Coordinates, Vector, shown};
 
 /// Coordinates that differ by less than this part of the mesh's size are the same.
 pub(super) const SAME: f64 = 1e-9;
@@ -120,10 +120,11 @@ impl MeshFile {
     /// * `title`: what the nodes belong to.
     pub(super) fn twins(&self, pairs: &[[u32; 2]], nodes: &[u32], title: &str) -> String {
         let [a, b] = pairs.first().map_or([0; 2], |pair| pair.map(|k| nodes[k as usize]));
-        let [x, y] = self.xy(a).map(shown).into();
+        let place = self.points[a as usize].map(shown);
+        let place = place[..if self.has_volumes() { 3 } else { 2 }].join(", ");
         let [a, b] = [a, b].map(|node| self.node_numbers[node as usize]);
         let others = if pairs.len() == 1 { "coincides with another" } else { "coincide with others" };
-        format!("{} of {title} {others} (nodes {a} and {b} at ({x}, {y}))", counted(pairs.len(), "node"))
+        format!("{} of {title} {others} (nodes {a} and {b} at ({place}))", counted(pairs.len(), "node"))
     }
 
     /// Checks that nodes lie in a plane of constant z; returns a note about that z if it is not zero.
@@ -178,7 +179,7 @@ pub(super) fn is_wide([a, b, c]: [Vector; 3], sine: f64) -> bool {
 }
 
 /// Finds nodes at the same place: pairs of the place kept and the one that equals it.
-pub(super) fn coincident(points: &[Vector]) -> Vec<[u32; 2]> {
+pub(super) fn coincident<V: Coordinates>(points: &[V]) -> Vec<[u32; 2]> {
     let tolerance = SAME * geometry::diagonal(points);
     let at = |n: u32, c: usize| points[n as usize][c];
     let mut by_x: Vec<(i64, u32)> = (0..points.len() as u32).map(|n| (ordered(at(n, 0)), n)).collect();
@@ -186,16 +187,34 @@ pub(super) fn coincident(points: &[Vector]) -> Vec<[u32; 2]> {
     let mut order: Vec<u32> = by_x.into_iter().map(|(_, n)| n).collect();
     let mut pairs = Vec::new();
     for run in order.chunk_by_mut(|a, b| at(*b, 0) - at(*a, 0) <= tolerance) {
-        run.sort_by(|a, b| at(*a, 1).total_cmp(&at(*b, 1)).then(a.cmp(b)));
-        for near in run
-            .chunk_by(|a, b| at(*b, 1) - at(*a, 1) <= tolerance && (at(*b, 0) - at(*a, 0)).abs() <= tolerance)
-        {
-            let kept = near.iter().copied().min().unwrap_or(0);
-            pairs.extend(near.iter().filter(|n| **n != kept).map(|n| [kept, *n]));
-        }
+        near_in_run(points, run, 1, tolerance, &mut pairs);
     }
     pairs.sort_unstable_by_key(|[a, b]| (*b, *a));
     pairs
+}
+
+/// Adds the pairs of a run of nodes whose coordinates before an axis are chains of near ones.
+fn near_in_run<V: Coordinates>(
+    points: &[V],
+    run: &mut [u32],
+    axis: usize,
+    tolerance: f64,
+    pairs: &mut Vec<[u32; 2]>,
+) {
+    let at = |n: u32, c: usize| points[n as usize][c];
+    let last = V::ZERO.entries().len() - 1;
+    run.sort_by(|a, b| at(*a, axis).total_cmp(&at(*b, axis)).then(a.cmp(b)));
+    if axis < last {
+        for near in run.chunk_by_mut(|a, b| at(*b, axis) - at(*a, axis) <= tolerance) {
+            near_in_run(points, near, axis + 1, tolerance, pairs);
+        }
+        return;
+    }
+    let is_near = |a: &u32, b: &u32| (0..=last).all(|c| (at(*b, c) - at(*a, c)).abs() <= tolerance);
+    for near in run.chunk_by(is_near) {
+        let kept = near.iter().copied().min().unwrap_or(0);
+        pairs.extend(near.iter().filter(|n| **n != kept).map(|n| [kept, *n]));
+    }
 }
 
 #[cfg(test)]

@@ -19,6 +19,10 @@ pub enum ElementKind {
     Quad8,
     /// A quadratic quadrilateral with a node in its middle.
     Quad9,
+    /// A linear tetrahedron.
+    Tetra4,
+    /// A quadratic tetrahedron.
+    Tetra10,
 }
 
 impl ElementKind {
@@ -33,6 +37,8 @@ impl ElementKind {
             Self::Quad4 => (4, 4, 2, "4-node quadrilateral"),
             Self::Quad8 => (8, 4, 2, "8-node quadrilateral"),
             Self::Quad9 => (9, 4, 2, "9-node quadrilateral"),
+            Self::Tetra4 => (4, 4, 3, "4-node tetrahedron"),
+            Self::Tetra10 => (10, 4, 3, "10-node tetrahedron"),
         }
     }
 
@@ -46,7 +52,7 @@ impl ElementKind {
         self.properties().1
     }
 
-    /// Returns 0 for points, 1 for edges, 2 for cells.
+    /// Returns 0 for points, 1 for edges, 2 for surfaces, 3 for volumes.
     pub fn dimension(self) -> u8 {
         self.properties().2
     }

@@ -1,10 +1,11 @@
-//! A region of a mesh file: the triangles, points and named sides of one body.
+//! A region of a mesh file: the cells, points and named sides of one body.
 
 use super::flat::{Triangles, coincident, is_wide, smallest_angle};
-use super::sides::free_edges;
-use super::{MeshFault, MeshFile, MeshFileError, Problem, Remedy};
+use super::sides::{Facets, free_facets, keys_of};
+use super::{MeshCell, MeshFault, MeshFile, MeshFileError, Problem, Remedy};
 use crate::words::{counted, listed};
 use fem_core::geometry::{Vector, shown};
+use fem_core::space::{Plane, Space};
 use std::collections::HashSet;
 
 /// Triangles with a smaller angle, in degrees, are worth a warning.
@@ -27,6 +28,17 @@ pub(super) fn title_of(name: &str) -> String {
     format!("region \"{name}\"")
 }
 
+/// The words and the dimension of the groups of cells that a region is made of.
+pub(super) struct Kind {
+    pub(super) dimension: u8,
+    pub(super) cells: &'static str,
+    pub(super) facets: &'static str,
+    pub(super) gmsh: &'static str,
+}
+
+const PLANE: Kind =
+    Kind { dimension: 2, cells: "triangles or quadrilaterals", facets: "edges", gmsh: "Physical Surface" };
+
 /// How a region is taken from a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -44,20 +56,20 @@ impl RegionOptions {
 
 /// One body's part of a mesh file, numbered for fem-core in the order of the file's numbers.
 #[derive(Clone, Debug)]
-pub struct Region {
+pub struct Region<S: Space = Plane> {
     pub(super) file: String,
     pub(super) title: String,
-    pub(super) points: Vec<Vector>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) groups: Vec<(String, Vec<[u32; 2]>)>,
+    pub(super) points: Vec<S::Vector>,
+    pub(super) cells: Vec<S::Corners<u32>>,
+    pub(super) groups: Vec<(String, Vec<S::Axes<u32>>)>,
     pub(super) node_numbers: Vec<u64>,
     pub(super) cell_numbers: Vec<u64>,
     pub(super) cell_groups: Vec<String>,
-    notes: Vec<String>,
-    warnings: Vec<Problem>,
+    pub(super) notes: Vec<String>,
+    pub(super) warnings: Vec<Problem>,
 }
 
-impl Region {
+impl<S: Space> Region<S> {
     /// Returns what messages call it: `region "upper"`, or `the mesh` if it is the whole file.
     pub fn title(&self) -> &str {
         &self.title
@@ -79,26 +91,21 @@ impl Region {
     }
 
     /// Returns the places of its nodes.
-    pub fn points(&self) -> &[Vector] {
+    pub fn points(&self) -> &[S::Vector] {
         &self.points
     }
 
-    /// Returns the corners of its triangles, by places in the list of nodes.
-    pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.triangles
+    /// Returns the corners of its cells, by places in the list of nodes.
+    pub fn cells(&self) -> &[S::Corners<u32>] {
+        &self.cells
     }
 
-    /// Lists its named sides: the edges by their two nodes.
-    pub fn sides(&self) -> impl Iterator<Item = (&str, &[[u32; 2]])> {
-        self.groups.iter().map(|(name, edges)| (name.as_str(), &edges[..]))
+    /// Lists its named sides: the facets by their nodes.
+    pub fn sides(&self) -> impl Iterator<Item = (&str, &[S::Axes<u32>])> {
+        self.groups.iter().map(|(name, facets)| (name.as_str(), &facets[..]))
     }
 
-    /// Returns the number of triangles.
-    pub fn triangle_count(&self) -> usize {
-        self.triangles.len()
-    }
-
-    /// Returns the file's number of the cell that each triangle was made of.
+    /// Returns the file's number of the cell that each cell was made of.
     pub fn cell_numbers(&self) -> &[u64] {
         &self.cell_numbers
     }
@@ -111,6 +118,30 @@ impl Region {
     /// Says whether the file has a group of cells of this name.
     pub fn is_cell_group(&self, name: &str) -> bool {
         self.cell_groups.iter().any(|g| g == name)
+    }
+
+    /// Says that no side has a name, and what the free boundary is.
+    ///
+    /// * `free`: the number of free facets; `help`: what gives names to sides.
+    pub(super) fn nameless(&self, free: usize, help: &str) -> Option<MeshFileError> {
+        if !self.groups.is_empty() {
+            return None;
+        }
+        let [low, high] = fem_core::geometry::bounding_box(&self.points);
+        let sides: Vec<String> =
+            (0..S::DIM).map(|c| format!("[{}, {}]", shown(low[c]), shown(high[c]))).collect();
+        let found = format!(
+            "{} has no named side: its free boundary has {} within {}",
+            self.title,
+            counted(free, S::WORDS.facet),
+            sides.join(" x ")
+        );
+        let error = MeshFileError::new(MeshFault::Region, &self.file, super::MeshPlace::File, found);
+        Some(
+            error
+                .expected(format!("groups of {} to support, load and bring into contact", S::WORDS.facets))
+                .help(help),
+        )
     }
 }
 
@@ -132,19 +163,9 @@ impl MeshFile {
     /// # Errors
     /// See [`Self::region`].
     pub fn regions(&self, names: &[&str], options: RegionOptions) -> Result<Region, MeshFileError> {
-        let (cells, title) = match names {
-            [] => (self.cells_of(None)?, WHOLE.to_owned()),
-            [name] => (self.cells_of(Some(name))?, title_of(name)),
-            names => {
-                let of: Vec<Vec<u32>> =
-                    names.iter().map(|name| self.cells_of(Some(name))).collect::<Result<_, _>>()?;
-                let mut cells = of.concat();
-                cells.sort_unstable();
-                cells.dedup();
-                (cells, format!("the regions {}", listed(names)))
-            }
-        };
-        let mut used = self.nodes_of(&cells);
+        self.check_cells()?;
+        let (cells, title) = self.named_cells(&PLANE, names)?;
+        let mut used = self.nodes_of(cells.iter().map(|cell| &self.cells[*cell as usize]));
         let left_out = self.check_plane(&used, &title)?;
         let mut notes = self.notes.clone();
         let mut warnings = Vec::new();
@@ -175,14 +196,17 @@ impl MeshFile {
         }
         // Joined nodes are known by the one that was kept.
         let local: Vec<u32> = target.iter().map(|n| local[*n as usize]).collect();
-        let triangles: Vec<[u32; 3]> = made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
+        let cells: Vec<[u32; 3]> = made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
         let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
-        let groups = self.sides(&local, &triangles, points.len(), &title, &mut warnings);
+        let edges: Vec<[u32; 2]> = cells.iter().flat_map(keys_of).collect();
+        let facets = Facets { all: &edges, nodes: points.len(), word: "edge", dimension: 1 };
+        let nodes_of = |edge: u32| self.edges[edge as usize].nodes;
+        let groups = self.sides(&local, &facets, &nodes_of, &title, &mut warnings);
         let mut region = Region {
             file: self.name.clone(),
             title,
             points,
-            triangles,
+            cells,
             groups,
             node_numbers: used.iter().map(|n| self.node_numbers[*n as usize]).collect(),
             cell_numbers: made.cells,
@@ -194,10 +218,33 @@ impl MeshFile {
         Ok(region)
     }
 
+    /// Takes the cells of some groups together, all cells if there are no names; and what messages call them.
+    pub(super) fn named_cells(
+        &self,
+        kind: &Kind,
+        names: &[&str],
+    ) -> Result<(Vec<u32>, String), MeshFileError> {
+        Ok(match names {
+            [] => (self.cells_of(kind, None)?, WHOLE.to_owned()),
+            [name] => (self.cells_of(kind, Some(name))?, title_of(name)),
+            names => {
+                let of: Vec<Vec<u32>> =
+                    names.iter().map(|name| self.cells_of(kind, Some(name))).collect::<Result<_, _>>()?;
+                let mut cells = of.concat();
+                cells.sort_unstable();
+                cells.dedup();
+                (cells, format!("the regions {}", listed(names)))
+            }
+        })
+    }
+
     /// Returns the file's numbers of the cells of a group, ascending; `None` if there is no such group.
-    pub fn cells_of_group(&self, name: &str) -> Option<Vec<u64>> {
-        let group = self.groups.iter().find(|g| g.dimension == 2 && g.name == name)?;
-        let numbers = group.members.iter().filter_map(|m| self.cells.get(*m as usize));
+    ///
+    /// * `dimension`: 2 for cells, 3 for volumes.
+    pub fn cells_of_group(&self, dimension: u8, name: &str) -> Option<Vec<u64>> {
+        let group = self.groups.iter().find(|g| g.dimension == dimension && g.name == name)?;
+        let cells = if dimension == 3 { &self.volumes } else { &self.cells };
+        let numbers = group.members.iter().filter_map(|m| cells.get(*m as usize));
         let mut numbers: Vec<u64> = numbers.map(|cell| cell.number).collect();
         numbers.sort_unstable();
         Some(numbers)
@@ -205,6 +252,13 @@ impl MeshFile {
 
     /// Checks that there is something a body can be made of.
     pub(super) fn check_cells(&self) -> Result<(), MeshFileError> {
+        if self.has_volumes() {
+            let found = format!("the mesh has {}", self.volume_words());
+            let error = self.fault(MeshFault::Region, found).expected("a plane mesh");
+            return Err(error.help(
+                "make all bodies of the case of volumes, or give the physical groups to surfaces only",
+            ));
+        }
         if !self.cells.is_empty() {
             return Ok(());
         }
@@ -216,39 +270,42 @@ impl MeshFile {
     }
 
     /// Finds the cells of a group by name, with helpful words if there is no such group.
-    fn cells_of(&self, name: Option<&str>) -> Result<Vec<u32>, MeshFileError> {
-        self.check_cells()?;
-        let names: Vec<&str> = self.group_names(2).collect();
+    fn cells_of(&self, kind: &Kind, name: Option<&str>) -> Result<Vec<u32>, MeshFileError> {
+        let names: Vec<&str> = self.group_names(kind.dimension).collect();
         let Some(name) = name else {
             if names.len() < 2 {
-                return Ok((0..self.cells.len() as u32).collect());
+                let count = if kind.dimension == 3 { self.volumes.len() } else { self.cells.len() };
+                return Ok((0..count as u32).collect());
             }
             let found = format!("the file has {} regions", names.len());
             return Err(self
                 .fault(MeshFault::Region, found)
                 .expected(format!("the name of one of them: {}", listed(&names))));
         };
-        if let Some(group) = self.groups.iter().find(|g| g.dimension == 2 && g.name == name) {
+        if let Some(group) = self.groups.iter().find(|g| g.dimension == kind.dimension && g.name == name) {
             if group.members.is_empty() {
                 let found = format!("region \"{name}\" is empty: no cell belongs to it");
                 return Err(self
                     .fault(MeshFault::Region, found)
-                    .expected("a group with triangles or quadrilaterals"));
+                    .expected(format!("a group with {}", kind.cells)));
             }
             let mut cells = group.members.clone();
             cells.sort_unstable();
             cells.dedup();
             return Ok(cells);
         }
-        let of_edges = self.groups.iter().any(|g| g.dimension < 2 && g.name == name);
-        let found = if of_edges {
-            format!("\"{name}\" is a group of edges or nodes, not a region")
+        let of_sides = self.groups.iter().any(|g| g.dimension < kind.dimension && g.name == name);
+        let found = if of_sides {
+            format!("\"{name}\" is a group of {} or nodes, not a region", kind.facets)
         } else {
             format!("there is no region \"{name}\"")
         };
         let error = self.fault(MeshFault::Region, found);
         let error = if names.is_empty() {
-            error.expected("a file with groups of cells (Gmsh: Physical Surface), or no name, which takes the whole mesh")
+            error.expected(format!(
+                "a file with groups of cells (Gmsh: {}), or no name, which takes the whole mesh",
+                kind.gmsh
+            ))
         } else {
             error.expected(listed(&names))
         };
@@ -256,10 +313,10 @@ impl MeshFile {
     }
 
     /// Lists the nodes that are corners of cells, in the order of their numbers.
-    fn nodes_of(&self, cells: &[u32]) -> Vec<u32> {
+    pub(super) fn nodes_of<'a>(&self, cells: impl Iterator<Item = &'a MeshCell>) -> Vec<u32> {
         let mut there = vec![false; self.points.len()];
         for cell in cells {
-            for node in self.cells[*cell as usize].corners {
+            for node in cell.corners {
                 there[node as usize] = true;
             }
         }
@@ -309,7 +366,7 @@ impl Region {
         let mut thin = Vec::new();
         let mut count = 0;
         let sine = SLIVER.to_radians().sin();
-        for (t, number) in self.triangles.iter().zip(&self.cell_numbers) {
+        for (t, number) in self.cells.iter().zip(&self.cell_numbers) {
             let corners = t.map(|n| self.points[n as usize]);
             if !is_wide(corners, sine) && smallest_angle(corners) < SLIVER {
                 count += 1;
@@ -332,27 +389,10 @@ impl Region {
 
     /// Says that no side has a name, and what the free boundary is.
     pub fn without_sides(&self) -> Option<MeshFileError> {
-        if !self.groups.is_empty() {
-            return None;
-        }
-        let free = free_edges(&self.triangles).len();
-        let [low, high] = fem_core::geometry::bounding_box(&self.points);
-        let found = format!(
-            "{} has no named side: its free boundary has {} within [{}, {}] x [{}, {}]",
-            self.title,
-            counted(free, "edge"),
-            shown(low[0]),
-            shown(high[0]),
-            shown(low[1]),
-            shown(high[1])
-        );
-        Some(
-            MeshFileError::new(MeshFault::Region, &self.file, super::MeshPlace::File, found)
-                .expected("groups of edges to support, load and bring into contact")
-                .help(
-                    "in Gmsh give names to the sides: Physical Curve(\"bottom\") = {…}; in a deck use *SURFACE; or select them \
-                     in the case file by [[body.side]]",
-                ),
+        self.nameless(
+            free_facets(self.cells.iter().flat_map(keys_of).collect()).len(),
+            "in Gmsh give names to the sides: Physical Curve(\"bottom\") = {…}; in a deck use *SURFACE; or select them \
+             in the case file by [[body.side]]",
         )
     }
 }
@@ -360,7 +400,7 @@ impl Region {
 /// Counts the nodes and finds a cell that two regions of one file share: such bodies cannot part.
 ///
 /// Returns the number of shared nodes, one of them with its place, and the number of a shared cell.
-pub fn glued_nodes(a: &Region, b: &Region) -> Option<(usize, u64, Vector, Option<u64>)> {
+pub fn glued_nodes<S: Space>(a: &Region<S>, b: &Region<S>) -> Option<(usize, u64, S::Vector, Option<u64>)> {
     let (mut i, mut j) = (0, 0);
     let mut shared = HashSet::new();
     let mut first = None;
@@ -374,16 +414,18 @@ pub fn glued_nodes(a: &Region, b: &Region) -> Option<(usize, u64, Vector, Option
         j += usize::from(back);
     }
     let (number, point) = first?;
-    let of_shared = |region: &Region| -> HashSet<(u64, [u64; 3])> {
-        let numbered = |t: &[u32; 3]| {
-            let mut n = t.map(|n| region.node_numbers[n as usize]);
-            n.sort_unstable();
-            n
+    let of_shared = |region: &Region<S>| -> HashSet<(u64, Vec<u64>)> {
+        let is_shared = |n: &u32| shared.contains(&region.node_numbers[*n as usize]);
+        let all = region.cells.iter().zip(&region.cell_numbers);
+        let numbered = |(corners, cell): (&S::Corners<u32>, &u64)| {
+            let mut numbers: Vec<u64> =
+                corners.as_ref().iter().map(|n| region.node_numbers[*n as usize]).collect();
+            numbers.sort_unstable();
+            (*cell, numbers)
         };
-        let all = region.triangles.iter().map(numbered).zip(&region.cell_numbers);
-        all.filter(|(t, _)| t.iter().all(|n| shared.contains(n))).map(|(t, cell)| (*cell, t)).collect()
+        all.filter(|(corners, _)| corners.as_ref().iter().all(is_shared)).map(numbered).collect()
     };
-    let corners: HashSet<[u64; 3]> = of_shared(a).into_iter().map(|(_, t)| t).collect();
+    let corners: HashSet<Vec<u64>> = of_shared(a).into_iter().map(|(_, t)| t).collect();
     let cell = of_shared(b).into_iter().filter(|(_, t)| corners.contains(t)).map(|(cell, _)| cell).min();
     Some((shared.len(), number, point, cell))
 }

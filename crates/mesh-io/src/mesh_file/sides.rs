@@ -1,4 +1,4 @@
-//! The named sides of a region: groups of edges, restricted to the edges of its triangles.
+//! The named sides of a region: groups of facets, restricted to the facets of its cells.
 
 use super::{MeshFile, Problem};
 use crate::words::{counted, listed};
@@ -14,125 +14,141 @@ pub(super) fn keys_of(t: &[u32; 3]) -> [Key; 3] {
     [key(t[0], t[1]), key(t[1], t[2]), key(t[2], t[0])]
 }
 
+/// The facets of the cells of a region, with words for them.
+pub(super) struct Facets<'a, const N: usize> {
+    /// The facets of all cells, each by its nodes in ascending order.
+    pub(super) all: &'a [[u32; N]],
+    /// The number of nodes.
+    pub(super) nodes: usize,
+    /// The word for one.
+    pub(super) word: &'static str,
+    /// The dimension of a group of them.
+    pub(super) dimension: u8,
+}
+
 impl MeshFile {
     /// Collects the sides of a region, by name.
     ///
     /// * `local`: the region's number of each node of the file, or one that is too large.
-    /// * `warnings`: grows by what lies in the region without being an edge of it.
-    pub(super) fn sides(
+    /// * `nodes_of`: the nodes of a member of a group of facets.
+    /// * `warnings`: grows by what lies in the region without being a facet of it.
+    pub(super) fn sides<const N: usize>(
         &self,
         local: &[u32],
-        triangles: &[[u32; 3]],
-        nodes: usize,
+        facets: &Facets<'_, N>,
+        nodes_of: &dyn Fn(u32) -> [u32; N],
         title: &str,
         warnings: &mut Vec<Problem>,
-    ) -> Vec<(String, Vec<Key>)> {
-        let mut candidates: Vec<(u32, Key)> = Vec::new();
-        for (number, group) in self.groups.iter().enumerate().filter(|(_, g)| g.dimension == 1) {
+    ) -> Vec<(String, Vec<[u32; N]>)> {
+        let nodes = facets.nodes;
+        let mut candidates: Vec<(u32, [u32; N])> = Vec::new();
+        for (number, group) in self.groups.iter().enumerate().filter(|(_, g)| g.dimension == facets.dimension)
+        {
             for member in &group.members {
-                let [a, b] = self.edges[*member as usize].nodes.map(|n| local[n as usize]);
-                if (a as usize) < nodes && (b as usize) < nodes {
-                    candidates.push((number as u32, key(a, b)));
+                let mut key = nodes_of(*member).map(|n| local[n as usize]);
+                if key.iter().all(|n| (*n as usize) < nodes) {
+                    key.sort_unstable();
+                    candidates.push((number as u32, key));
                 }
             }
         }
-        let there = edges_among(triangles, nodes, candidates.iter().map(|(_, k)| *k).collect());
+        let there = facets_among(facets.all, nodes, candidates.iter().map(|(_, k)| *k).collect());
         let total = candidates.len();
-        let mut sides: Vec<(String, Vec<Key>)> = Vec::new();
+        let mut sides: Vec<(String, Vec<[u32; N]>)> = Vec::new();
         let mut previous = None;
         let mut strays: Vec<&str> = Vec::new();
-        let mut stray_edges = total;
-        for (number, edge) in candidates {
+        let mut stray_facets = total;
+        for (number, facet) in candidates {
             let name = &self.groups[number as usize].name;
-            if there.binary_search(&edge).is_err() {
+            if there.binary_search(&facet).is_err() {
                 if strays.last() != Some(&name.as_str()) {
                     strays.push(name);
                 }
                 continue;
             }
-            stray_edges -= 1;
+            stray_facets -= 1;
             if previous != Some(number) {
                 sides.push((name.clone(), Vec::new()));
                 previous = Some(number);
             }
-            if let Some((_, edges)) = sides.last_mut() {
-                edges.push(edge);
+            if let Some((_, of_side)) = sides.last_mut() {
+                of_side.push(facet);
             }
         }
-        if stray_edges > 0 {
-            let edges = counted(stray_edges, "edge");
+        if stray_facets > 0 {
+            let found = counted(stray_facets, facets.word);
             let what = format!(
-                "{edges} of {} join nodes of {title} that no cell joins; they are left out",
+                "{found} of {} join nodes of {title} that no cell joins; they are left out",
                 listed(&strays)
             );
             warnings.push(what.into());
         }
-        sides.extend(self.node_sides(local, triangles, nodes));
+        sides.extend(self.node_sides(local, facets));
         sides
     }
 
-    /// Makes sides of the sets of nodes: the free edges whose both ends are in a set.
-    fn node_sides(&self, local: &[u32], triangles: &[[u32; 3]], nodes: usize) -> Vec<(String, Vec<Key>)> {
+    /// Makes sides of the sets of nodes: the free facets all of whose nodes are in a set.
+    fn node_sides<const N: usize>(
+        &self,
+        local: &[u32],
+        facets: &Facets<'_, N>,
+    ) -> Vec<(String, Vec<[u32; N]>)> {
         let sets: Vec<_> = self.groups.iter().filter(|g| g.dimension == 0).collect();
         if sets.is_empty() {
             return Vec::new();
         }
-        let mut neighbours = vec![[u32::MAX; 2]; nodes];
-        for [a, b] in free_edges(triangles) {
-            for (from, to) in [(a, b), (b, a)] {
-                // A sound boundary has two edges at a node; fem-core refuses any other.
-                if let Some(slot) = neighbours[from as usize].iter_mut().find(|n| **n == u32::MAX) {
-                    *slot = to;
-                }
-            }
-        }
-        let mut mark = vec![u32::MAX; nodes];
+        let free = free_facets(facets.all.to_vec());
+        let mut mark = vec![u32::MAX; facets.nodes];
         let mut sides = Vec::new();
         for (number, set) in (0u32..).zip(sets) {
-            let members: Vec<u32> =
-                set.members.iter().map(|n| local[*n as usize]).filter(|n| (*n as usize) < nodes).collect();
+            let members = set.members.iter().map(|n| local[*n as usize]);
+            let mut members: Vec<u32> = members.filter(|n| (*n as usize) < facets.nodes).collect();
+            members.sort_unstable();
+            members.dedup();
             for node in &members {
                 mark[*node as usize] = number;
             }
-            let marked = |n: u32| mark.get(n as usize) == Some(&number);
-            let mut edges: Vec<Key> = members
+            let is_marked = |n: &u32| mark[*n as usize] == number;
+            // The free facets whose first node is one of the set; they are in ascending order.
+            let first = |node: u32| free.partition_point(|facet| facet[0] < node);
+            let of_node = |node: &u32| free[first(*node)..first(*node + 1)].iter();
+            let of_set: Vec<[u32; N]> = members
                 .iter()
-                .flat_map(|a| neighbours[*a as usize].map(|b| (*a, b)))
-                .filter(|(a, b)| a < b && marked(*b))
-                .map(|(a, b)| [a, b])
+                .flat_map(of_node)
+                .filter(|facet| facet.iter().all(is_marked))
+                .copied()
                 .collect();
-            edges.sort_unstable();
-            if !edges.is_empty() {
-                sides.push((set.name.clone(), edges));
+            if !of_set.is_empty() {
+                sides.push((set.name.clone(), of_set));
             }
         }
         sides
     }
 }
 
-/// Finds which of some edges the triangles have: ascending.
-pub(super) fn edges_among(triangles: &[[u32; 3]], nodes: usize, mut wanted: Vec<Key>) -> Vec<Key> {
+/// Finds which of some facets the cells have: ascending.
+pub(super) fn facets_among<const N: usize>(
+    facets: &[[u32; N]],
+    nodes: usize,
+    mut wanted: Vec<[u32; N]>,
+) -> Vec<[u32; N]> {
     wanted.sort_unstable();
     wanted.dedup();
     let mut touched = vec![false; nodes];
-    for node in wanted.iter().flatten() {
+    for node in wanted.as_flattened() {
         touched[*node as usize] = true;
     }
     let mut found = vec![false; wanted.len()];
-    for edge in triangles.iter().flat_map(keys_of) {
-        if touched[edge[0] as usize]
-            && touched[edge[1] as usize]
-            && let Ok(place) = wanted.binary_search(&edge)
-        {
+    for facet in facets.iter().filter(|facet| facet.iter().all(|n| touched[*n as usize])) {
+        if let Ok(place) = wanted.binary_search(facet) {
             found[place] = true;
         }
     }
-    wanted.into_iter().zip(found).filter(|(_, found)| *found).map(|(edge, _)| edge).collect()
+    wanted.into_iter().zip(found).filter(|(_, found)| *found).map(|(facet, _)| facet).collect()
 }
 
-/// Finds the edges that one triangle alone has: ascending.
-pub(super) fn free_edges(triangles: &[[u32; 3]]) -> Vec<Key> {
-    let mut keys: Vec<Key> = triangles.iter().flat_map(keys_of).collect();
+/// Finds the facets that one cell alone has: ascending.
+pub(super) fn free_facets<const N: usize>(mut keys: Vec<[u32; N]>) -> Vec<[u32; N]> {
     keys.sort_unstable();
     keys.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
 }

@@ -2,10 +2,11 @@
 
 use super::flat::{coincident, smallest_angle};
 use super::region::{WHOLE, title_of};
-use super::sides::{Key, free_edges, key, keys_of};
-use super::{ElementKind, MeshFile, Problem, Remedy};
+use super::sides::{Key, free_facets, key, keys_of};
+use super::{ElementKind, MeshCell, MeshFile, Problem, Remedy};
 use crate::words::{counted, listed};
-use fem_core::geometry::{self, Vector};
+use fem_core::geometry;
+use fem_core::space::{Solid, Space};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The most problems of one kind that are listed one by one.
@@ -15,26 +16,26 @@ const MOST: usize = 20;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct GroupSummary {
-    /// 0 for nodes, 1 for edges, 2 for cells.
+    /// 0 for nodes, 1 for edges, 2 for cells, 3 for volumes.
     pub dimension: u8,
     /// Its name.
     pub name: String,
-    /// Number of nodes, edges or cells.
+    /// Number of nodes, edges, cells or volumes.
     pub members: usize,
-    /// Length of the edges or area of the cells, in the file's units; nothing for nodes.
+    /// Length of the edges, area of the cells or volume, in the file's units; nothing for nodes.
     pub measure: Option<f64>,
 }
 
-/// The worst of all cells, as the triangles they become.
+/// The worst of all cells, as the triangles they become, or of all tetrahedra.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Quality {
-    /// The smallest angle of any triangle, degrees.
+    /// The smallest angle of any triangle, of tetrahedra between two faces, degrees.
     pub smallest_angle: f64,
     /// The file's number of the cell with that angle.
     pub cell: u64,
-    /// The centre of the triangle.
-    pub at: Vector,
+    /// The centre of the triangle or tetrahedron: two coordinates or three.
+    pub at: Vec<f64>,
 }
 
 /// The content of a mesh file in numbers, with its problems.
@@ -65,7 +66,7 @@ impl MeshFile {
     /// Looks at everything the file holds.
     pub fn summary(&self) -> Summary {
         let mut kinds = BTreeMap::new();
-        for cell in &self.cells {
+        for cell in self.cells.iter().chain(&self.volumes) {
             *kinds.entry(cell.kind).or_insert(0) += 1;
         }
         let mut groups: Vec<GroupSummary> = self.groups.iter().map(|g| self.measure(g)).collect();
@@ -74,7 +75,10 @@ impl MeshFile {
         self.note_loose_nodes(&mut notes);
         let used = self.used_nodes();
         let mut problems = self.problems(&used);
-        let quality = self.quality(&mut notes, &mut problems);
+        let quality = match self.has_volumes() {
+            true => self.solid_quality(&mut problems),
+            false => self.quality(&mut notes, &mut problems),
+        };
         Summary {
             format: self.format.clone(),
             nodes: self.node_numbers.len(),
@@ -95,16 +99,19 @@ impl MeshFile {
 
     fn measure(&self, group: &super::Group) -> GroupSummary {
         let length = |edge: &u32| {
-            let [a, b] = self.edges[*edge as usize].nodes.map(|n| self.xy(n));
+            let [a, b] = self.edges[*edge as usize].nodes.map(|n| self.xyz(n));
             geometry::norm(b - a)
         };
         let area = |cell: &u32| {
-            let [a, b, c, d] = self.cells[*cell as usize].corners.map(|n| self.xy(n));
-            0.5 * geometry::cross(c - a, d - b).abs()
+            let [a, b, c, d] = self.cells[*cell as usize].corners.map(|n| self.xyz(n));
+            0.5 * geometry::norm((c - a).cross(&(d - b)))
         };
+        let volume =
+            |cell: &u32| Solid::measure(&self.volumes[*cell as usize].corners.map(|n| self.xyz(n))).abs();
         let measure = match group.dimension {
             1 => Some(group.members.iter().map(length).sum::<f64>()),
             2 => Some(group.members.iter().map(area).sum::<f64>()),
+            3 => Some(group.members.iter().map(volume).sum::<f64>()),
             _ => None,
         };
         GroupSummary {
@@ -129,7 +136,7 @@ impl MeshFile {
             let angle = smallest_angle(p);
             if geometry::sure_area(p).is_some() && worst.as_ref().is_none_or(|w| angle < w.smallest_angle) {
                 let at = p[0] / 3.0 + p[1] / 3.0 + p[2] / 3.0;
-                worst = Some(Quality { smallest_angle: angle, cell: *cell, at });
+                worst = Some(Quality { smallest_angle: angle, cell: *cell, at: at.as_slice().to_vec() });
             }
         }
         self.edge_problems(&made.corners, notes, problems);
@@ -161,7 +168,10 @@ impl MeshFile {
         if loose > 0 {
             problems.push(format!("{} in groups, but sides of no cell", counted(loose, "edge")).into());
         }
-        let nameless = free_edges(triangles).iter().filter(|e| !named.contains(*e)).count();
+        let nameless = free_facets(triangles.iter().flat_map(keys_of).collect())
+            .iter()
+            .filter(|e| !named.contains(*e))
+            .count();
         let node_sets = self.groups.iter().any(|g| g.dimension == 0);
         if nameless > 0 && !node_sets {
             notes.push(format!(
@@ -173,17 +183,23 @@ impl MeshFile {
 
     fn problems(&self, all: &[u32]) -> Vec<Problem> {
         let mut problems = Vec::new();
-        if let Err(error) = self.check_cells() {
-            return vec![error.into()];
-        }
-        match self.check_plane(all, WHOLE) {
-            Err(error) => problems.push(error.into()),
-            Ok(left_out) => problems.extend(left_out.map(Problem::from)),
-        }
-        if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
-            problems.push(
-                "no group of edges (Gmsh: Physical Curve): name the sides in the case file by their places, with [[body.side]]".to_owned().into(),
+        let (facets, word) = if self.has_volumes() {
+            (2, "surfaces (Gmsh: Physical Surface)")
+        } else {
+            if let Err(error) = self.check_cells() {
+                return vec![error.into()];
+            }
+            match self.check_plane(all, WHOLE) {
+                Err(error) => problems.push(error.into()),
+                Ok(left_out) => problems.extend(left_out.map(Problem::from)),
+            }
+            (1, "edges (Gmsh: Physical Curve)")
+        };
+        if self.group_names(facets).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
+            let what = format!(
+                "no group of {word}: name the sides in the case file by their places, with [[body.side]]"
             );
+            problems.push(what.into());
         }
         let mut parent = vec![u32::MAX; self.points.len()];
         for (name, members) in self.region_members() {
@@ -200,12 +216,14 @@ impl MeshFile {
             }
         }
         let owners = self.shared_nodes(&mut problems);
-        let points: Vec<Vector> = all.iter().map(|n| self.xy(*n)).collect();
-        let mut twins = coincident(&points);
+        let mut twins = match self.has_volumes() {
+            true => coincident(&all.iter().map(|n| self.xyz(*n)).collect::<Vec<_>>()),
+            false => coincident(&all.iter().map(|n| self.xy(*n)).collect::<Vec<_>>()),
+        };
         // Between two regions that is as it should be.
         twins.retain(|pair| {
             let [a, b] = pair.map(|k| owners[all[k as usize] as usize]);
-            a == b && (a != u32::MAX || self.group_names(2).next().is_none())
+            a == b && (a != u32::MAX || self.group_names(self.body_cells().0).next().is_none())
         });
         if !twins.is_empty() {
             let found = self.twins(&twins, all, "the same region") + ": a crack, or an error";
@@ -214,12 +232,47 @@ impl MeshFile {
         problems
     }
 
+    /// Returns what bodies are made of, with its dimension: the volumes if there are any, or the cells.
+    fn body_cells(&self) -> (u8, &[MeshCell]) {
+        if self.has_volumes() { (3, &self.volumes) } else { (2, &self.cells) }
+    }
+
+    /// Returns the place of a node.
+    fn xyz(&self, node: u32) -> <Solid as Space>::Vector {
+        self.points[node as usize].into()
+    }
+
+    /// Finds the worst tetrahedron; says how many have no volume.
+    fn solid_quality(&self, problems: &mut Vec<Problem>) -> Option<Quality> {
+        let (mut worst, mut flat): (Option<Quality>, Vec<u64>) = (None, Vec::new());
+        for cell in &self.volumes {
+            let corners = cell.corners.map(|n| self.xyz(n));
+            if Solid::sure_measure(&corners).is_none() {
+                flat.push(cell.number);
+                continue;
+            }
+            // The angle does not depend on the order of the corners.
+            let angle = Solid::smallest_angle(&corners);
+            if worst.as_ref().is_none_or(|worst| angle < worst.smallest_angle) {
+                let at: <Solid as Space>::Vector = corners.iter().map(|p| p / 4.0).sum();
+                worst =
+                    Some(Quality { smallest_angle: angle, cell: cell.number, at: at.as_slice().to_vec() });
+            }
+        }
+        if let Some(first) = flat.first() {
+            let what = counted(flat.len(), "cell");
+            problems.push(format!("{what} without a volume, the first is element {first}").into());
+        }
+        worst
+    }
+
     /// Lists what can be a region: its title and cells.
     fn region_members(&self) -> Vec<(String, Vec<u32>)> {
-        let groups = self.groups.iter().filter(|g| g.dimension == 2);
+        let (dimension, cells) = self.body_cells();
+        let groups = self.groups.iter().filter(|g| g.dimension == dimension);
         let named: Vec<_> = groups.map(|g| (title_of(&g.name), g.members.clone())).collect();
         if named.is_empty() {
-            return vec![(WHOLE.to_owned(), (0..self.cells.len() as u32).collect())];
+            return vec![(WHOLE.to_owned(), (0..cells.len() as u32).collect())];
         }
         named
     }
@@ -235,7 +288,8 @@ impl MeshFile {
             }
             node
         }
-        let corners = || cells.iter().map(|c| self.cells[*c as usize].corners);
+        let (_, all) = self.body_cells();
+        let corners = || cells.iter().map(|c| all[*c as usize].corners);
         for node in corners().flatten() {
             parent[node as usize] = u32::MAX;
         }
@@ -262,18 +316,19 @@ impl MeshFile {
     /// Returns the first region of each node.
     fn shared_nodes(&self, problems: &mut Vec<Problem>) -> Vec<u32> {
         let mut of_node = vec![u32::MAX; self.points.len()];
-        let mut of_cell = vec![u32::MAX; self.cells.len()];
+        let (dimension, cells) = self.body_cells();
+        let mut of_cell = vec![u32::MAX; cells.len()];
         let mut seen = vec![u32::MAX; self.points.len()];
         let mut pairs: BTreeMap<(u32, u32), usize> = BTreeMap::new();
         let mut overlapping = BTreeSet::new();
-        let regions: Vec<_> = self.groups.iter().filter(|g| g.dimension == 2).collect();
+        let regions: Vec<_> = self.groups.iter().filter(|g| g.dimension == dimension).collect();
         for (number, region) in (0u32..).zip(&regions) {
             for cell in &region.members {
                 let owner = std::mem::replace(&mut of_cell[*cell as usize], number);
                 if owner != u32::MAX && owner != number {
                     overlapping.insert((owner, number));
                 }
-                for node in self.cells[*cell as usize].corners {
+                for node in cells[*cell as usize].corners {
                     let owner = &mut of_node[node as usize];
                     if *owner == u32::MAX {
                         *owner = number;

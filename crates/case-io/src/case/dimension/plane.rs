@@ -17,6 +17,7 @@ use fem_core::material::{Hypothesis, LinearElastic, MaterialError, Orthotropic};
 use fem_core::mesh::generate::{self, Facing};
 use fem_core::mesh::{MeshError, TriMesh};
 use fem_core::space::Plane;
+use mesh_io::{MeshFile, MeshFileError, Region, RegionOptions};
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 
@@ -171,8 +172,20 @@ impl Dimension for Plane {
         }
     }
 
-    fn mesh_of_file(case: &Case, body: usize) -> Result<TriMesh, CaseError> {
-        case.plane_mesh_of_file(body)
+    fn region(mesh: &MeshFile, names: &[&str], options: RegionOptions) -> Result<Region, MeshFileError> {
+        mesh.regions(names, options)
+    }
+
+    fn without_sides(region: &Region) -> Option<MeshFileError> {
+        region.without_sides()
+    }
+
+    fn sound(region: &Region, mesh: TriMesh) -> Result<TriMesh, MeshFileError> {
+        region.without_overlaps(mesh)
+    }
+
+    fn evaluate_given(case: &mut Case) -> Result<(), CaseError> {
+        case.evaluate_plane_given()
     }
 
     fn curved(body: Body, sides: &[CurvedSide]) -> Result<Body, BodyError> {

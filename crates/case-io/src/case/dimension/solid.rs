@@ -15,6 +15,7 @@ use fem_core::interface::{
 use fem_core::material::{LinearElastic, MaterialError, Orthotropic};
 use fem_core::mesh::{MeshError, TetMesh, generate};
 use fem_core::space::{Solid, Space};
+use mesh_io::{MeshFile, MeshFileError, Region, RegionOptions};
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 
@@ -117,8 +118,24 @@ impl Dimension for Solid {
         cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
     }
 
-    fn mesh_of_file(case: &Case<Self>, body: usize) -> Result<TetMesh, CaseError> {
-        Err(case.unread_mesh(body))
+    fn region(
+        mesh: &MeshFile,
+        names: &[&str],
+        options: RegionOptions,
+    ) -> Result<Region<Self>, MeshFileError> {
+        mesh.solid_regions(names, options)
+    }
+
+    fn without_sides(region: &Region<Self>) -> Option<MeshFileError> {
+        region.without_sides()
+    }
+
+    fn sound(_: &Region<Self>, mesh: TetMesh) -> Result<TetMesh, MeshFileError> {
+        Ok(mesh)
+    }
+
+    fn evaluate_given(case: &mut Case<Self>) -> Result<(), CaseError> {
+        case.refuse_given()
     }
 
     /// There are no curved sides to declare: the reader refuses them.
@@ -226,7 +243,7 @@ const TAKE_OUT: &str = "take it out";
 impl Keys for Solid {
     const GENERATORS: &'static [(&'static str, GeneratorReader<Self>)] = &[("box", cuboid)];
     const MESH: [&'static str; 2] = [
-        "`generator = { kind = \"box\", … }`",
+        "`generator = { kind = \"box\", … }` or `mesh = { file = \"name.msh\", region = \"name\" }`",
         "write `generator = { kind = \"box\", size = [2.0, 1.0, 1.0], cells = [8, 4, 4] }` to begin with",
     ];
     const CONSTANTS: &'static [&'static str] = &[
@@ -265,11 +282,6 @@ impl Keys for Solid {
             "body.surface",
             "curved surfaces of solids are not read yet",
             "take it out: sides keep the faces of the mesh",
-        ),
-        later(
-            "body.mesh",
-            "mesh files of solids are not read yet",
-            "write `generator = { kind = \"box\", … }`",
         ),
         later(
             "side.circle",

@@ -198,7 +198,7 @@ pub(super) fn advice(name: &str) -> &'static str {
     if begins(&["CAX", "CGAX", "MAX", "SAX", "ACAX", "DCAX", "COHAX"]) {
         "these are axisymmetric elements: if a plane problem is meant, write CPE in place of CAX"
     } else if begins(&["C3D", "AC3D", "DC3D", "COH3D", "F3D", "SC"]) {
-        "this is the mesh of a volume: mesh its plane section with CPE or CPS elements"
+        "of volumes C3D4 and C3D10 are read: mesh it with tetrahedra, or for a plane body its section with CPE or CPS elements"
     } else {
         "write a plane type with as many nodes in its place, or take these elements out of the deck"
     }
@@ -221,6 +221,13 @@ pub(super) fn kind(name: &str) -> Option<ElementKind> {
     let bare = if name.starts_with('B') { name.trim_end_matches(char::is_alphabetic) } else { name };
     if let Some((_, kind)) = lines.iter().find(|(line, _)| *line == bare) {
         return Some(*kind);
+    }
+    // Letters behind the number of nodes tell the formulation.
+    let volume = name.strip_prefix("C3D").map(|rest| rest.trim_end_matches(char::is_alphabetic));
+    match volume {
+        Some("4") => return Some(ElementKind::Tetra4),
+        Some("10") => return Some(ElementKind::Tetra10),
+        _ => {}
     }
     let rest = ["CPS", "CPE", "M3D", "US", "S"].iter().find_map(|family| name.strip_prefix(family))?;
     let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());

@@ -165,27 +165,41 @@ impl Sets {
         let mut work = Work { files, left: bytes.saturating_mul(MEMBERS_PER_BYTE).saturating_add(MEMBERS) };
         let node_numbers = mesh.node_numbers().to_vec();
         let (edge_numbers, cell_numbers) = (mesh.edge_numbers(), mesh.cell_numbers());
-        let mut element_numbers = [edge_numbers.as_slice(), &cell_numbers, &self.no_cells].concat();
+        let volume_numbers = mesh.volume_numbers();
+        let mut element_numbers =
+            [edge_numbers.as_slice(), &cell_numbers, &volume_numbers, &self.no_cells].concat();
         self.shells.sort_unstable();
         element_numbers.sort_unstable();
         element_numbers.dedup();
         let node_sets = work.resolve(&self.nodes, &node_numbers, "node")?;
         let element_sets = work.resolve(&self.elements, &element_numbers, "element")?;
         let cells = NumberIndex::new(&cell_numbers);
+        let volumes = NumberIndex::new(&volume_numbers);
         let mut taken = HashSet::new();
         for surface in self.surfaces.iter().filter(|s| !s.of_nodes) {
-            let members = self.sides(surface, &element_sets, &cells, mesh, &mut work)?;
+            let sides = self.sides(surface, &element_sets, [&cells, &volumes], mesh, &mut work)?;
             taken.insert(upper(&surface.name));
-            mesh.push_group(Group { dimension: 1, name: surface.name.clone(), members });
+            let [edges, faces] = sides;
+            if !faces.is_empty() {
+                mesh.push_group(Group { dimension: 2, name: surface.name.clone(), members: faces });
+            }
+            if !edges.is_empty() || !mesh.has_volumes() {
+                mesh.push_group(Group { dimension: 1, name: surface.name.clone(), members: edges });
+            }
         }
         let edges = NumberIndex::new(&edge_numbers);
         for (set, numbers) in self.elements.sets.iter().zip(&element_sets) {
             let (of_edges, of_cells) = (places(numbers, &edges), places(numbers, &cells));
+            let of_volumes = places(numbers, &volumes);
+            if !of_volumes.is_empty() {
+                mesh.push_group(Group { dimension: 3, name: set.name.clone(), members: of_volumes });
+            }
             // A surface is the more deliberate of two groups of edges with one name.
             if !of_edges.is_empty() && !taken.contains(&upper(&set.name)) {
                 mesh.push_group(Group { dimension: 1, name: set.name.clone(), members: of_edges });
             }
-            if !of_cells.is_empty() || numbers.is_empty() {
+            let is_surface = mesh.has_volumes() && taken.contains(&upper(&set.name));
+            if (!of_cells.is_empty() || numbers.is_empty()) && !is_surface {
                 mesh.push_group(Group { dimension: 2, name: set.name.clone(), members: of_cells });
             }
         }
@@ -193,16 +207,18 @@ impl Sets {
         self.node_groups(&node_sets, &node_numbers, taken, mesh, &mut work)
     }
 
-    /// Finds the sides of a surface.
+    /// Finds the sides of a surface: edges of cells and faces of volumes.
+    ///
+    /// * `elements`: cells, then volumes.
     fn sides(
         &self,
         surface: &Surface,
         element_sets: &[Vec<u64>],
-        cells: &NumberIndex,
+        [cells, volumes]: [&NumberIndex; 2],
         mesh: &mut MeshFile,
         work: &mut Work<'_>,
-    ) -> Result<Vec<u32>, MeshFileError> {
-        let mut members = Vec::new();
+    ) -> Result<[Vec<u32>; 2], MeshFileError> {
+        let mut members = [Vec::new(), Vec::new()];
         for (target, face, spot) in &surface.entries {
             let numbers = match target {
                 Target::Number(number) => std::slice::from_ref(number),
@@ -211,12 +227,15 @@ impl Sets {
             work.spend(numbers.len(), *spot)?;
             for number in numbers {
                 let Some(place) = face.side(self.shells.binary_search(number).is_ok()) else { continue };
-                let Some(side) = cells.find(*number).and_then(|cell| mesh.push_side(cell, place)) else {
+                let edge = cells.find(*number).and_then(|cell| mesh.push_edge(cell, place));
+                let of_volume =
+                    || volumes.find(*number).and_then(|volume| mesh.push_face(volume, place)).map(|k| (1, k));
+                let Some((list, side)) = edge.map(|edge| (0, edge)).or_else(of_volume) else {
                     let found =
                         format!("surface \"{}\" takes the face {face} of element {number}", surface.name);
-                    return Err(work.fault(*spot, found).expected("a plane element that has this face"));
+                    return Err(work.fault(*spot, found).expected("an element that has this face"));
                 };
-                members.push(side);
+                members[list].push(side);
             }
         }
         Ok(members)

@@ -107,10 +107,10 @@ impl Labels {
         self.entities.get(&(dimension, entity)).copied().unwrap_or(0)
     }
 
-    /// Gives the mesh its groups of edges and cells; returns how many have no name.
+    /// Gives the mesh its groups of edges, cells and volumes; returns how many have no name.
     pub(super) fn apply(self, collected: &mut Collected) -> Result<usize, MeshFileError> {
         let mut members = vec![Vec::new(); self.groups.len()];
-        for sets in [&collected.edge_sets, &collected.cell_sets] {
+        for sets in [&collected.edge_sets, &collected.cell_sets, &collected.volume_sets] {
             for (place, set) in sets.iter().enumerate() {
                 let groups = (*set as usize).checked_sub(1).and_then(|k| self.sets.get(k));
                 for group in groups.into_iter().flatten() {
@@ -125,7 +125,7 @@ impl Labels {
             self.groups.iter().zip(members).partition(|(key, _)| self.name(key).is_some());
         for (key, members) in named.into_iter().chain(numbered) {
             let (dimension, tag) = *key;
-            if !(1..=2).contains(&dimension) {
+            if !(1..=3).contains(&dimension) {
                 continue;
             }
             let name = match self.name(key) {

@@ -1,0 +1,151 @@
+//! Regions of tetrahedra.
+
+use super::flat::coincident;
+use super::region::{Kind, RegionOptions};
+use super::sides::{Facets, free_facets};
+use super::{MeshCell, MeshFault, MeshFile, MeshFileError, Problem, Region, Remedy};
+use crate::words::counted;
+use fem_core::space::{Solid, Space};
+
+/// Tetrahedra with a smaller angle between two faces, in degrees, are worth a warning.
+const SLIVER: f64 = 0.5;
+
+/// Elements with such tetrahedra that are listed.
+const MOST_SLIVERS: usize = 5;
+
+const SOLID: Kind =
+    Kind { dimension: 3, cells: "tetrahedra", facets: "faces, edges", gmsh: "Physical Volume" };
+
+impl MeshFile {
+    /// Takes a region of tetrahedra: those of some groups together, or all if there are no names and at most one group of them.
+    ///
+    /// Quadratic tetrahedra are reduced to their corners, and either order of the corners is accepted. Every group of surfaces that has a
+    /// face of the region becomes one of its sides, and so do groups of nodes.
+    ///
+    /// # Errors
+    /// A file without tetrahedra; a group that is not there or is empty.
+    pub fn solid_regions(
+        &self,
+        names: &[&str],
+        options: RegionOptions,
+    ) -> Result<Region<Solid>, MeshFileError> {
+        if !self.has_volumes() {
+            let found = format!("{} and no tetrahedra", counted(self.cells.len(), "2D element"));
+            return Err(self.fault(MeshFault::Region, found).expected("a mesh of volumes").help(
+                "add a Physical Volume, or set Mesh.SaveAll: Gmsh saves only what lies in a group; or make all bodies plane",
+            ));
+        }
+        let (cells, title) = self.named_cells(&SOLID, names)?;
+        let cells: Vec<&MeshCell> = cells.iter().map(|cell| &self.volumes[*cell as usize]).collect();
+        let mut used = self.nodes_of(cells.iter().copied());
+        let (mut notes, mut warnings) = (self.notes.clone(), Vec::new());
+        self.note_loose_nodes(&mut notes);
+        let mut target: Vec<u32> = (0..self.points.len() as u32).collect();
+        let place = |n: &u32| <Solid as Space>::Vector::from(self.points[*n as usize]);
+        let twins = coincident(&used.iter().map(place).collect::<Vec<_>>());
+        if !twins.is_empty() && !options.merge {
+            let found = self.twins(&twins, &used, &title) + ": the body is open there";
+            warnings.push(Problem::new(found, Remedy::Merge));
+        } else if !twins.is_empty() {
+            let joined = counted(twins.len(), "node");
+            notes.push(format!("{joined} of {title} joined with the node at the same place"));
+            for [kept, other] in &twins {
+                target[used[*other as usize] as usize] = used[*kept as usize];
+            }
+            used.retain(|n| target[*n as usize] == *n);
+        }
+        let reduced = cells.iter().filter(|cell| cell.kind.is_quadratic()).count();
+        if reduced > 0 {
+            let (count, was) =
+                (counted(reduced, "quadratic cell"), if reduced == 1 { "was" } else { "were" });
+            notes.push(format!(
+                "{count} of {title} {was} reduced to the corners: curved sides become flat faces"
+            ));
+        }
+        let mut local = vec![u32::MAX; self.points.len()];
+        for (k, node) in used.iter().enumerate() {
+            local[*node as usize] = k as u32;
+        }
+        // Joined nodes are known by the one that was kept.
+        let local: Vec<u32> = target.iter().map(|n| local[*n as usize]).collect();
+        let corners: Vec<[u32; 4]> =
+            cells.iter().map(|cell| cell.corners.map(|n| local[n as usize])).collect();
+        let faces: Vec<[u32; 3]> = corners.iter().flat_map(faces_of).collect();
+        let facets = Facets { all: &faces, nodes: used.len(), word: "face", dimension: 2 };
+        let nodes_of = |face: u32| {
+            let [a, b, c, _] = self.cells[face as usize].corners;
+            [a, b, c]
+        };
+        let groups = self.sides(&local, &facets, &nodes_of, &title, &mut warnings);
+        let mut region = Region {
+            file: self.name.clone(),
+            title,
+            points: used.iter().map(place).collect(),
+            cells: corners,
+            groups,
+            node_numbers: used.iter().map(|n| self.node_numbers[*n as usize]).collect(),
+            cell_numbers: cells.iter().map(|cell| cell.number).collect(),
+            cell_groups: self.group_names(3).map(str::to_owned).collect(),
+            notes,
+            warnings,
+        };
+        region.warn_of_flat_cells();
+        Ok(region)
+    }
+
+    /// Counts the volumes in words.
+    pub(super) fn volume_words(&self) -> String {
+        match self.volumes.len() {
+            1 => "1 tetrahedron".to_owned(),
+            count => format!("{count} tetrahedra"),
+        }
+    }
+}
+
+impl Region<Solid> {
+    fn warn_of_flat_cells(&mut self) {
+        let mut thin = Vec::new();
+        let mut count = 0;
+        for (corners, number) in self.cells.iter().zip(&self.cell_numbers) {
+            let points = corners.map(|n| self.points[n as usize]);
+            // A cell without a volume is refused later.
+            if Solid::sure_measure(&points).is_some() && Solid::smallest_angle(&points) < SLIVER {
+                count += 1;
+                if thin.len() < MOST_SLIVERS {
+                    thin.push(number.to_string());
+                }
+            }
+        }
+        if count > 0 {
+            let dots = if count > thin.len() { ", …" } else { "" };
+            let cells = if count == 1 { "1 tetrahedron".to_owned() } else { format!("{count} tetrahedra") };
+            let what = format!(
+                "{cells} of {} with an angle between faces below {SLIVER} degrees (elements {}{dots}): the bound holds, and is large there",
+                self.title,
+                thin.join(", ")
+            );
+            self.warnings.push(what.into());
+        }
+    }
+
+    /// Says that no side has a name, and what the free boundary is.
+    pub fn without_sides(&self) -> Option<MeshFileError> {
+        self.nameless(
+            free_facets(self.cells.iter().flat_map(faces_of).collect()).len(),
+            "in Gmsh give names to the sides: Physical Surface(\"bottom\") = {…}; in a deck use *SURFACE; or select them \
+             in the case file by [[body.side]]",
+        )
+    }
+}
+
+/// The faces of a tetrahedron, each by its nodes in ascending order.
+fn faces_of(corners: &[u32; 4]) -> [[u32; 3]; 4] {
+    std::array::from_fn(|k| {
+        let mut face = Solid::facet(k).map(|corner| corners[corner]);
+        face.sort_unstable();
+        face
+    })
+}
+
+#[cfg(test)]
+mod tests;
