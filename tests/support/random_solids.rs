@@ -116,7 +116,8 @@ fn shows(assembly: &Assembly, family: &str) -> bool {
 fn excluded(error: &(dyn std::error::Error + 'static)) -> bool {
     let interface = error.downcast_ref::<InterfaceError>();
     let body = error.downcast_ref::<BodyError>();
-    matches!(interface, Some(InterfaceError::HeldNode { .. })) || body.is_some_and(|_| false)
+    matches!(interface, Some(InterfaceError::HeldNode { .. }))
+        || matches!(body, Some(BodyError::Conflict { .. } | BodyError::RigidOccupied { .. }))
 }
 
 /// The outcome of a problem.
