@@ -74,7 +74,7 @@ impl Found {
         self.rows.entry(trial.family).or_default().add(trial);
         let violated = trial.violations().count();
         let effectivity = trial.effectivity.map_or_else(String::new, |e| format!("{e:.2}"));
-        let certified = if trial.refused.is_none() { "certified" } else { "not certified" };
+        let certified = trial.refused.as_deref().unwrap_or("certified").replace([',', '"', '\n'], " ");
         let _ = writeln!(
             self.csv,
             "{},{},{},{},{},{certified},{},{violated},{effectivity}",

@@ -3,7 +3,7 @@
 use certified_contact::{CertifiedSolution, Criterion, Results, Settings, Silent, solve};
 use cre_estimator::Relaxation;
 use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
+use fem_core::boundary::{BoundaryConditions, RigidCondition};
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
@@ -140,6 +140,31 @@ fn bounds_of_the_contact_force_do_not_use_a_motion_along_the_contact() {
         let [low, high] = found.bounds.unwrap().contact_force.unwrap();
         assert!(low <= 3.0 && high >= 3.0 && high - low < 1e-9, "{low} {high}");
     }
+}
+
+#[test]
+fn a_rigid_side_beside_rollers_is_certified_with_its_load() {
+    // No wrench of the relaxation runs from the rigid side to a roller around their common edge.
+    let mesh = cuboid([0.0; 3], [1.0, 1.0, 2.0], [2, 2, 4]).unwrap();
+    let rigid = RigidCondition {
+        edges: "top".into(),
+        force: Vector3::new(0.0, 0.0, -0.8),
+        moment: Vector3::new(-0.03, 0.08, 0.0),
+        ..Default::default()
+    };
+    let conditions = BoundaryConditions::<Solid>::default()
+        .roller("left", 0.0)
+        .roller("front", 0.0)
+        .roller("bottom", 0.0)
+        .rigid(rigid)
+        .body_force([0.0, 0.0, -0.9]);
+    let material = LinearElastic::isotropic_solid(100.0, 0.3).unwrap();
+    let problem = ContactProblem::new(vec![Body::new(mesh, material, &conditions).unwrap()]);
+    let [eet, relaxed] =
+        [Relaxation::NONE, Relaxation::default()].map(|relaxation| solved(problem.clone(), relaxation));
+    assert!(bound(&relaxed) < 0.7 * bound(&eet), "{} {}", bound(&relaxed), bound(&eet));
+    let force = results(&relaxed).rigid_sides[0].force;
+    assert!((force[2] + 0.8).abs() < 1e-11, "{force}");
 }
 
 #[test]

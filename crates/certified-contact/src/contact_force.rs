@@ -245,7 +245,7 @@ struct Motions<S: Space>(Vec<Motion<S>>);
 struct Motion<S: Space> {
     moved: Vec<S::Vector>,
     load: f64,
-    /// The sum of the sizes of the terms of the load.
+    /// The sum of the sizes of the terms of the load, of forces across the motion as well: their work is rounding.
     size: f64,
 }
 
@@ -256,7 +256,7 @@ impl<S: Recovery> Motions<S> {
             let size = match partner {
                 Partner::Obstacle(_) => of.load.abs(),
                 Partner::Body(b) => {
-                    problem.external_forces()[b].iter().zip(&moved).map(|(f, u)| f.times(u).abs()).sum()
+                    problem.external_forces()[b].iter().zip(&moved).map(|(f, u)| norm(*f) * norm(*u)).sum()
                 }
             };
             Motion { moved, load: of.load, size }
