@@ -17,7 +17,7 @@ use crate::random::Random;
 use build::{Assembly, Condition};
 use certified_contact::Settings;
 use draw::Draw;
-use fem_core::body::BodyError;
+use fem_core::body::{Body, BodyError};
 use fem_core::interface::InterfaceError;
 use fem_core::space::Solid;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -81,7 +81,7 @@ impl Problem {
             let seed = 1_000_003 * number + 7_919 * attempt + 29;
             let assembly = Draw::new(seed, family).assembly()?;
             match assembly.problem(0) {
-                Ok(_) if shows(&assembly, family) => {
+                Ok(made) if shows(&assembly, family) && made.bodies.iter().all(moves) => {
                     let mut random = Random::new(seed + 1);
                     let mut first = Settings::default();
                     if family == "early stop" {
@@ -110,6 +110,11 @@ fn shows(assembly: &Assembly, family: &str) -> bool {
         "two materials in a body" => assembly.parts.iter().any(|part| part.divided.is_some()),
         _ => true,
     }
+}
+
+/// Tells if a body has an unknown: a node that no support holds in all directions.
+fn moves(body: &Body<Solid>) -> bool {
+    body.node_constraints().iter().any(|node| !node.is_clamped())
 }
 
 /// Tells if supports, rigid sides and contacts of an assembly exclude each other.

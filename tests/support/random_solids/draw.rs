@@ -9,7 +9,7 @@ use fem_core::space::Solid;
 use nalgebra::{Matrix6, Rotation3, Vector3};
 
 /// Nodes of the coarse meshes, at most.
-const NODES: usize = 110;
+const NODES: usize = 150;
 
 /// The source of all choices, and the family that forces some of them.
 pub(super) struct Draw {
