@@ -114,7 +114,7 @@ fn shows(assembly: &Assembly, family: &str) -> bool {
 
 /// Tells if a body has an unknown: a node that no support holds in all directions.
 fn moves(body: &Body<Solid>) -> bool {
-    body.node_constraints().iter().any(|node| !node.is_clamped())
+    body.node_constraints().iter().any(|node| !node.supported().is_all())
 }
 
 /// Tells if supports, rigid sides and contacts of an assembly exclude each other.
