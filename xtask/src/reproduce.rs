@@ -46,7 +46,9 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         let names = PAGES.map(|(study, _)| study).join(", ");
         return Err(format!("no such study; there are {names}, mutations"));
     }
-    let mut build = workspace.cargo(&["build", "--release", "--workspace", "--bin", "reproduce"]);
+    // Solids need nothing but the package of the studies.
+    let packages: &[&str] = if arguments.solids { &["-p", "tests"] } else { &["--workspace"] };
+    let mut build = workspace.cargo(&[&["build", "--release", "--bin", "reproduce"], packages].concat());
     if stream(&mut build)? != Some(0) {
         return Err("the studies do not build".to_owned());
     }
