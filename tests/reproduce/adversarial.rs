@@ -1,7 +1,7 @@
 //! The matrix of promises: random problems with every feature, and whether what was printed of them is true.
 
 use crate::page::{head, median, write};
-use crate::{exact, sharpness};
+use crate::{exact, sharpness, solids};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -17,6 +17,9 @@ const CHUNK: u64 = 500;
 const PARTIAL: &str = "partial.md";
 /// A finer field measures an error if each body has this many cells.
 const FINE: usize = 200;
+
+/// The title above the rows of solid bodies.
+const SOLIDS: &str = "## Solids\n\n";
 
 /// Effectivities above this are counted by the part of the bound that is largest.
 const LARGE: f64 = 2.0;
@@ -172,6 +175,12 @@ impl Found {
     }
 }
 
+/// Prints the part about solids alone, with what is violated.
+pub(crate) fn solids(folder: &Path, quick: bool, problems: Option<u64>) -> Result<(), Box<dyn Error>> {
+    println!("{SOLIDS}{}", solids::section(folder, quick, problems)?.0);
+    Ok(())
+}
+
 /// Runs one problem and prints its case file and its verdicts.
 pub(crate) fn one(number: u64, folder: &Path) -> Result<(), Box<dyn Error>> {
     let problem = Problem::new(number)?;
@@ -188,8 +197,10 @@ pub(crate) fn one(number: u64, folder: &Path) -> Result<(), Box<dyn Error>> {
 }
 
 /// Makes the table, after each part of the problems; writes `runs.csv` and `violations.csv`; fails if anything is violated.
-pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
-    let all = PROBLEMS[usize::from(quick)];
+///
+/// * `problems`: how many, if not the number of the study.
+pub(crate) fn page(folder: &Path, quick: bool, problems: Option<u64>) -> Result<(), Box<dyn Error>> {
+    let all = problems.unwrap_or(PROBLEMS[usize::from(quick)]);
     let mut found = Found::default();
     for from in (0..all).step_by(CHUNK as usize) {
         let one = |number: u64| Trial::new(number).map_err(|e| format!("problem {number}: {e}"));
@@ -200,8 +211,10 @@ pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
         write(folder, PARTIAL, &found.tables())?;
     }
     let (layers, more) = exact::section(quick)?;
+    let (assemblies, violated) = solids::section(folder, quick, problems)?;
     println!("{}\n## Exact solutions\n\n{layers}\n{}", found.tables(), sharpness::section(quick)?);
-    match found.count + more {
+    println!("\n{SOLIDS}{assemblies}");
+    match found.count + more + violated {
         0 => Ok(std::fs::remove_file(folder.join(PARTIAL))?),
         count => Err(format!("{count} violations").into()),
     }

@@ -1,7 +1,7 @@
 //! Studies whose pages are in bench-results; run by `cargo xtask reproduce`.
 //!
-//! `reproduce STUDY FOLDER [--quick] [--only N]` prints the page of a study and writes its tables and figures to a folder; `--only N` repeats
-//! one problem of the study adversarial.
+//! `reproduce STUDY FOLDER [--quick] [--solids] [--problems N] [--only N]` prints the page of a study and writes its tables and figures to a folder.
+//! Of the study adversarial, `--problems N` judges this number of problems, `--solids` those of solid bodies alone, and `--only N` repeats one.
 #![allow(clippy::print_stdout)] // It writes pages.
 
 mod adaptivity;
@@ -14,16 +14,20 @@ mod iterations;
 mod page;
 mod relaxation;
 mod sharpness;
+mod solids;
 
 use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let quick = arguments.iter().any(|a| a == "--quick");
-    let only = arguments.iter().skip_while(|a| *a != "--only").nth(1).map(|n| n.parse()).transpose()?;
+    let solids = arguments.iter().any(|a| a == "--solids");
+    let number = |name: &str| arguments.iter().skip_while(|a| *a != name).nth(1).map(|n| n.parse::<u64>());
+    let only = number("--only").transpose()?;
+    let problems = number("--problems").transpose()?;
     let [study, folder, ..] = arguments.as_slice() else {
         return Err(
-            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction FOLDER [--quick] [--only N]"
+            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction FOLDER [--quick] [--solids] [--problems N] [--only N]"
                 .into(),
         );
     };
@@ -32,9 +36,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "iterations" => iterations::table(quick),
         "effectivity" => effectivity::page(&folder, quick),
         "adaptivity" => adaptivity::page(&folder, quick),
-        "adversarial" => match only {
-            Some(number) => adversarial::one(number, &folder),
-            None => adversarial::page(&folder, quick),
+        "adversarial" => match (only, solids) {
+            (Some(number), true) => solids::one(number),
+            (Some(number), false) => adversarial::one(number, &folder),
+            (None, true) => adversarial::solids(&folder, quick, problems),
+            (None, false) => adversarial::page(&folder, quick, problems),
         },
         "friction" => friction::page(&folder, quick),
         other => Err(format!(

@@ -1,14 +1,16 @@
 //! Solids through `solve`, with the settings of a user: bounds and their sharpness, forces, moments, reactions, balance.
 
-use certified_contact::{CertifiedSolution, Results, Settings, Silent, solve};
+use certified_contact::{CertifiedSolution, Criterion, Results, Settings, Silent, solve};
 use cre_estimator::Relaxation;
 use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
+use fem_core::boundary::{BoundaryConditions, RigidCondition};
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
+use fem_core::mesh::{Mesh, TetMesh};
 use fem_core::space::Solid;
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
+use nndd::NnddSettings;
 use tests::solids::{circle, cube, half_open};
 
 fn solved(problem: ContactProblem<Solid>, relaxation: Relaxation) -> CertifiedSolution<Solid> {
@@ -111,6 +113,68 @@ fn a_pressed_block_has_the_resultants_of_its_load() {
     }
     let [low, high] = found.bounds.unwrap().contact_force.unwrap();
     assert!(low <= 6.0 && high >= 6.0 && high - low < 1e-9, "{low} {high}");
+}
+
+#[test]
+fn bounds_of_the_contact_force_do_not_use_a_motion_along_the_contact() {
+    // The lower block may slide along x: the traces of this motion along the contact normals are rounding if the blocks are turned.
+    for k in 0..20 {
+        let angle = 0.3 * f64::from(k);
+        let turn = Rotation3::from_euler_angles(angle, 0.7 - angle, 2.0 * angle);
+        let turned = |mesh: &TetMesh| {
+            let facets = |ids: &[_]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
+            let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), facets(ids))).collect();
+            let points: Vec<Vector3<f64>> = mesh.points().iter().map(|x| turn * x).collect();
+            Mesh::new(points, mesh.cells().to_vec(), groups).unwrap()
+        };
+        let material = LinearElastic::isotropic_solid(100.0, 0.3).unwrap();
+        let body = |z: f64, conditions: BoundaryConditions<Solid>| {
+            let mesh = turned(&cuboid([0.0, 0.0, z], [1.0; 3], [2; 3]).unwrap());
+            Body::new(mesh, material.clone(), &conditions.roller("front", 0.0)).unwrap()
+        };
+        let upper = body(1.0, BoundaryConditions::default().roller("left", 0.0).pressure("top", 3.0));
+        let lower = body(0.0, BoundaryConditions::default().roller("bottom", 0.0));
+        let interface =
+            ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching).unwrap();
+        let found = solved(ContactProblem::between([upper, lower], interface), Relaxation::default());
+        let [low, high] = found.bounds.unwrap().contact_force.unwrap();
+        assert!(low <= 3.0 && high >= 3.0 && high - low < 1e-9, "{low} {high}");
+    }
+}
+
+#[test]
+fn a_rigid_side_beside_rollers_is_certified_with_its_load() {
+    // No wrench of the relaxation runs from the rigid side to a roller around their common edge.
+    let mesh = cuboid([0.0; 3], [1.0, 1.0, 2.0], [2, 2, 4]).unwrap();
+    let rigid = RigidCondition {
+        edges: "top".into(),
+        force: Vector3::new(0.0, 0.0, -0.8),
+        moment: Vector3::new(-0.03, 0.08, 0.0),
+        ..Default::default()
+    };
+    let conditions = BoundaryConditions::<Solid>::default()
+        .roller("left", 0.0)
+        .roller("front", 0.0)
+        .roller("bottom", 0.0)
+        .rigid(rigid)
+        .body_force([0.0, 0.0, -0.9]);
+    let material = LinearElastic::isotropic_solid(100.0, 0.3).unwrap();
+    let problem = ContactProblem::new(vec![Body::new(mesh, material, &conditions).unwrap()]);
+    let [eet, relaxed] =
+        [Relaxation::NONE, Relaxation::default()].map(|relaxation| solved(problem.clone(), relaxation));
+    assert!(bound(&relaxed) < 0.7 * bound(&eet), "{} {}", bound(&relaxed), bound(&eet));
+    let force = results(&relaxed).rigid_sides[0].force;
+    assert!((force[2] + 0.8).abs() < 1e-11, "{force}");
+}
+
+#[test]
+fn the_paper_s_iteration_without_contact_takes_its_steps() {
+    let mut method = NnddSettings::default();
+    method.max_iterations = 3;
+    let mut settings = Settings::<Solid>::default().with_method(method);
+    settings.criterion = Criterion::Iterations;
+    let found = solve(cube(2).unwrap(), &settings, &mut Silent).unwrap();
+    assert!(found.is_certified() && found.rows.len() == 3, "{} {:?}", found.rows.len(), found.nndd.status);
 }
 
 #[test]

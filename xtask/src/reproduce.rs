@@ -5,6 +5,7 @@ mod peers;
 
 use crate::workspace::{Outcome, Workspace, load_average, output, stream};
 use clap::Args;
+use std::path::Path;
 use std::process::Command;
 
 /// Arguments of `reproduce`.
@@ -18,6 +19,12 @@ pub(crate) struct Arguments {
     /// Repeats this problem of the study adversarial and prints its case file and verdicts
     #[arg(long, value_name = "N")]
     only: Option<u64>,
+    /// Only the problems of solids of the study adversarial: their part of the page, or with --only one of them
+    #[arg(long)]
+    solids: bool,
+    /// Number of problems of the study adversarial
+    #[arg(long, value_name = "N")]
+    problems: Option<u64>,
 }
 
 /// The studies, each with its title and the text above its tables.
@@ -39,37 +46,82 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         let names = PAGES.map(|(study, _)| study).join(", ");
         return Err(format!("no such study; there are {names}, mutations"));
     }
-    let mut build = workspace.cargo(&["build", "--release", "--workspace", "--bin", "reproduce"]);
+    // Solids need nothing but the package of the studies.
+    let packages: &[&str] = if arguments.solids { &["-p", "tests"] } else { &["--workspace"] };
+    let mut build = workspace.cargo(&[&["build", "--release", "--bin", "reproduce"], packages].concat());
     if stream(&mut build)? != Some(0) {
         return Err("the studies do not build".to_owned());
     }
     if let Some(number) = arguments.only {
-        let mut command = Command::new(workspace.nndd().with_file_name("reproduce"));
-        command
-            .arg("adversarial")
-            .arg(workspace.target.join("adversarial"))
-            .arg("--only")
-            .arg(number.to_string());
-        return match stream(&mut command)? {
+        let mut command = program(workspace, "adversarial", &workspace.target.join("adversarial"), arguments);
+        return match stream(command.arg("--only").arg(number.to_string()))? {
             Some(0) => Ok(()),
             _ => Err(format!("problem {number} violates a promise")),
         };
     }
     let commit = workspace.commit()?;
+    if arguments.solids {
+        return write_solids(workspace, &commit, arguments);
+    }
     for (study, page) in PAGES.iter().filter(wanted) {
-        write(workspace, study, page, &commit, arguments.quick)?;
+        write(workspace, study, page, &commit, arguments)?;
     }
     if arguments.study.is_none() { mutations::run(workspace) } else { Ok(()) }
 }
 
-fn write(workspace: &Workspace, study: &str, page: &str, commit: &str, quick: bool) -> Outcome<()> {
-    let folder = workspace.root.join("bench-results").join(study);
-    let program = workspace.nndd().with_file_name("reproduce");
-    let mut command = Command::new(program);
-    command.arg(study).arg(&folder).current_dir(&workspace.root);
-    if quick {
-        command.arg("--quick");
+/// Makes the command of a study.
+fn program(workspace: &Workspace, study: &str, folder: &Path, arguments: &Arguments) -> Command {
+    let mut command = Command::new(workspace.nndd().with_file_name("reproduce"));
+    command.arg(study).arg(folder).current_dir(&workspace.root);
+    for (flag, given) in [("--quick", arguments.quick), ("--solids", arguments.solids)] {
+        if given {
+            command.arg(flag);
+        }
     }
+    if let Some(problems) = arguments.problems {
+        command.arg("--problems").arg(problems.to_string());
+    }
+    command
+}
+
+/// The flags of a study, as they are on its page.
+fn flags(arguments: &Arguments) -> String {
+    let mut flags = String::new();
+    for (flag, given) in [(" --quick", arguments.quick), (" --solids", arguments.solids)] {
+        flags += if given { flag } else { "" };
+    }
+    flags + &arguments.problems.map_or_else(String::new, |n| format!(" --problems {n}"))
+}
+
+/// The title of the last part of the page of the study adversarial.
+const SOLIDS: &str = "## Solids\n\n";
+/// The text below this title.
+const SOLIDS_TEXT: &str = include_str!("reproduce/solids.md");
+
+/// Replaces the part about solids of the page of the study adversarial.
+fn write_solids(workspace: &Workspace, commit: &str, arguments: &Arguments) -> Outcome<()> {
+    let folder = workspace.root.join("bench-results").join("adversarial");
+    let (load, file) = (load(), folder.join("README.md"));
+    let table = output(&mut program(workspace, "adversarial", &folder, arguments))?;
+    let page = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", workspace.shown(&file)))?;
+    let (before, _) = page.split_once(SOLIDS).unwrap_or((&page, ""));
+    let written = format!(
+        "This part was written by `cargo xtask reproduce adversarial{}` at commit {commit}, on {load}.",
+        flags(arguments)
+    );
+    let table = table.trim_start_matches(SOLIDS).trim();
+    let text = format!("{}\n\n{SOLIDS}{written}\n\n{SOLIDS_TEXT}\n{table}\n", before.trim_end());
+    workspace.write(&file, &text)?;
+    if table.contains(" 0 violated.") {
+        Ok(())
+    } else {
+        Err("promises are violated: see solids-violations.csv beside the page".to_owned())
+    }
+}
+
+fn write(workspace: &Workspace, study: &str, page: &str, commit: &str, arguments: &Arguments) -> Outcome<()> {
+    let folder = workspace.root.join("bench-results").join(study);
+    let mut command = program(workspace, study, &folder, arguments);
     let load = load();
     let mut tables = output(&mut command)?;
     if study == "adaptivity" {
@@ -77,7 +129,10 @@ fn write(workspace: &Workspace, study: &str, page: &str, commit: &str, quick: bo
         let csv = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", workspace.shown(&file)))?;
         tables = format!("{}\n{}", tables.trim_end(), peers::section(workspace, &csv)?);
     }
-    let flag = if quick { " --quick" } else { "" };
+    if study == "adversarial" {
+        tables = tables.replace(SOLIDS, &format!("{SOLIDS}{SOLIDS_TEXT}\n"));
+    }
+    let flag = flags(arguments);
     let (title, text) = page.split_once("\n\n").unwrap_or((page, ""));
     let text = format!(
         "{title}\n\nWritten by `cargo xtask reproduce {study}{flag}` at commit {commit}, on {load}.\n\n{text}\n{}\n",

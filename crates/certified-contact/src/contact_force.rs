@@ -20,7 +20,7 @@
 use cre_estimator::{Estimate, Recovery};
 use fem_core::each_body;
 use fem_core::element::Element;
-use fem_core::geometry::Coordinates;
+use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::{ContactPair, Partner};
 use fem_core::norm::{energy_norm_squared, from_squared, sum_over_cells};
 use fem_core::prepared::{BodyMotion, PreparedProblem};
@@ -245,7 +245,7 @@ struct Motions<S: Space>(Vec<Motion<S>>);
 struct Motion<S: Space> {
     moved: Vec<S::Vector>,
     load: f64,
-    /// The sum of the sizes of the terms of the load.
+    /// The sum of the sizes of the terms of the load, of forces across the motion as well: their work is rounding.
     size: f64,
 }
 
@@ -256,7 +256,7 @@ impl<S: Recovery> Motions<S> {
             let size = match partner {
                 Partner::Obstacle(_) => of.load.abs(),
                 Partner::Body(b) => {
-                    problem.external_forces()[b].iter().zip(&moved).map(|(f, u)| f.times(u).abs()).sum()
+                    problem.external_forces()[b].iter().zip(&moved).map(|(f, u)| norm(*f) * norm(*u)).sum()
                 }
             };
             Motion { moved, load: of.load, size }
@@ -278,8 +278,11 @@ impl<S: Recovery> Motions<S> {
         };
         let columns: Vec<f64> = self.0.iter().flat_map(column).collect();
         let columns = DMatrix::from_vec(wanted.len(), self.0.len(), columns);
-        let scale =
-            columns.column_iter().map(|column| column.amax()).map(|m| if m > 0.0 { 1.0 / m } else { 0.0 });
+        // The traces of a motion along the contact are rounding.
+        let scale = columns.column_iter().zip(&self.0).map(|(column, motion)| {
+            let (most, size) = (column.amax(), motion.moved.iter().map(|u| norm(*u)).fold(0.0, f64::max));
+            if most > TRACE * size { 1.0 / most } else { 0.0 }
+        });
         let scale = DMatrix::from_diagonal(&DVector::from_iterator(self.0.len(), scale));
         let columns = columns * &scale;
         let eigen = columns.tr_mul(&columns).symmetric_eigen();

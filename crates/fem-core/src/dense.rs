@@ -19,16 +19,25 @@ pub fn left_inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     r.solve_upper_triangular(&q.transpose())
 }
 
-/// Computes the `x` of least norm among those that minimise `|A x − b|`; `None` if `zero` is negative.
+/// Computes the `x` of least norm among those that minimise `|A x − b|`: 0 if `A` is empty; `None` if `zero` is negative.
 ///
 /// * `zero`: singular values up to this are zero.
 pub fn least_squares(matrix: DMatrix<f64>, right: &DVector<f64>, zero: f64) -> Option<DVector<f64>> {
+    if matrix.is_empty() {
+        return Some(DVector::zeros(matrix.ncols()));
+    }
     matrix.svd(true, true).solve(right, zero).ok()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn without_equations_the_least_solution_is_zero() {
+        let found = least_squares(DMatrix::zeros(0, 2), &DVector::zeros(0), 1e-12);
+        assert_eq!(found, Some(DVector::zeros(2)));
+    }
 
     #[test]
     fn a_dependent_equation_changes_nothing() {

@@ -178,7 +178,7 @@ fn contact_data<S: ReportSpace>(
         ],
         cell: vec![
             VtuArray::scalars("error_density", density.collect()),
-            VtuArray::scalars("contact_pressure", of.interface.facets().iter().map(mean).collect()),
+            VtuArray::scalars("contact_pressure_mean", of.interface.facets().iter().map(mean).collect()),
         ],
         field: Vec::new(),
     };

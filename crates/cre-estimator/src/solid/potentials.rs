@@ -7,15 +7,16 @@
 //! f_j = ± P (F/3 + θ × y_j),   θ = I⁺ (ℓ M − (x̄ − x_m) × F),   I = ∑ [y_j] P [y_j]ᵀ
 //! ```
 //! `P` projects on the directions in which a face with a condition has a reaction. There wrenches are restricted to those that such
-//! moments can carry, and a face without a reaction carries none.
+//! moments can carry, and a face without a reaction carries none. None runs around the rim of a rigid side that may move.
 
 use super::rings::Ring;
 use fem_core::body::{Body, FacetCondition};
 use fem_core::directions::Directions;
 use fem_core::geometry::norm;
-use fem_core::mesh::id::FacetId;
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::Solid;
 use nalgebra::{DMatrix, Matrix3, Vector3, Vector6};
+use std::collections::HashSet;
 
 /// Moments on a face about its corners, N.
 pub(crate) type FaceMoment = [Vector3<f64>; 3];
@@ -37,6 +38,8 @@ pub(crate) struct FaceSpace {
 pub(crate) struct Potentials<'a> {
     pub(crate) body: &'a Body<Solid>,
     spaces: Vec<FaceSpace>,
+    /// The edges around the rigid sides that may move, by their nodes, ascending: a wrench would change the resultant on the side.
+    rims: HashSet<[NodeId; 2]>,
 }
 
 /// An edge with the wrenches and bars of its ring.
@@ -162,6 +165,25 @@ fn carried(
     kept.map(|k| Vector6::from_fn(|i, _| eigen.eigenvectors[(i, k)])).collect()
 }
 
+/// Finds the edges of a single face of a rigid side that its supports do not hold.
+fn rims(body: &Body<Solid>) -> HashSet<[NodeId; 2]> {
+    let mut rims = HashSet::new();
+    for side in body.rigid_sides().iter().filter(|side| !side.motions.is_empty()) {
+        let mut rim = HashSet::new();
+        for face in &side.edges {
+            let [a, b, c] = body.mesh().topology().facets()[*face];
+            for [i, j] in [[a, b], [b, c], [a, c]] {
+                let edge = [i.min(j), i.max(j)];
+                if !rim.remove(&edge) {
+                    rim.insert(edge);
+                }
+            }
+        }
+        rims.extend(rim);
+    }
+    rims
+}
+
 impl<'a> Potentials<'a> {
     pub(crate) fn new(body: &'a Body<Solid>, conditions: &[FacetCondition<Solid>]) -> Self {
         let topology = body.mesh().topology();
@@ -174,7 +196,7 @@ impl<'a> Potentials<'a> {
         };
         let faces = (0..topology.facets().len()).map(FacetId::new);
         let spaces = faces.map(|f| FaceSpace::new(body.mesh().facet_corners(f), reaction(f))).collect();
-        Self { body, spaces }
+        Self { body, spaces, rims: rims(body) }
     }
 
     /// Finds the wrenches and bars of an edge.
@@ -196,7 +218,9 @@ impl<'a> Potentials<'a> {
             .map(|f| (&f.corners, &self.spaces[f.face].reaction))
             .filter(|(_, reaction)| !reaction.is_all())
             .collect();
-        let basis = if limits.is_empty() {
+        let basis = if self.rims.contains(&ring.nodes) {
+            Some(Vec::new())
+        } else if limits.is_empty() {
             None
         } else if limits.iter().any(|(_, reaction)| reaction.is_none()) {
             Some(Vec::new())

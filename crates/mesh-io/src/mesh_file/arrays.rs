@@ -197,7 +197,7 @@ mod tests {
     fn arrays_become_sides_and_regions_of_a_mesh() {
         let file = MeshFile::of_arrays("square", &square()).unwrap();
         let whole = file.regions(&["a", "b"], Default::default()).unwrap();
-        assert_eq!((whole.triangle_count(), whole.node_numbers()), (2, &[0, 1, 2, 3][..]));
+        assert_eq!((whole.cells().len(), whole.node_numbers()), (2, &[0, 1, 2, 3][..]));
         let mesh = whole.mesh().unwrap();
         assert_eq!(["bottom", "all"].map(|name| mesh.group(name).unwrap().len()), [1, 2]);
         assert_eq!(file.region(Some("b"), Default::default()).unwrap().node_numbers(), [0, 2, 3]);

@@ -28,14 +28,14 @@ fn refused(file: &MeshFile) -> String {
 
 #[test]
 fn quadrilaterals_are_split_along_the_shorter_diagonal() {
-    let triangles = |points| region(&quad(points)).triangles;
+    let triangles = |points| region(&quad(points)).cells;
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     assert_eq!(triangles(square), [[0, 1, 2], [0, 2, 3]]);
     // The diagonal from the second to the fourth corner is shorter.
     assert_eq!(triangles([[0.0, 0.0], [1.0, 0.0], [2.0, 1.0], [0.0, 1.0]]), [[0, 1, 3], [1, 2, 3]]);
     // Clockwise: turned, same diagonal.
     let turned = region(&quad([[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]));
-    assert_eq!(turned.triangles, [[0, 3, 2], [0, 2, 1]]);
+    assert_eq!(turned.cells, [[0, 3, 2], [0, 2, 1]]);
     assert!(turned.notes().iter().any(|n| n.starts_with("1 clockwise cell")), "{:?}", turned.notes());
     // The shorter diagonal of a dart lies outside it.
     assert_eq!(triangles([[0.0, 0.0], [0.3, 0.3], [1.0, 0.0], [0.3, 2.0]]), [[0, 1, 3], [1, 2, 3]]);

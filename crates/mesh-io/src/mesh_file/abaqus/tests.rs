@@ -63,7 +63,7 @@ fn sets_grow_and_contain_earlier_ones() {
         "*ELSET, ELSET=one\n1\n*ELSET, ELSET=ONE\n2\n*ELSET, ELSET=more, GENERATE\n1, 999, 2\n*ELSET,ELSET=x\none, more\n",
     );
     assert_eq!(file.group_names(2).collect::<Vec<_>>(), ["Plate", "one", "more", "x"]);
-    let cells = |name| file.region(Some(name), RegionOptions::default()).unwrap().triangle_count();
+    let cells = |name| file.region(Some(name), RegionOptions::default()).unwrap().cells().len();
     assert_eq!([cells("one"), cells("more"), cells("x")], [4, 2, 4]);
     let later = refused("*ELSET, ELSET=a\nb\n*ELSET, ELSET=b\n1\n");
     assert!(later.contains("d.inp:17: element set \"a\" contains the set \"b\""), "{later}");
@@ -120,7 +120,7 @@ fn a_few_bytes_cannot_ask_for_much() {
     // Each line names a million millions of elements; there are two.
     let endless = "1, 1000000000000\n".repeat(1000);
     let file = read(&format!("*ELSET, ELSET=a, GENERATE\n{endless}"));
-    assert_eq!(file.region(Some("a"), RegionOptions::default()).unwrap().triangle_count(), 4);
+    assert_eq!(file.region(Some("a"), RegionOptions::default()).unwrap().cells().len(), 4);
     // A set of all elements a thousand times over is more than the deck may ask for.
     let cells: String = (0..5000).map(|k| format!("{}, 1, 2, 5\n", k + 10)).collect();
     let sets: String = (0..2000).map(|k| format!("*ELSET, ELSET=s{k}\nbig\n")).collect();
@@ -286,7 +286,7 @@ fn numbers_of_an_instance_do_not_reach_into_another_one() {
     let text = PARTS.replace("1, 1\n*Surface, name=low", "1, 5000000000000\n*Surface, name=low");
     let text = text.replace("*End Assembly\n", &format!("{more}*End Assembly\n*Nset, nset=after\n1\n"));
     let file = parse_text(text.as_bytes(), "p.inp").unwrap();
-    let cells = |name| file.region(Some(name), RegionOptions::default()).unwrap().triangle_count();
+    let cells = |name| file.region(Some(name), RegionOptions::default()).unwrap().cells().len();
     assert_eq!([cells("far"), cells("named"), cells("Plate-1.all"), cells("Plate-2.all")], [2; 4]);
     let wedge = file.region(Some("Wedge-1"), RegionOptions::default()).unwrap().mesh().unwrap();
     assert_eq!(wedge.group("left").unwrap_or_default().len(), 1);

@@ -97,7 +97,7 @@ fn carriage_returns_comments_and_unknown_sections_are_passed_over() {
     let data = "$NodeData\n1\n\"x\"\n$EndNodeData\n";
     let text = format!("{more}{}{data}", two(NAMES, NODES, ELEMENTS)).replace('\n', "\r\n");
     let file = parse(text.as_bytes(), "m.msh").unwrap();
-    assert_eq!(file.region(None, RegionOptions::default()).unwrap().triangle_count(), 2);
+    assert_eq!(file.region(None, RegionOptions::default()).unwrap().cells().len(), 2);
     let text = format!("\u{FEFF}{text}");
     assert!(parse(text.as_bytes(), "m.msh").is_ok());
 }
@@ -139,13 +139,13 @@ fn the_first_version_and_4_0_are_read() {
     let first = "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$ENDNOD\n$ELM\n3\n1 1 7 1 2 1 2\n2 2 5 1 3 1 2 3\n3 2 5 1 3 1 3 4\n$ENDELM\n";
     let file = parse(first.as_bytes(), "m.msh").unwrap();
     let region = file.region(None, RegionOptions::default()).unwrap();
-    assert_eq!((region.triangle_count(), file.group_names(1).collect::<Vec<_>>()), (2, vec!["7"]));
+    assert_eq!((region.cells().len(), file.group_names(1).collect::<Vec<_>>()), (2, vec!["7"]));
     // Number, dimension and parameters of an entity, the numbers of its nodes with their places; types of elements in blocks.
     let fourth = "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n1 0 0 0 1 1 0 1 5 0\n$EndEntities\n\
         $Nodes\n1 4\n1 2 0 4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n\
         $Elements\n1 2\n1 2 2 2\n1 1 2 3\n2 1 3 4\n$EndElements\n";
     let file = parse(fourth.as_bytes(), "m.msh").unwrap();
-    assert_eq!(file.region(Some("5"), RegionOptions::default()).unwrap().triangle_count(), 2);
+    assert_eq!(file.region(Some("5"), RegionOptions::default()).unwrap().cells().len(), 2);
 }
 
 #[test]

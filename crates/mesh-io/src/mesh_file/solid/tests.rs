@@ -1,7 +1,7 @@
 //! A box of tetrahedra, written in every format and read again.
 
 use super::*;
-use crate::{MeshFile, RegionOptions, parse};
+use crate::{RegionOptions, parse};
 use fem_core::mesh::TetMesh;
 use fem_core::mesh::generate::cuboid;
 use std::fmt::Write as _;
@@ -70,8 +70,12 @@ fn gmsh41(mesh: &TetMesh) -> String {
     }
     let count = mesh.points().len();
     let _ = writeln!(text, "1 0 0 0 2 1 1.5 1 1 0\n$EndEntities\n$Nodes\n1 {count} 1 {count}\n3 1 0 {count}");
-    (1..=count).for_each(|k| drop(writeln!(text, "{k}")));
-    mesh.points().iter().for_each(|p| drop(writeln!(text, "{} {} {}", p[0], p[1], p[2])));
+    for k in 1..=count {
+        let _ = writeln!(text, "{k}");
+    }
+    for p in mesh.points() {
+        let _ = writeln!(text, "{} {} {}", p[0], p[1], p[2]);
+    }
     let all = cells.len() + sides.iter().map(|(_, faces)| faces.len()).sum::<usize>();
     let _ = writeln!(text, "$EndNodes\n$Elements\n{} {all} 1 {all}", sides.len() + 1);
     let mut number = 0;

@@ -1,0 +1,196 @@
+//! The contact problem of a drawn assembly, on its own mesh or on halved cells.
+
+use super::grid::{Cells, Grid, Patch, SIDES};
+use crate::model::Made;
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
+use fem_core::material::{LinearElastic, Materials};
+use fem_core::space::Solid;
+use nalgebra::{Rotation3, Vector3};
+use std::sync::Arc;
+
+/// A linear function: finer meshes have the same.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Linear {
+    pub(super) middle: f64,
+    pub(super) slope: Vector3<f64>,
+    /// The point with the value `middle`, m.
+    pub(super) about: Vector3<f64>,
+}
+
+impl Linear {
+    pub(super) fn constant(value: f64) -> Self {
+        Self { middle: value, slope: Vector3::zeros(), about: Vector3::zeros() }
+    }
+
+    fn at(&self, x: Vector3<f64>) -> f64 {
+        self.middle + self.slope.dot(&(x - self.about))
+    }
+}
+
+/// How a plane moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Drive {
+    /// Into the body, m; 0 for a fixed plane.
+    Moved(f64),
+    /// By a force into the body at a point of the side, N: it moves and tilts.
+    Force(f64, Vector3<f64>),
+}
+
+/// What is imposed on the free part of a side.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Condition {
+    Free,
+    Fixed,
+    Roller(Linear),
+    Imposed([Linear; 3]),
+    Pressure(Linear),
+    Traction([Linear; 3]),
+    /// Imposed motions, and the force and the moment along the others, in axes of the grid; with a turn all are imposed or all are free.
+    Rigid([Option<f64>; 6], Vector3<f64>, Vector3<f64>),
+    /// A rigid plane along the side, with a gap.
+    Plane(Linear, Drive),
+}
+
+/// A body.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    pub(super) cells: Cells,
+    pub(super) materials: Vec<LinearElastic<Solid>>,
+    /// An axis and a plane of the grid: cells behind it are of the second material.
+    pub(super) divided: Option<(usize, usize)>,
+    /// By side, in the order of [`SIDES`].
+    pub(super) sides: [Condition; 6],
+    /// Body force, N/m³.
+    pub(super) weight: Vector3<f64>,
+}
+
+/// Two bodies in contact: the side of larger coordinates of the first, with the other's opposite side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch {
+    pub(super) bodies: [usize; 2],
+    pub(super) axis: usize,
+    pub(super) faces: Cells,
+    pub(super) gap: Linear,
+}
+
+/// An assembly.
+#[derive(Clone, Debug)]
+pub(super) struct Assembly {
+    pub(super) grid: Grid,
+    pub(super) parts: Vec<Part>,
+    pub(super) touches: Vec<Touch>,
+    pub(super) turn: Rotation3<f64>,
+}
+
+impl Assembly {
+    fn linear(&self, of: Linear) -> ScalarData<Solid> {
+        if of.slope == Vector3::zeros() {
+            return of.middle.into();
+        }
+        let back = self.turn.inverse();
+        ScalarData::Function(Arc::new(move |x: Vector3<f64>| of.at(back * x)))
+    }
+
+    /// Returns the components of a vector along the axes of the space.
+    fn vector(&self, of: [Linear; 3]) -> [ScalarData<Solid>; 3] {
+        let (turn, back) = (self.turn, self.turn.inverse());
+        [0, 1, 2].map(|c| {
+            ScalarData::Function(Arc::new(move |x: Vector3<f64>| {
+                let x = back * x;
+                (turn * Vector3::from_fn(|k, _| of[k].at(x)))[c]
+            }))
+        })
+    }
+
+    fn patches(&self, b: usize) -> Vec<Patch> {
+        let of = |(k, touch): (usize, &Touch)| {
+            let role = touch.bodies.iter().position(|body| *body == b)?;
+            let side = touch.axis + [3, 0][role];
+            Some(Patch { name: format!("touch {k}"), side, faces: touch.faces })
+        };
+        self.touches.iter().enumerate().filter_map(of).collect()
+    }
+
+    /// Tells if a part of a side is not in contact with another body.
+    pub(super) fn is_free(&self, b: usize, side: usize) -> bool {
+        let patches = self.patches(b);
+        let taken: usize = patches.iter().filter(|p| p.side == side).map(|p| p.faces.faces(side % 3)).sum();
+        self.parts[b].cells.side(side).faces(side % 3) > taken
+    }
+
+    fn body(&self, b: usize, halved: u32) -> Made<Body<Solid>> {
+        let part = &self.parts[b];
+        let mesh = self.grid.mesh(&part.cells, halved, &self.patches(b), &self.turn)?;
+        let mut conditions = BoundaryConditions::<Solid>::default().body_force(self.turn * part.weight);
+        for (side, name) in SIDES.into_iter().enumerate().filter(|(side, _)| self.is_free(b, *side)) {
+            conditions = match part.sides[side] {
+                Condition::Free | Condition::Plane(..) => conditions,
+                Condition::Fixed => conditions.fix(name),
+                Condition::Roller(value) => conditions.roller(name, self.linear(value)),
+                Condition::Imposed(values) => conditions.components(name, self.vector(values).map(Some)),
+                Condition::Pressure(value) => conditions.pressure(name, self.linear(value)),
+                Condition::Traction(values) => conditions.traction(name, self.vector(values)),
+                Condition::Rigid(motion, force, moment) => conditions.rigid(RigidCondition {
+                    edges: name.into(),
+                    motion,
+                    force: self.turn * force,
+                    moment: self.turn * moment,
+                    about: Some(self.turn * self.grid.middle(&part.cells.side(side))),
+                }),
+            };
+        }
+        let materials = match part.divided {
+            None => part.materials[0].clone().into(),
+            Some((axis, plane)) => {
+                let counts = part.cells.counts().map(|n| n << halved);
+                // Six tetrahedra for each cell of the grid.
+                let of_cell = (0..mesh.cells().len()).map(|t| {
+                    let place =
+                        [t / 6 % counts[0], t / 6 / counts[0] % counts[1], t / 6 / counts[0] / counts[1]];
+                    u32::from(part.cells.low[axis] + (place[axis] >> halved) >= plane)
+                });
+                Materials::by_cell(part.materials.clone(), of_cell.collect())
+            }
+        };
+        Ok(Body::new(mesh, materials, &conditions)?)
+    }
+
+    /// Makes the problem.
+    ///
+    /// * `halved`: how often the cells are halved.
+    pub(super) fn problem(&self, halved: u32) -> Made<ContactProblem<Solid>> {
+        let bodies = (0..self.parts.len()).map(|b| self.body(b, halved)).collect::<Made<Vec<_>>>()?;
+        let mut problem = ContactProblem::new(bodies.clone());
+        for (k, touch) in self.touches.iter().enumerate() {
+            let ([a, b], name) = (touch.bodies, format!("touch {k}"));
+            let gap = Gap::Given(self.linear(touch.gap));
+            let interface = ContactInterface::pair_flat(&bodies[a], &bodies[b], [&name, &name], &gap)?;
+            problem = problem.contact([a, b], interface);
+        }
+        for (b, side) in (0..self.parts.len()).flat_map(|b| (0..6).map(move |side| (b, side))) {
+            let Condition::Plane(gap, drive) = self.parts[b].sides[side] else { continue };
+            if !self.is_free(b, side) {
+                continue;
+            }
+            let into = Vector3::ith(side % 3, if side < 3 { 1.0 } else { -1.0 });
+            let middle = self.grid.middle(&self.parts[b].cells.side(side));
+            let normal = self.turn * into;
+            let plane = Obstacle::fixed(RigidLine::Plane { point: self.turn * middle, normal });
+            let plane = match drive {
+                Drive::Moved(by) => plane.moved(normal * by),
+                Drive::Force(force, at) => {
+                    // It moves along its normal and tilts; its motion is given along the axes of the space.
+                    let free = |k: usize| k == side % 3 || k >= 3 && k != 3 + side % 3;
+                    let motion = [0, 1, 2, 3, 4, 5].map(|k| if free(k) { None } else { Some(0.0) });
+                    plane.stamp(motion, (into * force, Vector3::zeros()), at)
+                }
+            };
+            let gap = Gap::Given(self.linear(gap));
+            let interface = ContactInterface::against_plane(&bodies[b], SIDES[side], &plane, Some(&gap))?;
+            problem = problem.obstacle(b, interface, plane);
+        }
+        Ok(problem)
+    }
+}
