@@ -26,7 +26,9 @@ def written_by_command(command: str, case: str, out: Path, *options: str) -> dic
 
 
 # A given mesh, an adaptive run, load steps, and Coulomb friction: each writes other files.
-@pytest.mark.parametrize("case", ["paper.toml", "adaptive.toml", "shear.toml", "coulomb.toml", "gmsh.toml", "roller.toml"])
+@pytest.mark.parametrize(
+    "case", ["paper.toml", "adaptive.toml", "shear.toml", "coulomb.toml", "gmsh.toml", "roller.toml", "solid/stack.toml"]
+)
 def test_a_case_is_that_of_the_command_bit_for_bit(case: str, command: str, tmp_path: Path) -> None:
     out = tmp_path / "command"
     report = written_by_command(command, case, out)
@@ -156,3 +158,27 @@ def test_bounds_enclose_those_of_a_finer_mesh() -> None:
     assert coarse.bounds.keys() >= {"energy_norm", "potential_energy"}
     for name, (low, high) in coarse.bounds.items():
         assert low <= fine.bounds[name][0] <= fine.bounds[name][1] <= high, name
+
+
+def test_solids_have_three_components() -> None:
+    solution = nndd.solve(CASES / "solid" / "stack.toml")
+    body, pair = solution.bodies[1], solution.contacts[0]
+    mesh = body.mesh
+    assert mesh.tetrahedra is not None and mesh.tetrahedra.shape == (96, 4) and mesh.points.shape == (45, 3)
+    assert body.displacement.shape == (45, 3) and body.stress.shape == (96, 6)
+    assert body.stress_recovered is not None and body.stress_recovered.shape == (45, 6)
+    assert pair.points.shape == (15, 3) and pair.resultant is not None and pair.resultant.shape == (3,)
+    assert pair.summary["area"]["certain"] <= pair.summary["area"]["possible"] <= pair.summary["area"]["total"]
+    with pytest.raises(nndd.InvalidInput, match="no arc length"):
+        _ = pair.s
+    # The tensor is in equilibrium with the cells of the mesh: xx, yy, zz, yz, xz, xy.
+    assert np.allclose(body.stress[:, 2], body.cell_data["stress"][:, 2])
+    assert np.array_equal(body.stress[:, 3], body.cell_data["stress"][:, 4])
+
+
+def test_boxes_are_generated_for_solids() -> None:
+    mesh = nndd.Mesh.box((0.0, 0.0, 0.0), (2.0, 1.0, 1.0), (2, 1, 1))
+    assert mesh.tetrahedra is not None and len(mesh.tetrahedra) == 12 and mesh.points.shape == (12, 3)
+    assert {name: faces.shape for name, faces in mesh.sides.items()}["bottom"] == (4, 3)
+    with pytest.raises(nndd.InvalidInput):
+        nndd.Mesh.box((0.0, 0.0, 0.0), (2.0, 1.0, -1.0), (2, 1, 1))

@@ -1,4 +1,4 @@
-"""Meshes of triangles."""
+"""Meshes of triangles, and of tetrahedra."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, Optional, Union
 
+import numpy as np
 import numpy.typing as npt
 
 from . import _nndd
@@ -45,6 +46,7 @@ class Mesh:
         self._triangles = _fixed(integers(triangles, "triangles", (None, 3)))
         self._sides = {name: _fixed(integers(edges, f"sides[{name!r}]", (None, 2))) for name, edges in (sides or {}).items()}
         self._regions = {name: _fixed(integers(cells, f"regions[{name!r}]", (None,))) for name, cells in (regions or {}).items()}
+        self._tetrahedra: Optional[Integers] = None
         self._generator: Optional[dict[str, Any]] = None
 
     @classmethod
@@ -152,6 +154,26 @@ class Mesh:
         return cls._generated(kind="half_disc", pole=pole, radius=radius, facing=facing, half_width=half_width, cells=cells)
 
     @classmethod
+    def box(cls, origin: Sequence[float], size: Sequence[float], cells: Sequence[int]) -> Mesh:
+        """Generate a box of tetrahedra with the sides left, right, front, back, bottom, top.
+
+        Parameters
+        ----------
+        origin : (3,) array_like
+            The corner with the smallest coordinates, m.
+        size : (3,) array_like
+            Lengths along the axes, m.
+        cells : (3,) sequence of int
+            Boxes in each direction; each is cut in six tetrahedra.
+
+        Examples
+        --------
+        >>> Mesh.box((0, 0, 0), (2, 1, 1), (4, 2, 2))
+        <Mesh: 45 nodes, 96 tetrahedra, sides: back, bottom, front, left, right, top>
+        """
+        return cls._generated(kind="box", origin=origin, size=size, cells=cells)
+
+    @classmethod
     def _generated(cls, **generator: Any) -> Mesh:
         mesh = cls._of(_nndd.generate(generator))
         mesh._generator = generator
@@ -164,12 +186,21 @@ class Mesh:
 
     @property
     def triangles(self) -> Integers:
-        """The nodes of each triangle: (m, 3)."""
+        """The nodes of each triangle: (m, 3); none in a mesh of tetrahedra."""
         return self._triangles
 
     @property
+    def tetrahedra(self) -> Optional[Integers]:
+        """The nodes of each tetrahedron: (m, 4); `None` in a mesh of triangles."""
+        return self._tetrahedra
+
+    @property
+    def _cells(self) -> Integers:
+        return self._triangles if self._tetrahedra is None else self._tetrahedra
+
+    @property
     def sides(self) -> dict[str, Integers]:
-        """The edges of each side by their two nodes: (k, 2)."""
+        """The edges of each side by their two nodes: (k, 2); of tetrahedra its faces: (k, 3)."""
         return dict(self._sides)
 
     @property
@@ -180,12 +211,18 @@ class Mesh:
     @classmethod
     def _of(cls, arrays: Mapping[str, Any]) -> Mesh:
         """Take arrays of the library, which nobody else has: they are not copied."""
+        if "tetrahedra" in arrays:
+            made = cls(arrays["points"], np.zeros((0, 3), dtype=np.int64))
+            made._tetrahedra = _fixed(arrays["tetrahedra"])
+            made._sides = {name: _fixed(faces) for name, faces in arrays["sides"].items()}
+            return made
         for array in (arrays["points"], arrays["triangles"]):
             array.flags.writeable = False
         return cls(arrays["points"], arrays["triangles"], arrays["sides"], arrays.get("regions"))
 
     def __repr__(self) -> str:
-        text = f"<Mesh: {len(self._points)} nodes, {len(self._triangles)} triangles"
+        cells = "triangles" if self._tetrahedra is None else "tetrahedra"
+        text = f"<Mesh: {len(self._points)} nodes, {len(self._cells)} {cells}"
         for what, names in (("sides", self._sides), ("regions", self._regions)):
             text += f", {what}: {', '.join(names)}" if names else ""
         return text + ">"

@@ -9,6 +9,7 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
+from ._errors import refuse
 from ._results import BodyResult, ContactResult
 
 #: The largest displacement is drawn as this part of the bodies' size.
@@ -21,6 +22,9 @@ def _needs(package: str, error: ImportError) -> ImportError:
 
 def draw(bodies: Sequence[BodyResult], contacts: Sequence[ContactResult], scale: Optional[float]) -> Any:
     """Draw deformed bodies and pressures."""
+    for body in bodies:
+        if body.mesh.tetrahedra is not None:
+            refuse(body.name, "solids are not drawn here", "bodies of the plane", "use to_pyvista, or ParaView for the .vtu files")
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.collections import PolyCollection
@@ -69,12 +73,12 @@ def draw(bodies: Sequence[BodyResult], contacts: Sequence[ContactResult], scale:
 
 
 def _merged(bodies: Sequence[BodyResult]) -> tuple[npt.NDArray[Any], npt.NDArray[Any], dict[str, Any], dict[str, Any]]:
-    """Join all bodies: points (n, 3), triangles, and the fields that every body has."""
-    points, triangles, first = [], [], 0
+    """Join all bodies: points (n, 3), triangles or tetrahedra, and the fields that every body has."""
+    points, cells, first = [], [], 0
     for body in bodies:
-        own = body.mesh.points[:, :2]
-        points.append(np.column_stack([own, np.zeros(len(own))]))
-        triangles.append(body.mesh.triangles + first)
+        own = body.mesh.points
+        points.append(np.column_stack([own, np.zeros((len(own), 3 - own.shape[1]))]))
+        cells.append(body.mesh._cells + first)
         first += len(own)
 
     def joined(fields: list[dict[str, Any]]) -> dict[str, Any]:
@@ -83,7 +87,7 @@ def _merged(bodies: Sequence[BodyResult]) -> tuple[npt.NDArray[Any], npt.NDArray
 
     point_data = joined([body.point_data for body in bodies])
     cell_data = joined([body.cell_data for body in bodies])
-    return np.concatenate(points), np.concatenate(triangles), point_data, cell_data
+    return np.concatenate(points), np.concatenate(cells), point_data, cell_data
 
 
 def to_meshio(bodies: Sequence[BodyResult]) -> Any:
@@ -92,9 +96,10 @@ def to_meshio(bodies: Sequence[BodyResult]) -> Any:
         import meshio
     except ImportError as error:
         raise _needs("meshio", error) from error
-    points, triangles, point_data, cell_data = _merged(bodies)
+    points, cells, point_data, cell_data = _merged(bodies)
     of_cells = {name: [values] for name, values in cell_data.items()}
-    return meshio.Mesh(points, [("triangle", triangles)], point_data=point_data, cell_data=of_cells)
+    kind = "tetra" if cells.shape[1] == 4 else "triangle"
+    return meshio.Mesh(points, [(kind, cells)], point_data=point_data, cell_data=of_cells)
 
 
 def to_pyvista(bodies: Sequence[BodyResult]) -> Any:
@@ -103,8 +108,9 @@ def to_pyvista(bodies: Sequence[BodyResult]) -> Any:
         import pyvista
     except ImportError as error:
         raise _needs("pyvista", error) from error
-    points, triangles, point_data, cell_data = _merged(bodies)
-    grid = pyvista.UnstructuredGrid({pyvista.CellType.TRIANGLE: triangles}, points)
+    points, cells, point_data, cell_data = _merged(bodies)
+    kind = pyvista.CellType.TETRA if cells.shape[1] == 4 else pyvista.CellType.TRIANGLE
+    grid = pyvista.UnstructuredGrid({kind: cells}, points)
     for name, values in point_data.items():
         grid.point_data[name] = values
     for name, values in cell_data.items():

@@ -16,7 +16,7 @@ from ._mesh import Mesh
 
 
 class BodyResult:
-    """A body on the last mesh, with n nodes and m triangles. Its fields have the units of the case.
+    """A body on the last mesh, with n nodes and m triangles or tetrahedra. Its fields have the units of the case.
 
     Attributes
     ----------
@@ -58,33 +58,46 @@ class BodyResult:
 
     @property
     def cell_data(self) -> dict[str, npt.NDArray[Any]]:
-        """All fields in the triangles, as the ParaView files have them."""
+        """All fields in the cells, as the ParaView files have them."""
         return self._all(_nndd.CELL_FIELDS)
+
+    @cached_property
+    def _is_solid(self) -> bool:
+        return self.mesh.tetrahedra is not None
+
+    @property
+    def _axes(self) -> int:
+        return 3 if self._is_solid else 2
+
+    @property
+    def _components(self) -> list[int]:
+        """The places of the components of a stress in VTK's order."""
+        return [0, 1, 2, 4, 5, 3] if self._is_solid else [0, 1, 3]
 
     @property
     def displacement(self) -> Floats:
-        """Displacements of the nodes, m: (n, 2)."""
-        return self._known("displacement")[:, :2]
+        """Displacements of the nodes, m: (n, 2), of solids (n, 3)."""
+        return self._known("displacement")[:, : self._axes]
 
     @property
     def reaction(self) -> Floats:
-        """Forces of supports and contact on the nodes, N/m: (n, 2)."""
-        return self._known("reaction")[:, :2]
+        """Forces of supports and contact on the nodes, N/m: (n, 2), of solids N: (n, 3)."""
+        return self._known("reaction")[:, : self._axes]
 
     @property
     def stress(self) -> Floats:
-        """Stresses of the displacements in the triangles, Pa: (m, 3) as xx, yy, xy."""
-        return fixed(self._known("stress")[:, [0, 1, 3]])
+        """Stresses of the displacements in the cells, Pa: (m, 3) as xx, yy, xy, of solids (m, 6) as xx, yy, zz, yz, xz, xy."""
+        return fixed(self._known("stress")[:, self._components])
 
     @property
     def stress_recovered(self) -> Optional[Floats]:
-        """A continuous stress at the nodes, Pa: (n, 3) as xx, yy, xy. It bounds nothing."""
+        """A continuous stress at the nodes, Pa: (n, 3) or (n, 6), with components as `stress`. It bounds nothing."""
         found = self._field("stress_recovered")
-        return None if found is None else fixed(found[:, [0, 1, 3]])
+        return None if found is None else fixed(found[:, self._components])
 
     @property
     def von_mises(self) -> Optional[Floats]:
-        """Von Mises stress in the triangles, Pa: (m,); `None` if the stress out of the plane is unknown."""
+        """Von Mises stress in the cells, Pa: (m,); `None` if the stress out of the plane is unknown."""
         return self._field("von_mises")
 
     @property
@@ -94,7 +107,7 @@ class BodyResult:
 
     @property
     def error_density(self) -> Floats:
-        """Each triangle's part of the squared bound over its area, Pa: (m,). With Coulomb friction, of the squared residual."""
+        """Each cell's part of the squared bound over its measure, Pa: (m,). With Coulomb friction, of the squared residual."""
         return self._known("error_density")
 
     def __repr__(self) -> str:
@@ -102,7 +115,7 @@ class BodyResult:
 
 
 class ContactResult:
-    """A pair on the last mesh, with k pairs of nodes along its contact line.
+    """A pair on the last mesh, with k pairs of nodes on its contact line or surface.
 
     Attributes
     ----------
@@ -125,13 +138,15 @@ class ContactResult:
 
     @property
     def s(self) -> Floats:
-        """Arc length, m: (k,)."""
+        """Arc length, m: (k,); solids have none."""
+        if "s" not in self.columns:
+            refuse(self.name, "a contact surface has no arc length", "a contact line of the plane", "use points")
         return self.columns["s"]
 
     @property
     def points(self) -> Floats:
-        """The nodes of the first body, m: (k, 2)."""
-        return fixed(np.column_stack([self.columns["x"], self.columns["y"]]))
+        """The nodes of the first body, m: (k, 2), of solids (k, 3)."""
+        return fixed(np.column_stack([self.columns[axis] for axis in "xyz" if axis in self.columns]))
 
     @property
     def gap(self) -> Floats:
@@ -155,9 +170,9 @@ class ContactResult:
 
     @property
     def resultant(self) -> Optional[Floats]:
-        """The force of the contact on the first body, N/m: (2,)."""
+        """The force of the contact on the first body, N/m: (2,), of solids N: (3,)."""
         found = self.summary["resultant"]
         return None if found is None else fixed(np.array(found))
 
     def __repr__(self) -> str:
-        return f"<ContactResult {self.name}: {len(self.s)} pairs of nodes>"
+        return f"<ContactResult {self.name}: {len(self.pressure)} pairs of nodes>"
