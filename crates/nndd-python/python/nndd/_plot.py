@@ -24,7 +24,7 @@ def draw(bodies: Sequence[BodyResult], contacts: Sequence[ContactResult], scale:
     """Draw deformed bodies and pressures."""
     for body in bodies:
         if body.mesh.tetrahedra is not None:
-            refuse(body.name, "solids are not drawn here", "bodies of the plane", "use to_pyvista, or ParaView for the .vtu files")
+            refuse(body.name, "solids are not drawn here", "bodies of the plane", "use to_pyvista, or ParaView")
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.collections import PolyCollection
