@@ -178,7 +178,7 @@ fn faces_inside_and_outside_of_a_region_are_told_apart() {
     let region = region(text, "two.inp");
     let names: Vec<&str> = region.sides().map(|(name, _)| name).collect();
     assert_eq!(names, ["base"]);
-    assert!(region.warnings()[0].to_string().contains("1 face of stray"), "{:?}", region.warnings());
+    assert!(region.warnings()[0].to_string().contains("1 face of \"stray\""), "{:?}", region.warnings());
     let mesh = region.mesh().unwrap();
     assert_eq!((mesh.cells().len(), mesh.group("base").map(<[_]>::len)), (2, Some(1)));
     // Without a side there is advice.
