@@ -50,7 +50,7 @@ fn refusal(v: &Values<'_>, code: i32, count: u64, number: Option<u64>) -> MeshFi
 /// Names a type that is not read, and says whether it fills a volume.
 fn name(code: i32) -> Option<(&'static str, bool)> {
     Some(match code {
-        29 | 30 | 31 => ("higher-order tetrahedron", true),
+        29..=31 => ("higher-order tetrahedron", true),
         5 | 12 | 17 | 92 | 93 => ("hexahedron", true),
         6 | 13 | 18 => ("prism", true),
         7 | 14 | 19 => ("pyramid", true),
