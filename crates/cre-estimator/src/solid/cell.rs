@@ -25,15 +25,22 @@ pub(crate) const MOMENTS: usize = 36;
 /// Stresses of a cell, as numbers.
 const STRESSES: usize = 96;
 
-/// Entries of the lower triangle of a matrix for the moments.
-const HALF: usize = MOMENTS * (MOMENTS + 1) / 2;
+/// Numbers of a face.
+pub(crate) const FACE: usize = 9;
+
+/// Entries of the block of two faces in a matrix for the moments.
+pub(crate) const BLOCK: usize = FACE * FACE;
+
+/// Pairs of components of a stress.
+pub(crate) const PAIRS: usize = 21;
 
 /// The fixed matrices of the reference tetrahedron.
-struct Reference {
+pub(crate) struct Reference {
     /// The stress for each moment, column by column.
     stress: Vec<[f64; STRESSES]>,
-    /// The energy for each pair of components, `∫ τ̂_a τ̂_b` and its mirror image, over the volume: lower triangles by rows.
-    energy: Vec<[f64; HALF]>,
+    /// The energy of two moments for each pair of components, `∫ τ̂_a τ̂_b` and its mirror image, over the volume: a block by rows for each face
+    /// and every one up to it.
+    pub(crate) energy: Vec<[[f64; PAIRS]; BLOCK]>,
 }
 
 /// `∫ λ_v λ_w` of two corners of a part, over the volume of the whole cell.
@@ -112,30 +119,29 @@ impl Reference {
         qr.r().solve_upper_triangular_mut(&mut stress);
         let stress: Vec<[f64; STRESSES]> =
             stress.column_iter().map(|column| std::array::from_fn(|i| column[i])).collect();
-        let energy = pairs().map(|(a, b)| Self::energy(&stress, a, b)).collect();
+        let pairs = (0..4).flat_map(|k| (0..=k).map(move |l| (FACE * k, FACE * l)));
+        let block = |(i, j)| std::array::from_fn(|k| Self::energy(&stress, i + k / FACE, j + k % FACE));
+        let energy = pairs.map(block).collect();
         Self { stress, energy }
     }
 
-    fn energy(stress: &[[f64; STRESSES]], a: usize, b: usize) -> [f64; HALF] {
-        let product = |i: usize, j: usize| -> f64 {
-            let mut sum = 0.0;
+    /// Computes the entries of two moments.
+    fn energy(stress: &[[f64; STRESSES]], i: usize, j: usize) -> [f64; PAIRS] {
+        let mut sums = [0.0; PAIRS];
+        for (sum, (a, b)) in sums.iter_mut().zip(pairs()) {
             for part in 0..4 {
                 for (v, w) in (0..4).flat_map(|v| (0..4).map(move |w| (v, w))) {
                     let at =
                         |moment: usize, corner: usize, c: usize| stress[moment][6 * (4 * part + corner) + c];
                     let both = at(i, v, a) * at(j, w, b) + at(i, v, b) * at(j, w, a);
-                    sum += weight(v, w) * if a == b { 0.5 * both } else { both };
+                    *sum += weight(v, w) * if a == b { 0.5 * both } else { both };
                 }
             }
-            sum
-        };
-        let mut half = [0.0; HALF];
-        let entries = (0..MOMENTS).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        half.iter_mut().zip(entries).for_each(|(half, (i, j))| *half = product(i, j));
-        half
+        }
+        sums
     }
 
-    fn get() -> &'static Self {
+    pub(crate) fn get() -> &'static Self {
         static REFERENCE: OnceLock<Reference> = OnceLock::new();
         REFERENCE.get_or_init(Self::new)
     }
@@ -188,35 +194,23 @@ impl CellMap {
         })
     }
 
-    /// Computes the energy matrix `H` of the moments, `∫ τ : C⁻¹ : τ = mᵀ H m`, row by row.
+    /// Maps a moment to the reference tetrahedron, `F⁻¹ m`.
+    pub(crate) fn pulled_back(&self, moment: Vector3<f64>) -> Vector3<f64> {
+        self.inverse * moment
+    }
+
+    /// Computes the factors of the fixed matrices [`Reference::energy`] in the energy `∫ τ : C⁻¹ : τ` of moments on the reference tetrahedron.
     ///
-    /// * `compliance`: the strain of a stress; `unit`: of the entries.
-    pub(crate) fn energy(
-        &self,
-        compliance: impl Fn(SymTensor3) -> SymTensor3,
-        unit: f64,
-        to: &mut [f32; MOMENTS * MOMENTS],
-    ) {
+    /// * `compliance`: the strain of a stress; `unit`: of the energy.
+    pub(crate) fn factors(&self, compliance: impl Fn(SymTensor3) -> SymTensor3, unit: f64) -> [f64; PAIRS] {
         let mapped: [SymTensor3; 6] =
             std::array::from_fn(|k| <[f64; 6]>::from(self.tensor.column(k).into_owned()).into());
         let strains = mapped.map(compliance);
-        let mut half = [0.0; HALF];
-        for ((a, b), matrix) in pairs().zip(&Reference::get().energy) {
-            let factor = self.volume * Solid::contracted(mapped[a], strains[b]) / unit;
-            half.iter_mut().zip(matrix).for_each(|(sum, entry)| *sum += factor * entry);
+        let mut factors = [0.0; PAIRS];
+        for (factor, (a, b)) in factors.iter_mut().zip(pairs()) {
+            *factor = self.volume * Solid::contracted(mapped[a], strains[b]) / unit;
         }
-        let entry = |i: usize, j: usize| half[i * (i + 1) / 2 + j];
-        for (k, l) in (0..12).flat_map(|k| (0..=k).map(move |l| (k, l))) {
-            let block = Matrix3::from_fn(|i, j| {
-                let (i, j) = (3 * k + i, 3 * l + j);
-                entry(i.max(j), i.min(j))
-            });
-            let block = self.inverse.tr_mul(&block) * self.inverse;
-            for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-                to[(3 * k + i) * MOMENTS + 3 * l + j] = block[(i, j)] as f32;
-                to[(3 * l + j) * MOMENTS + 3 * k + i] = block[(i, j)] as f32;
-            }
-        }
+        factors
     }
 
     /// Computes the derivatives of `∫ JM(m) : ε` by the moments, for strains that are linear in each part.
