@@ -24,9 +24,6 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 /// Moments on a face about its corners, N.
 pub(crate) type FaceMoment = [Vector3<f64>; 3];
 
-/// Coordinates of a face, N: three bars, the force and the torque over the length of the body.
-pub(crate) type FaceCoordinates = [f64; FACE];
-
 /// A singular value below this fraction of the largest one is round-off.
 const DEPENDENT: f64 = 1e-8;
 

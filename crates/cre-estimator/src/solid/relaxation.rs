@@ -196,11 +196,14 @@ impl<'a> EdgeStars<'a> {
                         for face in facets[cell] {
                             for (i, row) in rows.by_ref().take(FACE).enumerate() {
                                 let amount = p.get(FACE * face.index() + i);
-                                sums.iter_mut().zip(row).for_each(|(sum, h)| *sum += amount * f64::from(*h));
+                                for (sum, h) in sums.iter_mut().zip(row) {
+                                    *sum += amount * f64::from(*h);
+                                }
                             }
                         }
-                        let sums = sums.iter().take(MOMENTS).enumerate();
-                        sums.for_each(|(i, sum)| of_cells.set(MOMENTS * cell + i, *sum));
+                        for (i, sum) in sums.iter().take(MOMENTS).enumerate() {
+                            of_cells.set(MOMENTS * cell + i, *sum);
+                        }
                     }
                 },
             );

@@ -2,7 +2,7 @@
 
 use super::cell::FACE;
 use super::energy::{CellNumbers, EnergyMatrix};
-use super::potentials::{FaceCoordinates, FaceSpace, carried, centroid};
+use super::potentials::{FaceSpace, carried, centroid};
 use super::rings::Rings;
 use crate::atomic_slots::AtomicSlots;
 use crate::inverse::{invert, packed};
@@ -101,7 +101,8 @@ impl StarFace {
         let d = &self.lever;
         let force =
             [f0 + (d[1] * t2 - d[2] * t1), f1 + (d[2] * t0 - d[0] * t2), f2 + (d[0] * t1 - d[1] * t0)];
-        [force[0], force[1], force[2], t0, t1, t2].map(|x| self.sign * x)
+        let sign = self.sign;
+        [sign * force[0], sign * force[1], sign * force[2], sign * t0, sign * t1, sign * t2]
     }
 }
 
@@ -193,7 +194,10 @@ impl Cluster {
                 for (lane, k) in group.iter().enumerate() {
                     block.clear();
                     block.resize(entries, 0.0);
-                    pulp::Arch::new().dispatch(|| self.assemble(&self.stars[*k], energy, &mut block));
+                    pulp::Arch::new().dispatch(
+                        #[inline(always)]
+                        || self.assemble(&self.stars[*k], energy, &mut block),
+                    );
                     blocks.iter_mut().zip(&block).for_each(|(row, entry)| row[lane] = *entry);
                 }
                 invert(&mut blocks, size, DEPENDENT, &mut columns);
@@ -222,27 +226,34 @@ impl Cluster {
             let mut of_wrenches = [[0.0; 2 * FACE]; WRENCH];
             for (local, place) in around.sides {
                 let face = &faces[usize::from(place)];
-                let rows: [[f64; 2 * FACE]; WRENCH] = std::array::from_fn(|k| {
-                    let row = &matrix[FACE * usize::from(local) + 3 + k];
-                    let mut both = [0.0; 2 * FACE];
+                let mut rows = [[0.0; 2 * FACE]; WRENCH];
+                for (both, row) in rows.iter_mut().zip(&matrix[FACE * usize::from(local) + 3..]) {
                     for (both, (other, _)) in both.chunks_exact_mut(FACE).zip(around.sides) {
                         let row = &row[FACE * usize::from(other)..][..FACE];
-                        both.iter_mut().zip(row).for_each(|(x, entry)| *x = f64::from(*entry));
+                        for (x, entry) in both.iter_mut().zip(row) {
+                            *x = f64::from(*entry);
+                        }
                     }
-                    both
-                });
+                }
+                let [f0, f1, f2, t0, t1, t2] = rows;
                 for i in 0..2 * FACE {
-                    let gathered = face.gathered(std::array::from_fn(|k| rows[k][i]));
-                    of_wrenches.iter_mut().zip(gathered).for_each(|(of_wrench, x)| of_wrench[i] += x);
+                    let gathered = face.gathered([f0[i], f1[i], f2[i], t0[i], t1[i], t2[i]]);
+                    for k in 0..WRENCH {
+                        of_wrenches[k][i] += gathered[k];
+                    }
                 }
             }
             for (k, of_wrench) in of_wrenches.iter().enumerate() {
                 for ((_, place), of_face) in around.sides.into_iter().zip(of_wrench.chunks_exact(FACE)) {
                     let place = usize::from(place);
-                    let gathered = faces[place].gathered(std::array::from_fn(|i| of_face[3 + i]));
-                    wrenches[k].iter_mut().zip(gathered).for_each(|(sum, x)| *sum += x);
-                    for (b, entry) in of_face[..3].iter().enumerate() {
-                        block[packed(WRENCH + 3 * place + b, k)] += entry;
+                    if let [b0, b1, b2, f0, f1, f2, t0, t1, t2] = *of_face {
+                        let gathered = faces[place].gathered([f0, f1, f2, t0, t1, t2]);
+                        for i in 0..WRENCH {
+                            wrenches[k][i] += gathered[i];
+                        }
+                        for (b, entry) in [b0, b1, b2].into_iter().enumerate() {
+                            block[packed(WRENCH + 3 * place + b, k)] += entry;
+                        }
                     }
                 }
             }
@@ -281,9 +292,8 @@ impl Cluster {
 struct Work {
     /// What is left of the residual, by cells: that of a face is the sum of its cells.
     left: Vec<CellNumbers>,
-    /// Of each face of a ring.
-    sums: Vec<FaceCoordinates>,
-    changes: Vec<[f32; FACE]>,
+    /// The residual on each face of a ring, then the change of its coordinates.
+    sums: Vec<[f32; FACE]>,
     /// Products of the residual with the unknowns of an edge, and the amounts of these.
     products: Vec<f32>,
     amounts: Vec<Rows>,
@@ -308,10 +318,10 @@ impl pulp::NullaryFnOnce for Sweep<'_> {
     fn call(self) {
         let mut work = Work { left: vec![[0.0; 40]; self.cluster.cells.len()], ..Work::default() };
         self.load(&mut work.left);
-        if self.back {
-            self.cluster.stars.iter().rev().for_each(|star| self.improve(star, &mut work));
-        } else {
-            self.cluster.stars.iter().for_each(|star| self.improve(star, &mut work));
+        let stars = &self.cluster.stars;
+        for k in 0..stars.len() {
+            let k = if self.back { stars.len() - 1 - k } else { k };
+            self.improve(&stars[k], &mut work);
         }
         self.store(&work.left);
     }
@@ -349,10 +359,11 @@ impl Sweep<'_> {
     }
 
     /// Adds the best wrench and bars of an edge to `z`, and takes their part from the residual.
+    // Loops instead of closures: these would be compiled for the least processor.
     #[inline(always)]
     fn improve(&self, star: &Star, work: &mut Work) {
         let Self { cluster, z, scale, .. } = self;
-        let Work { left, sums, changes, products, amounts } = work;
+        let Work { left, sums, products, amounts } = work;
         let (faces, cells) = (&cluster.star_faces[star.of_faces()], &cluster.star_cells[star.of_cells()]);
         let basis = star.basis.map(|basis| &cluster.bases[basis as usize]);
         sums.clear();
@@ -361,50 +372,67 @@ impl Sweep<'_> {
             let left = &left[around.cell as usize];
             for (local, place) in around.sides {
                 let own = &left[FACE * usize::from(local)..][..FACE];
-                sums[usize::from(place)].iter_mut().zip(own).for_each(|(sum, x)| *sum += f64::from(*x));
+                for (sum, x) in sums[usize::from(place)].iter_mut().zip(own) {
+                    *sum += x;
+                }
             }
         }
-        products.clear();
-        products.resize(WRENCH, 0.0);
+        products.resize(star.size(), 0.0);
+        let (of_wrench, of_bars) = products.split_at_mut(WRENCH);
         let mut wrench = Vector6::zeros();
-        for (face, sums) in faces.iter().zip(&*sums) {
-            products.extend(sums[..3].iter().map(|x| *x as f32));
-            let gathered = face.gathered(std::array::from_fn(|k| sums[3 + k]));
-            wrench.iter_mut().zip(gathered).for_each(|(sum, x)| *sum += x);
+        for ((face, [b0, b1, b2, numbers @ ..]), bars) in
+            faces.iter().zip(&*sums).zip(of_bars.chunks_exact_mut(3))
+        {
+            bars.copy_from_slice(&[*b0, *b1, *b2]);
+            let mut wide = [0.0; WRENCH];
+            for (wide, x) in wide.iter_mut().zip(numbers) {
+                *wide = f64::from(*x);
+            }
+            wrench += Vector6::from(face.gathered(wide));
         }
         if let Some(basis) = basis {
             wrench = basis.tr_mul(&wrench);
         }
-        products.iter_mut().zip(wrench.iter()).for_each(|(product, x)| *product = *x as f32);
+        for (product, x) in of_wrench.iter_mut().zip(&wrench) {
+            *product = *x as f32;
+        }
+        let inverse = &cluster.inverses[star.of_inverse()];
         amounts.clear();
-        amounts.extend(cluster.inverses[star.of_inverse()].chunks_exact(products.len()).map(|columns| {
+        for columns in inverse.chunks_exact(products.len()) {
             let mut rows = Rows::default();
             for (column, product) in columns.iter().zip(&*products) {
-                rows.iter_mut().zip(column).for_each(|(row, entry)| *row += product * entry);
+                for (row, entry) in rows.iter_mut().zip(column) {
+                    *row += product * entry;
+                }
             }
-            rows
-        }));
+            amounts.push(rows);
+        }
         let (of_wrench, of_bars) = amounts.as_flattened().split_at(WRENCH);
-        let mut wrench = Vector6::from_fn(|k, _| f64::from(of_wrench[k]));
+        for (amount, x) in wrench.iter_mut().zip(of_wrench) {
+            *amount = f64::from(*x);
+        }
         if let Some(basis) = basis {
             wrench = basis * wrench;
         }
-        changes.clear();
-        changes.extend(faces.iter().zip(of_bars.chunks_exact(3)).map(|(face, bars)| {
-            let through = face.through(&wrench);
-            let change: FaceCoordinates =
-                std::array::from_fn(|k| if k < 3 { f64::from(bars[k]) } else { through[k - 3] });
+        for ((face, bars), change) in faces.iter().zip(of_bars.chunks_exact(3)).zip(&mut *sums) {
+            let [f0, f1, f2, t0, t1, t2] = face.through(&wrench);
+            let amounts =
+                [f64::from(bars[0]), f64::from(bars[1]), f64::from(bars[2]), f0, f1, f2, t0, t1, t2];
             let slot = FACE * face.face.index();
-            change.iter().enumerate().for_each(|(k, x)| z.set(slot + k, z.get(slot + k) + scale * x));
-            change.map(|x| x as f32)
-        }));
+            for (k, (change, x)) in change.iter_mut().zip(amounts).enumerate() {
+                *change = x as f32;
+                z.set(slot + k, z.get(slot + k) + scale * x);
+            }
+        }
         for around in cells {
             let mut own = left[around.cell as usize];
             let matrix = &self.energy[cluster.cells[around.cell as usize] as usize];
             for (local, place) in around.sides {
                 let rows = &matrix[FACE * usize::from(local)..][..FACE];
-                for (row, amount) in rows.iter().zip(&changes[usize::from(place)]) {
-                    own.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= amount * entry);
+                for (row, amount) in rows.iter().zip(&sums[usize::from(place)]) {
+                    for (sum, entry) in own.iter_mut().zip(row) {
+                        *sum -= amount * entry;
+                    }
                 }
             }
             left[around.cell as usize] = own;
