@@ -38,6 +38,8 @@ pub(crate) const PAIRS: usize = 21;
 pub(crate) struct Reference {
     /// The stress for each moment, column by column.
     stress: Vec<[f64; STRESSES]>,
+    /// The same, row by row.
+    transposed: Vec<[f64; MOMENTS]>,
     /// The energy of two moments for each pair of components, `∫ τ̂_a τ̂_b` and its mirror image, over the volume: a block by rows for each face
     /// and every one up to it.
     pub(crate) energy: Vec<[[f64; PAIRS]; BLOCK]>,
@@ -122,7 +124,8 @@ impl Reference {
         let pairs = (0..4).flat_map(|k| (0..=k).map(move |l| (FACE * k, FACE * l)));
         let block = |(i, j)| std::array::from_fn(|k| Self::energy(&stress, i + k / FACE, j + k % FACE));
         let energy = pairs.map(block).collect();
-        Self { stress, energy }
+        let transposed = (0..STRESSES).map(|i| std::array::from_fn(|k| stress[k][i])).collect();
+        Self { stress, transposed, energy }
     }
 
     /// Computes the entries of two moments.
@@ -144,6 +147,27 @@ impl Reference {
     pub(crate) fn get() -> &'static Self {
         static REFERENCE: OnceLock<Reference> = OnceLock::new();
         REFERENCE.get_or_init(Self::new)
+    }
+}
+
+/// The sum of some rows times factors.
+struct Sum<'a, const N: usize> {
+    rows: &'a [[f64; N]],
+    factors: &'a [f64],
+}
+
+impl<const N: usize> pulp::NullaryFnOnce for Sum<'_, N> {
+    type Output = [f64; N];
+
+    #[inline(always)]
+    fn call(self) -> [f64; N] {
+        let mut sums = [0.0; N];
+        for (row, factor) in self.rows.iter().zip(self.factors) {
+            for (sum, x) in sums.iter_mut().zip(row) {
+                *sum += factor * x;
+            }
+        }
+        sums
     }
 }
 
@@ -176,15 +200,11 @@ impl CellMap {
 
     /// Computes the stress with given moments of its tractions, without a body force.
     pub(crate) fn stress(&self, moments: &CellMoments) -> CellStress {
-        let reference = Reference::get();
-        let mut sums = [0.0; STRESSES];
-        for (k, moment) in moments.iter().flatten().enumerate() {
-            let mapped = self.inverse * moment;
-            for (axis, value) in mapped.iter().enumerate() {
-                let column = &reference.stress[3 * k + axis];
-                sums.iter_mut().zip(column).for_each(|(sum, stress)| *sum += stress * value);
-            }
+        let mut mapped = [0.0; MOMENTS];
+        for (mapped, moment) in mapped.chunks_exact_mut(3).zip(moments.iter().flatten()) {
+            mapped.copy_from_slice((self.inverse * moment).as_slice());
         }
+        let sums = pulp::Arch::new().dispatch(Sum { rows: &Reference::get().stress, factors: &mapped });
         std::array::from_fn(|part| {
             std::array::from_fn(|v| {
                 let first = 6 * (4 * part + v);
@@ -215,7 +235,6 @@ impl CellMap {
 
     /// Computes the derivatives of `∫ JM(m) : ε` by the moments, for strains that are linear in each part.
     pub(crate) fn work(&self, strains: &CellStress) -> CellMoments {
-        let reference = Reference::get();
         let mut pulled = [0.0; STRESSES];
         for (part, strains) in strains.iter().enumerate() {
             let at = strains.map(|strain| Vector6::from(<[f64; 6]>::from(strain)));
@@ -227,11 +246,12 @@ impl CellMap {
                 pulled[6 * (4 * part + v)..][..6].copy_from_slice(back.as_slice());
             }
         }
-        let product = |k: usize| -> f64 { reference.stress[k].iter().zip(&pulled).map(|(r, p)| r * p).sum() };
+        let products =
+            pulp::Arch::new().dispatch(Sum { rows: &Reference::get().transposed, factors: &pulled });
         std::array::from_fn(|face| {
             std::array::from_fn(|j| {
                 let first = 3 * (3 * face + j);
-                self.inverse.tr_mul(&Vector3::from_fn(|axis, _| product(first + axis)))
+                self.inverse.tr_mul(&Vector3::from_column_slice(&products[first..first + 3]))
             })
         })
     }

@@ -185,28 +185,8 @@ impl<'a> EdgeStars<'a> {
     ///
     /// * `of_cells`: memory for the parts of the cells.
     fn multiply(&self, (p, of_cells): (&AtomicSlots, &AtomicSlots), to: &AtomicSlots) {
-        let facets = self.body.mesh().topology().cell_facets();
         for_each_task(self.energy.len().div_ceil(CHUNK), &|k| {
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || {
-                    for cell in k * CHUNK..self.energy.len().min((k + 1) * CHUNK) {
-                        let mut sums = [0.0; 40];
-                        let mut rows = self.energy[cell].iter();
-                        for face in facets[cell] {
-                            for (i, row) in rows.by_ref().take(FACE).enumerate() {
-                                let amount = p.get(FACE * face.index() + i);
-                                for (sum, h) in sums.iter_mut().zip(row) {
-                                    *sum += amount * f64::from(*h);
-                                }
-                            }
-                        }
-                        for (i, sum) in sums.iter().take(MOMENTS).enumerate() {
-                            of_cells.set(MOMENTS * cell + i, *sum);
-                        }
-                    }
-                },
-            );
+            pulp::Arch::new().dispatch(Product { stars: self, first: k * CHUNK, p, of_cells });
         });
         self.each_face(|face, slots| {
             for i in 0..FACE {
@@ -258,6 +238,38 @@ impl<'a> EdgeStars<'a> {
                 to.set(FACE * face + k, product / self.unit);
             }
         });
+    }
+}
+
+/// The product of the energy matrices of some cells with the coordinates of their faces.
+struct Product<'a> {
+    stars: &'a EdgeStars<'a>,
+    first: usize,
+    p: &'a AtomicSlots,
+    of_cells: &'a AtomicSlots,
+}
+
+impl pulp::NullaryFnOnce for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { stars, first, p, of_cells } = self;
+        let facets = stars.body.mesh().topology().cell_facets();
+        for cell in first..stars.energy.len().min(first + CHUNK) {
+            let mut sums = [0.0; 40];
+            for (face, rows) in facets[cell].iter().zip(stars.energy[cell].chunks_exact(FACE)) {
+                for (i, row) in rows.iter().enumerate() {
+                    let amount = p.get(FACE * face.index() + i);
+                    for (sum, h) in sums.iter_mut().zip(row) {
+                        *sum += amount * f64::from(*h);
+                    }
+                }
+            }
+            for (i, sum) in sums.iter().take(MOMENTS).enumerate() {
+                of_cells.set(MOMENTS * cell + i, *sum);
+            }
+        }
     }
 }
 

@@ -194,10 +194,9 @@ impl Cluster {
                 for (lane, k) in group.iter().enumerate() {
                     block.clear();
                     block.resize(entries, 0.0);
-                    pulp::Arch::new().dispatch(
-                        #[inline(always)]
-                        || self.assemble(&self.stars[*k], energy, &mut block),
-                    );
+                    let assembly =
+                        Assembly { cluster: self, star: &self.stars[*k], energy, block: &mut block };
+                    pulp::Arch::new().dispatch(assembly);
                     blocks.iter_mut().zip(&block).for_each(|(row, entry)| row[lane] = *entry);
                 }
                 invert(&mut blocks, size, DEPENDENT, &mut columns);
@@ -214,14 +213,26 @@ impl Cluster {
             }
         }
     }
+}
 
-    /// Adds up the block of an edge, lower half by rows.
+/// Adds up the block of an edge, lower half by rows.
+struct Assembly<'a> {
+    cluster: &'a Cluster,
+    star: &'a Star,
+    energy: &'a [EnergyMatrix],
+    block: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Assembly<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn assemble(&self, star: &Star, energy: &[EnergyMatrix], block: &mut [f64]) {
-        let faces = &self.star_faces[star.of_faces()];
+    fn call(self) {
+        let Self { cluster, star, energy, block } = self;
+        let faces = &cluster.star_faces[star.of_faces()];
         let mut wrenches = [[0.0; WRENCH]; WRENCH];
-        for around in &self.star_cells[star.of_cells()] {
-            let matrix = &energy[self.cells[around.cell as usize] as usize];
+        for around in &cluster.star_cells[star.of_cells()] {
+            let matrix = &energy[cluster.cells[around.cell as usize] as usize];
             // The energy of unit wrenches and all coordinates of both faces.
             let mut of_wrenches = [[0.0; 2 * FACE]; WRENCH];
             for (local, place) in around.sides {
@@ -273,7 +284,7 @@ impl Cluster {
         }
         let mut own = Matrix6::from_fn(|i, j| wrenches[i][j]);
         if let Some(basis) = star.basis {
-            let basis = &self.bases[basis as usize];
+            let basis = &cluster.bases[basis as usize];
             own = basis.tr_mul(&own) * basis;
             for row in WRENCH..star.size() {
                 let entries = &mut block[packed(row, 0)..][..WRENCH];
