@@ -117,7 +117,8 @@ impl Reference {
         let rows = equations.rows.len();
         // The columns are independent; moments in equilibrium satisfy all rows, others in the least squares.
         let qr = DMatrix::from_fn(rows, STRESSES, |i, j| equations.rows[i][j]).qr();
-        let mut stress = DMatrix::from_fn(STRESSES, MOMENTS, |i, j| qr.q()[(j, i)]);
+        let q = qr.q();
+        let mut stress = DMatrix::from_fn(STRESSES, MOMENTS, |i, j| q[(j, i)]);
         qr.r().solve_upper_triangular_mut(&mut stress);
         let stress: Vec<[f64; STRESSES]> =
             stress.column_iter().map(|column| std::array::from_fn(|i| column[i])).collect();

@@ -24,7 +24,12 @@ pub(crate) fn clusters(mesh: &TetMesh, rings: &Rings) -> (Vec<Vec<u32>>, Vec<Vec
         let ring = rings.get(edge);
         let cluster = of_cell[ring.cells[0].cell as usize];
         members[cluster as usize].push(edge as u32);
-        ring.cells.iter().for_each(|cell| of_cells[cell.cell as usize].push(cluster));
+        for around in ring.cells {
+            let clusters = &mut of_cells[around.cell as usize];
+            if !clusters.contains(&cluster) {
+                clusters.push(cluster);
+            }
+        }
     }
     let mut conflicts = vec![Vec::new(); members.len()];
     for face in 0..mesh.topology().facets().len() {
