@@ -28,8 +28,8 @@ struct Star {
     /// The first of its faces, cells and rows of its inverse in the cluster.
     first: [u32; 3],
     /// How many there are.
-    faces: u16,
-    cells: u16,
+    faces: u32,
+    cells: u32,
     /// Its place in [`Cluster::bases`].
     basis: Option<u32>,
 }
@@ -46,7 +46,7 @@ struct StarFace {
 /// A cell of a ring: its place in the cluster, and its two faces that contain the edge, by their places in the cell and in the ring.
 struct StarCell {
     cell: u32,
-    sides: [(u8, u16); 2],
+    sides: [(u8, u32); 2],
 }
 
 /// Edges that are swept one after the other, with all they need, in this order.
@@ -67,17 +67,17 @@ pub(crate) struct Cluster {
 
 impl Star {
     fn size(&self) -> usize {
-        WRENCH + 3 * usize::from(self.faces)
+        WRENCH + 3 * self.faces as usize
     }
 
     fn of_faces(&self) -> Range<usize> {
         let first = self.first[0] as usize;
-        first..first + usize::from(self.faces)
+        first..first + self.faces as usize
     }
 
     fn of_cells(&self) -> Range<usize> {
         let first = self.first[1] as usize;
-        first..first + usize::from(self.cells)
+        first..first + self.cells as usize
     }
 
     fn of_inverse(&self) -> Range<usize> {
@@ -133,10 +133,10 @@ impl Cluster {
             }));
             for around in ring.cells {
                 let cell = cluster.cells.binary_search(&around.cell).unwrap_or(0) as u32;
-                let side = |k: usize| (around.faces[k], around.places[k] as u16);
+                let side = |k: usize| (around.faces[k], around.places[k]);
                 cluster.star_cells.push(StarCell { cell, sides: [side(0), side(1)] });
             }
-            let (faces, cells) = (ring.faces.len() as u16, ring.cells.len() as u16);
+            let (faces, cells) = (ring.faces.len() as u32, ring.cells.len() as u32);
             let star = Star { nodes: ring.nodes, first, faces, cells, basis: None };
             place = star.of_inverse().end as u32;
             cluster.stars.push(star);
@@ -236,7 +236,7 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
             // The energy of unit wrenches and all coordinates of both faces.
             let mut of_wrenches = [[0.0; 2 * FACE]; WRENCH];
             for (local, place) in around.sides {
-                let face = &faces[usize::from(place)];
+                let face = &faces[place as usize];
                 let mut rows = [[0.0; 2 * FACE]; WRENCH];
                 for (both, row) in rows.iter_mut().zip(&matrix[FACE * usize::from(local) + 3..]) {
                     for (both, (other, _)) in both.chunks_exact_mut(FACE).zip(around.sides) {
@@ -256,7 +256,7 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
             }
             for (k, of_wrench) in of_wrenches.iter().enumerate() {
                 for ((_, place), of_face) in around.sides.into_iter().zip(of_wrench.chunks_exact(FACE)) {
-                    let place = usize::from(place);
+                    let place = place as usize;
                     if let [b0, b1, b2, f0, f1, f2, t0, t1, t2] = *of_face {
                         let gathered = faces[place].gathered([f0, f1, f2, t0, t1, t2]);
                         for i in 0..WRENCH {
@@ -272,8 +272,7 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
                 for (other, column) in around.sides.into_iter().filter(|(_, column)| *column <= place) {
                     for b in 0..3 {
                         let row = &matrix[FACE * usize::from(local) + b][FACE * usize::from(other)..][..3];
-                        let first =
-                            packed(WRENCH + 3 * usize::from(place) + b, WRENCH + 3 * usize::from(column));
+                        let first = packed(WRENCH + 3 * place as usize + b, WRENCH + 3 * column as usize);
                         let count = if column == place { b + 1 } else { 3 };
                         for (sum, entry) in block[first..first + count].iter_mut().zip(row) {
                             *sum += f64::from(*entry);
@@ -370,7 +369,7 @@ impl Sweep<'_> {
     }
 
     /// Adds the best wrench and bars of an edge to `z`, and takes their part from the residual.
-    // Loops instead of closures: these would be compiled for the least processor.
+    // Loops, not closures, which would be compiled without the vectors of the processor.
     #[inline(always)]
     fn improve(&self, star: &Star, work: &mut Work) {
         let Self { cluster, z, scale, .. } = self;
@@ -383,7 +382,7 @@ impl Sweep<'_> {
             let left = &left[around.cell as usize];
             for (local, place) in around.sides {
                 let own = &left[FACE * usize::from(local)..][..FACE];
-                for (sum, x) in sums[usize::from(place)].iter_mut().zip(own) {
+                for (sum, x) in sums[place as usize].iter_mut().zip(own) {
                     *sum += x;
                 }
             }
@@ -440,7 +439,7 @@ impl Sweep<'_> {
             let matrix = &self.energy[cluster.cells[around.cell as usize] as usize];
             for (local, place) in around.sides {
                 let rows = &matrix[FACE * usize::from(local)..][..FACE];
-                for (row, amount) in rows.iter().zip(&sums[usize::from(place)]) {
+                for (row, amount) in rows.iter().zip(&sums[place as usize]) {
                     for (sum, entry) in own.iter_mut().zip(row) {
                         *sum -= amount * entry;
                     }
