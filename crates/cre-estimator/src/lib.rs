@@ -82,6 +82,7 @@ mod estimate;
 pub mod friction;
 mod imposed_slip;
 pub mod indicators;
+mod inverse;
 pub mod johnson_mercier;
 mod lanes;
 pub mod lift;

@@ -6,10 +6,12 @@
 mod cell;
 mod clusters;
 mod eet;
+mod energy;
 mod forces;
 mod potentials;
 mod relaxation;
 mod rings;
+mod sweep;
 #[cfg(test)]
 mod tests;
 
@@ -29,11 +31,9 @@ use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
 use nalgebra::Vector3;
 use relaxation::EdgeStars;
-use std::convert::Infallible;
 
 impl Recovery for Solid {
-    /// The blocks of large bodies are too large to be kept.
-    type Stars<'a> = Infallible;
+    type Stars<'a> = EdgeStars<'a>;
 
     fn facet_moments(
         body: &Body<Self>,
@@ -43,17 +43,24 @@ impl Recovery for Solid {
         eet::facet_moments(body, stress, conditions)
     }
 
-    fn relax_with(
-        body: &Body<Self>,
+    fn relax_with<'a>(
+        body: &'a Body<Self>,
         stress: &mut EquilibratedStress<Self>,
         relaxation: Relaxation,
-        _: &mut Option<Infallible>,
-        _: Option<Infallible>,
+        stars: &mut Option<EdgeStars<'a>>,
+        used: Option<EdgeStars<'_>>,
     ) -> RelaxationReport {
         if relaxation.max_steps() == 0 {
             return RelaxationReport::unrelaxed(stress.distance_squared(body));
         }
-        EdgeStars::new(body, stress).relax(stress, relaxation)
+        drop(used);
+        match stars {
+            Some(stars) => {
+                stars.restate(&stress.conditions);
+                stars.relax(stress, relaxation)
+            }
+            None => stars.insert(EdgeStars::new(body, &stress.conditions)).relax(stress, relaxation),
+        }
     }
 
     fn von_mises(_material: &LinearElastic<Self>, stress: SymTensor3) -> Option<f64> {

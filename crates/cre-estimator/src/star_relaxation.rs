@@ -28,7 +28,6 @@ mod airy;
 mod band;
 mod batch_builder;
 mod equal;
-mod inverse;
 mod memory;
 mod space;
 mod stars;

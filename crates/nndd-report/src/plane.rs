@@ -105,7 +105,7 @@ impl ReportSpace for Plane {
 
     fn contact_line(pair: &ContactPair, found: Option<&PairResults>) -> Option<ContactLine> {
         let intervals = found.map(|found| found.contact_intervals.clone());
-        let width = intervals.as_ref().map(|of| of.iter().map(|[from, to]| to - from).sum());
+        let width = intervals.as_ref().map(|of| of.iter().fold(0.0, |sum, [from, to]| sum + (to - from)));
         Some(ContactLine { length: pair.interface.measure(), contact_intervals: intervals, width })
     }
 

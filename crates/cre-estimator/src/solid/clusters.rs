@@ -7,9 +7,9 @@ use fem_core::mesh::id::FacetId;
 /// The largest number of cells of a cluster.
 const CELLS: usize = 2048;
 
-/// Sorts the edges into clusters, and these by colours: no two clusters of one colour share a face of the cells around their edges. Inside a
+/// Sorts the edges into clusters, and lists these by colours: no two clusters of one colour share a face of the cells around their edges. Inside a
 /// cluster edges ascend, so that results do not depend on the number of threads.
-pub(crate) fn clusters(mesh: &TetMesh, rings: &Rings) -> Vec<Vec<Vec<u32>>> {
+pub(crate) fn clusters(mesh: &TetMesh, rings: &Rings) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
     let count = mesh.cells().len();
     let mut order: Vec<u32> = (0..count as u32).collect();
     let mut of_cell = vec![0u32; count];
@@ -24,7 +24,12 @@ pub(crate) fn clusters(mesh: &TetMesh, rings: &Rings) -> Vec<Vec<Vec<u32>>> {
         let ring = rings.get(edge);
         let cluster = of_cell[ring.cells[0].cell as usize];
         members[cluster as usize].push(edge as u32);
-        ring.cells.iter().for_each(|cell| of_cells[cell.cell as usize].push(cluster));
+        for around in ring.cells {
+            let clusters = &mut of_cells[around.cell as usize];
+            if !clusters.contains(&cluster) {
+                clusters.push(cluster);
+            }
+        }
     }
     let mut conflicts = vec![Vec::new(); members.len()];
     for face in 0..mesh.topology().facets().len() {
@@ -37,17 +42,17 @@ pub(crate) fn clusters(mesh: &TetMesh, rings: &Rings) -> Vec<Vec<Vec<u32>>> {
             near[k + 1..].iter().for_each(|b| conflicts[*b as usize].push(*a));
         }
     }
-    let mut colours: Vec<Vec<Vec<u32>>> = Vec::new();
+    let mut colours: Vec<Vec<u32>> = Vec::new();
     let mut colour_of = vec![0; members.len()];
-    for (cluster, edges) in members.into_iter().enumerate() {
+    for cluster in 0..members.len() {
         let taken =
             |colour: &usize| conflicts[cluster].iter().any(|other| colour_of[*other as usize] == *colour);
         let colour = (0..).find(|colour| !taken(colour)).unwrap_or(0);
         colour_of[cluster] = colour;
         colours.resize_with(colours.len().max(colour + 1), Vec::new);
-        colours[colour].push(edges);
+        colours[colour].push(cluster as u32);
     }
-    colours
+    (members, colours)
 }
 
 /// Halves cells along the longest axis of their centroids, until each part is a cluster.

@@ -1,61 +1,64 @@
 //! Relaxation on edge stars: face moments of less energy, in exact equilibrium at every step.
 //!
-//! The stress is corrected by the bars and wrenches of [`super::potentials`]. A step is one of conjugate gradients in the moments,
+//! The stress is corrected by the bars and wrenches of [`super::potentials`]. A step is one of conjugate gradients in the coordinates of the faces,
 //! preconditioned by one sweep over the edges and one back (block Gauss-Seidel): each edge takes the best wrench and bars
-//! of its ring. Energy matrices and inverses are in single precision; moments are not, and those of one wrench go through all its faces, so
-//! equilibrium is exact.
+//! of its ring. Energy matrices, inverses and what a sweep leaves of the residual are in single precision; coordinates are not, and those of one
+//! wrench go through all its faces, so equilibrium is exact.
 
-use super::cell::{CellMap, CellMoments, MOMENTS};
+use super::cell::{CellMap, CellMoments, FACE, MOMENTS};
 use super::clusters::clusters;
-use super::potentials::{EdgeFace, EdgeSpace, FaceMoment, Potentials};
-use super::rings::{Ring, Rings};
+use super::energy::{EnergyMatrix, energies};
+use super::potentials::{FaceSpace, reaction, rims};
+use super::rings::Rings;
+use super::sweep::{Cluster, Sweep};
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;
 use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
-use fem_core::body::Body;
+use fem_core::body::{Body, FacetCondition};
 use fem_core::mesh::TetMesh;
-use fem_core::mesh::id::FacetId;
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::parallel::{each_task, for_each_task};
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use std::collections::HashSet;
 
-/// Numbers of a face.
-const FACE: usize = 9;
-
-/// A pivot of the block of an edge below this fraction of its diagonal entry is round-off of single precision: the edge is left out.
-const DEPENDENT: f64 = 1e-7;
-
-/// Cells or edges handled by one task.
+/// Cells, faces or edges handled by one task.
 const CHUNK: usize = 256;
 
 /// The edge stars of a body.
-pub(crate) struct EdgeStars<'a> {
-    potentials: Potentials<'a>,
-    rings: Rings,
-    /// The edges of clusters, by colour: clusters of one colour share no face.
-    colours: Vec<Vec<Vec<u32>>>,
+pub struct EdgeStars<'a> {
+    body: &'a Body<Solid>,
+    spaces: Vec<FaceSpace>,
+    /// See [`rims`].
+    rims: HashSet<[NodeId; 2]>,
+    /// The length of the body, m.
+    length: f64,
     /// The unit of energies of moments, 1/(Pa m): single precision has a small range.
     unit: f64,
-    /// The energy matrix of each cell for the moments of its faces as the mesh stores them, row by row, over the unit.
-    energy: Vec<[f32; MOMENTS * MOMENTS]>,
-    /// The edges, each with the inverse of its block, row by row.
-    edges: Vec<(EdgeSpace, Vec<f32>)>,
+    /// The energy matrix of each cell, over the unit.
+    energy: Vec<EnergyMatrix>,
+    clusters: Vec<Cluster>,
+    /// Clusters of one colour share no face.
+    colours: Vec<Vec<u32>>,
 }
 
 /// Counts the bytes of the edge stars of a mesh and of the vectors of a relaxation.
 ///
 /// A cell has its energy matrix, an edge with `n` cells a block of `3 n + 6` unknowns in single precision; the conjugate gradients have six vectors of
-/// the moments of all faces.
+/// the coordinates of all faces, and one of those of all cells.
 pub(crate) fn bytes(mesh: &TetMesh) -> usize {
+    /// Of a face and of a cell of a ring.
+    const RING: usize = 56;
     let (cells, faces) = (mesh.cells().len(), mesh.topology().facets().len());
-    let block = |rings: usize| (3 * rings + 6) * (3 * rings + 6) * size_of::<f32>();
+    let block = |rings: usize| (3 * rings + 6).next_multiple_of(8) * (3 * rings + 6) * size_of::<f32>();
     // Euler's formula of a ball; each cell has six edges.
     let edges = (mesh.points().len() + faces).saturating_sub(cells + 1);
     let around = (6 * cells).div_ceil(edges.max(1));
-    cells * MOMENTS * MOMENTS * size_of::<f32>()
+    cells * (size_of::<EnergyMatrix>() + MOMENTS * size_of::<f64>() + 6 * RING)
         + edges * block(around + 1)
-        + 6 * FACE * faces * size_of::<f64>()
+        + faces * (size_of::<FaceSpace>() + 6 * FACE * size_of::<f64>())
 }
 
 /// The order of the face moments of a cell: for each corner of each face its place on the face, and the sign of the face.
@@ -71,46 +74,63 @@ pub(crate) fn order(body: &Body<Solid>, cell: usize) -> [([usize; 3], f64); 4] {
     })
 }
 
-fn get(slots: &AtomicSlots, face: FacetId) -> FaceMoment {
-    let at = |j: usize| Vector3::from_fn(|axis, _| slots.get(FACE * face.index() + 3 * j + axis));
-    [at(0), at(1), at(2)]
-}
-
-fn add(slots: &AtomicSlots, face: FacetId, change: &FaceMoment) {
-    for (k, change) in change.iter().flat_map(|v| v.iter()).enumerate() {
-        let slot = FACE * face.index() + k;
-        slots.set(slot, slots.get(slot) + change);
-    }
-}
-
-fn numbers(moment: &FaceMoment) -> [f64; FACE] {
-    std::array::from_fn(|k| moment[k / 3][k % 3])
-}
-
 impl<'a> EdgeStars<'a> {
     /// Assembles and inverts the blocks of all edges.
-    pub(crate) fn new(body: &'a Body<Solid>, stress: &EquilibratedStress<Solid>) -> Self {
-        let rings = Rings::new(body.mesh());
-        let potentials = Potentials::new(body, &stress.conditions);
-        let cells = body.mesh().cells().len();
+    pub(crate) fn new(body: &'a Body<Solid>, conditions: &[FacetCondition<Solid>]) -> Self {
+        let mesh = body.mesh();
+        let (cells, faces) = (mesh.cells().len(), mesh.topology().facets().len());
         let tension = SymTensor3 { xx: 1.0, ..SymTensor3::default() };
-        let unit = body.material(0).complementary(tension, tension) / body.mesh().diagonal();
-        let chunks = each_task(cells.div_ceil(CHUNK), |k| {
-            let cells = k * CHUNK..cells.min((k + 1) * CHUNK);
-            cells.map(|cell| energy(body, cell, unit)).collect::<Vec<_>>()
+        let length = mesh.diagonal();
+        let unit = body.material(0).complementary(tension, tension) / length;
+        let face = |face: usize| {
+            let face = FacetId::new(face);
+            FaceSpace::new(mesh.facet_corners(face), reaction(mesh, conditions, face), length)
+        };
+        let spaces: Vec<FaceSpace> = (0..faces).into_par_iter().with_min_len(CHUNK).map(face).collect();
+        let mut energy = vec![[[0.0; 40]; MOMENTS]; cells];
+        energy.par_chunks_mut(CHUNK).enumerate().for_each(|(k, chunk)| {
+            let cells = k * CHUNK..k * CHUNK + chunk.len();
+            energies(body, &spaces, (length, unit), cells, chunk);
         });
-        let energy: Vec<[f32; MOMENTS * MOMENTS]> = chunks.into_iter().flatten().collect();
-        let edges = each_task(rings.len().div_ceil(CHUNK), |k| {
-            let edges = k * CHUNK..rings.len().min((k + 1) * CHUNK);
-            let edge = |k: usize| {
-                let edge = potentials.edge(rings.get(k));
-                let inverse = inverse(&potentials, (&edge, rings.get(k)), &energy);
-                (edge, inverse)
-            };
-            edges.map(edge).collect::<Vec<_>>()
+        let rims = rims(body);
+        let rings = Rings::new(mesh);
+        let (edges, colours) = clusters(mesh, &rings);
+        let clusters = each_task(edges.len(), |k| {
+            let mut cluster = Cluster::new(mesh, &rings, &edges[k], length);
+            cluster.prepare(mesh, (&spaces, &rims), length, &energy);
+            cluster
         });
-        let colours = clusters(body.mesh(), &rings);
-        Self { potentials, rings, colours, unit, energy, edges: edges.into_iter().flatten().collect() }
+        Self { body, spaces, rims, length, unit, energy, clusters, colours }
+    }
+
+    /// Prepares the stars for other conditions: only what is near a face whose reactions have other directions is computed again.
+    pub(crate) fn restate(&mut self, conditions: &[FacetCondition<Solid>]) {
+        let Self { body, spaces, rims, length, unit, energy, clusters, .. } = self;
+        let (mesh, length) = (body.mesh(), *length);
+        let topology = mesh.topology();
+        let mut changed: Vec<u32> = Vec::new();
+        for face in topology.boundary_facets() {
+            let reaction = reaction(mesh, conditions, *face);
+            if reaction != spaces[face.index()].reaction {
+                spaces[face.index()] = FaceSpace::new(mesh.facet_corners(*face), reaction, length);
+                changed.push(topology.facet_cells()[*face][0]);
+            }
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        let mut renewed = vec![[[0.0; 40]; MOMENTS]; changed.len()];
+        renewed.par_chunks_mut(CHUNK).zip(changed.par_chunks(CHUNK)).for_each(|(to, cells)| {
+            energies(body, spaces, (length, *unit), cells.iter().map(|cell| *cell as usize), to);
+        });
+        for (cell, matrix) in changed.iter().zip(renewed) {
+            energy[*cell as usize] = matrix;
+        }
+        let near =
+            |cluster: &&mut Cluster| cluster.cells().iter().any(|cell| changed.binary_search(cell).is_ok());
+        clusters
+            .par_iter_mut()
+            .filter(near)
+            .for_each(|cluster| cluster.prepare(mesh, (spaces, rims), length, energy));
     }
 
     /// Relaxes a stress in place.
@@ -119,250 +139,142 @@ impl<'a> EdgeStars<'a> {
         stress: &mut EquilibratedStress<Solid>,
         relaxation: Relaxation,
     ) -> RelaxationReport {
-        let body = self.potentials.body;
-        let residual = residual(body, stress);
-        let energies = [stress.distance_squared(body), stress.finite_element_energy(body)];
-        residual.update(|_, r| r / self.unit);
-        let z_residual = AtomicSlots::zeros(residual.len());
-        let precondition = |r: &AtomicSlots, z: &AtomicSlots| self.precondition((r, &z_residual), z);
-        let multiply = |p: &AtomicSlots, to: &AtomicSlots| self.multiply(p, to);
+        let of_cells = AtomicSlots::zeros(MOMENTS * self.energy.len());
+        let residual = AtomicSlots::zeros(FACE * self.spaces.len());
+        self.residual(stress, &of_cells, &residual);
+        let energies = [stress.distance_squared(self.body), stress.finite_element_energy(self.body)];
+        let left = AtomicSlots::zeros(residual.len());
+        let precondition = |r: &AtomicSlots, z: &AtomicSlots| self.precondition((r, &left), z);
+        let multiply = |p: &AtomicSlots, to: &AtomicSlots| self.multiply((p, &of_cells), to);
         let (x, report) =
             conjugate_gradients(relaxation, (&residual, self.unit), energies, [&precondition, &multiply]);
         if report.steps > 0 {
-            for (face, moments) in stress.facet_moments.iter_mut().enumerate() {
-                let change = get(&x, FacetId::new(face));
-                moments.iter_mut().zip(change).for_each(|(moment, change)| *moment += change);
-            }
+            let moments = stress.facet_moments.par_iter_mut().enumerate().with_min_len(CHUNK);
+            moments.for_each(|(face, moments)| {
+                for (k, column) in self.columns(face).iter().enumerate() {
+                    let amount = x.get(FACE * face + k);
+                    moments.iter_mut().zip(column).for_each(|(moment, unit)| *moment += unit * amount);
+                }
+            });
         }
         report
     }
 
-    /// Computes the moments `z` of one sweep over all edges and one back.
+    /// The moments of each unit coordinate of a face.
+    fn columns(&self, face: usize) -> [[Vector3<f64>; 3]; FACE] {
+        let corners = self.body.mesh().facet_corners(FacetId::new(face));
+        self.spaces[face].columns(&corners, self.length)
+    }
+
+    /// Computes the coordinates `z` of one sweep over all edges and one back.
     ///
     /// * `left`: memory for the residual that is left.
     fn precondition(&self, (r, left): (&AtomicSlots, &AtomicSlots), z: &AtomicSlots) {
-        left.update(|i, _| r.get(i));
+        let size = r.dot(r).sqrt();
+        let scale = if size > 0.0 { size } else { 1.0 };
+        left.update(|i, _| r.get(i) / scale);
         z.update(|_, _| 0.0);
-        let sweep = |colour: &Vec<Vec<u32>>, back: bool| {
+        let sweep = |colour: &Vec<u32>, back: bool| {
             for_each_task(colour.len(), &|k| {
-                let edges = colour[k].iter();
-                if back {
-                    edges.rev().for_each(|edge| self.improve(*edge as usize, left, z));
-                } else {
-                    edges.for_each(|edge| self.improve(*edge as usize, left, z));
-                }
+                let cluster = &self.clusters[colour[k] as usize];
+                let (mesh, energy) = (self.body.mesh(), &self.energy);
+                pulp::Arch::new().dispatch(Sweep { mesh, energy, cluster, back, left, z, scale });
             });
         };
         self.colours.iter().for_each(|colour| sweep(colour, false));
         self.colours.iter().rev().for_each(|colour| sweep(colour, true));
     }
 
-    /// Adds the best wrench and bars of an edge to `z`, and takes their part from the residual.
-    fn improve(&self, number: usize, left: &AtomicSlots, z: &AtomicSlots) {
-        let ring = self.rings.get(number);
-        let (edge, inverse) = &self.edges[number];
-        if inverse.is_empty() {
-            return;
-        }
-        let products = products(&self.potentials, edge, left);
-        let amount = |row: &[f32]| row.iter().zip(&products).map(|(c, g)| f64::from(*c) * g).sum();
-        let amounts: Vec<f64> = inverse.chunks_exact(products.len()).map(amount).collect();
-        let wrench = edge.wrench(&amounts);
-        let mut first = edge.wrenches;
-        let changes: Vec<FaceMoment> = edge
-            .faces
-            .iter()
-            .map(|face| {
-                let bars = &amounts[first..first + face.bars];
-                first += face.bars;
-                let change = self.potentials.moments(edge, face, &wrench, bars);
-                add(z, face.face, &change);
-                change
-            })
-            .collect();
-        let facets = self.potentials.body.mesh().topology().cell_facets();
-        for around in ring.cells {
-            let matrix = &self.energy[around.cell as usize];
-            let mut sums = [0f32; MOMENTS];
-            for (local, place) in around.faces.iter().zip(around.places) {
-                for (k, amount) in numbers(&changes[place as usize]).into_iter().enumerate() {
-                    let row = &matrix[(FACE * usize::from(*local) + k) * MOMENTS..][..MOMENTS];
-                    let amount = amount as f32;
-                    sums.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= amount * entry);
-                }
-            }
-            for (face, sums) in facets[around.cell as usize].iter().zip(sums.chunks_exact(FACE)) {
-                for (k, sum) in sums.iter().enumerate() {
-                    let slot = FACE * face.index() + k;
-                    left.set(slot, left.get(slot) + f64::from(*sum));
-                }
-            }
-        }
-    }
-
     /// Computes `H p`.
-    fn multiply(&self, p: &AtomicSlots, to: &AtomicSlots) {
-        let mesh = self.potentials.body.mesh();
-        let topology = mesh.topology();
-        let cells = mesh.cells().len();
-        let of_cells = AtomicSlots::zeros(MOMENTS * cells);
-        for_each_task(cells.div_ceil(CHUNK), &|k| {
-            for cell in k * CHUNK..cells.min((k + 1) * CHUNK) {
-                let mut sums = [0.0; MOMENTS];
-                let matrix = &self.energy[cell];
-                for (local, face) in topology.cell_facets()[cell].iter().enumerate() {
-                    for (k, amount) in numbers(&get(p, *face)).into_iter().enumerate() {
-                        let row = &matrix[(FACE * local + k) * MOMENTS..][..MOMENTS];
-                        sums.iter_mut().zip(row).for_each(|(sum, entry)| *sum += amount * f64::from(*entry));
-                    }
-                }
-                sums.iter().enumerate().for_each(|(i, sum)| of_cells.set(MOMENTS * cell + i, *sum));
+    ///
+    /// * `of_cells`: memory for the parts of the cells.
+    fn multiply(&self, (p, of_cells): (&AtomicSlots, &AtomicSlots), to: &AtomicSlots) {
+        for_each_task(self.energy.len().div_ceil(CHUNK), &|k| {
+            pulp::Arch::new().dispatch(Product { stars: self, first: k * CHUNK, p, of_cells });
+        });
+        self.each_face(|face, slots| {
+            for i in 0..FACE {
+                to.set(FACE * face + i, slots.iter().flatten().map(|slot| of_cells.get(slot + i)).sum());
             }
         });
-        to.update(|i, _| {
-            let face = FacetId::new(i / FACE);
-            let around = topology.facet_cells()[face].into_iter().filter(|cell| (*cell as usize) < cells);
-            let part = |cell: u32| {
-                let local = topology.facet_in(cell as usize, face);
-                of_cells.get(MOMENTS * cell as usize + FACE * local + i % FACE)
-            };
-            around.map(part).sum()
+    }
+
+    /// Calls a function with each face and the first slots of its numbers in its cells.
+    fn each_face(&self, of_face: impl Fn(usize, [Option<usize>; 2]) + Sync) {
+        let topology = self.body.mesh().topology();
+        let faces = self.spaces.len();
+        for_each_task(faces.div_ceil(CHUNK), &|k| {
+            for face in k * CHUNK..faces.min((k + 1) * CHUNK) {
+                let slot = |cell: u32| {
+                    let inside = (cell as usize) < self.energy.len();
+                    inside.then(|| {
+                        MOMENTS * cell as usize + FACE * topology.facet_in(cell as usize, FacetId::new(face))
+                    })
+                };
+                of_face(face, topology.facet_cells()[FacetId::new(face)].map(slot));
+            }
         });
     }
-}
 
-/// Computes the products of a residual with the unit wrenches and bars of an edge.
-fn products(potentials: &Potentials<'_>, edge: &EdgeSpace, residual: &AtomicSlots) -> Vec<f64> {
-    let wrenches = edge.wrenches;
-    let mut products = vec![0.0; wrenches + edge.faces.iter().map(|face| face.bars).sum::<usize>()];
-    let mut wrench = Vector6::zeros();
-    let mut first = wrenches;
-    for face in &edge.faces {
-        let bars = &mut products[first..first + face.bars];
-        first += face.bars;
-        potentials.products(edge, face, &get(residual, face.face), (&mut wrench, bars));
-    }
-    edge.components(&wrench, &mut products[..wrenches]);
-    products
-}
-
-/// The energy matrix of a cell for the moments of its faces as the mesh stores them.
-fn energy(body: &Body<Solid>, cell: usize, unit: f64) -> [f32; MOMENTS * MOMENTS] {
-    let mut own = [0f32; MOMENTS * MOMENTS];
-    let map = CellMap::new(body.mesh().corners(cell));
-    map.energy(|stress| body.material(cell).strain(stress), unit, &mut own);
-    let order = order(body, cell);
-    let place = |k: usize| {
-        let (places, sign) = order[k / FACE];
-        (FACE * (k / FACE) + 3 * places[k % FACE / 3] + k % 3, sign as f32)
-    };
-    let places: [(usize, f32); MOMENTS] = std::array::from_fn(place);
-    let mut stored = [0f32; MOMENTS * MOMENTS];
-    for (row, (i, first)) in own.chunks_exact(MOMENTS).zip(places) {
-        for (entry, (j, second)) in row.iter().zip(places) {
-            stored[i * MOMENTS + j] = first * second * entry;
-        }
-    }
-    stored
-}
-
-/// The moments of one unknown on a face of a ring.
-type Column = (usize, [f64; FACE]);
-
-/// Computes the moments of unit wrenches and bars on each face of a ring, and the number of unknowns.
-fn columns(potentials: &Potentials<'_>, edge: &EdgeSpace) -> (Vec<Vec<Column>>, usize) {
-    let unit = |k: usize, size: usize| (0..size).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
-    let wrenches: Vec<Vector6<f64>> =
-        (0..edge.wrenches).map(|k| edge.wrench(&unit(k, edge.wrenches))).collect();
-    let mut size = edge.wrenches;
-    let of_face = |face: &EdgeFace| {
-        let of_wrench = |w: &Vector6<f64>| numbers(&potentials.moments(edge, face, w, &[]));
-        let of_bar =
-            |k: usize| numbers(&potentials.moments(edge, face, &Vector6::zeros(), &unit(k, face.bars)));
-        let first = size;
-        size += face.bars;
-        let bars = (0..face.bars).map(|k| (first + k, of_bar(k)));
-        wrenches.iter().map(of_wrench).enumerate().chain(bars).collect()
-    };
-    (edge.faces.iter().map(of_face).collect(), size)
-}
-
-/// Computes the inverse of the block `Bᵀ H B` of an edge, row by row.
-fn inverse(
-    potentials: &Potentials<'_>,
-    (edge, ring): (&EdgeSpace, Ring<'_>),
-    energy: &[[f32; MOMENTS * MOMENTS]],
-) -> Vec<f32> {
-    let (columns, size) = columns(potentials, edge);
-    let mut block = vec![0.0; size * size];
-    for around in ring.cells {
-        let matrix = &energy[around.cell as usize];
-        let sides = around.faces.into_iter().zip(around.places);
-        for (column, other) in sides.clone() {
-            // H B of one face on both, by rows of H.
-            let rows: [_; FACE] =
-                std::array::from_fn(|k| &matrix[(FACE * usize::from(column) + k) * MOMENTS..][..MOMENTS]);
-            for (j, right) in &columns[other as usize] {
-                let mut image = [0.0; MOMENTS];
-                for (row, amount) in rows.iter().zip(right) {
-                    image.iter_mut().zip(*row).for_each(|(sum, h)| *sum += amount * f64::from(*h));
-                }
-                for (row, place) in sides.clone() {
-                    let image = &image[FACE * usize::from(row)..][..FACE];
-                    for (i, left) in columns[place as usize].iter().filter(|(i, _)| i <= j) {
-                        let product: f64 = left.iter().zip(image).map(|(l, m)| l * m).sum();
-                        block[i * size + j] += product;
+    /// Computes the negative gradient of half the energy by the coordinates of the faces, over the unit.
+    ///
+    /// * `of_cells`: memory for the parts of the cells.
+    fn residual(&self, stress: &EquilibratedStress<Solid>, of_cells: &AtomicSlots, to: &AtomicSlots) {
+        for_each_task(self.energy.len().div_ceil(CHUNK), &|k| {
+            for cell in k * CHUNK..self.energy.len().min((k + 1) * CHUNK) {
+                let work = gradient(self.body, stress, cell);
+                for (k, (places, sign)) in order(self.body, cell).into_iter().enumerate() {
+                    for (place, work) in places.into_iter().zip(work[k]) {
+                        let slot = MOMENTS * cell + FACE * k + 3 * place;
+                        (0..3).for_each(|axis| of_cells.set(slot + axis, -sign * work[axis]));
                     }
                 }
             }
-        }
-    }
-    for (i, j) in (0..size).flat_map(|i| (0..i).map(move |j| (i, j))) {
-        block[i * size + j] = block[j * size + i];
-    }
-    if !invert(&mut block, size) {
-        return Vec::new();
-    }
-    block.iter().map(|entry| *entry as f32).collect()
-}
-
-/// Inverts a symmetric positive definite matrix in place (Gauss-Jordan); false if a pivot is round-off.
-fn invert(matrix: &mut [f64], n: usize) -> bool {
-    let floors: Vec<f64> = (0..n).map(|k| DEPENDENT * matrix[k * (n + 1)]).collect();
-    for (k, floor) in floors.into_iter().enumerate() {
-        let pivot = matrix[k * (n + 1)];
-        if !(pivot > floor) {
-            return false;
-        }
-        let mut row: Vec<f64> = matrix[k * n..][..n].iter().map(|entry| entry / pivot).collect();
-        row[k] = 1.0 / pivot;
-        for (i, other) in matrix.chunks_exact_mut(n).enumerate() {
-            if i == k {
-                continue;
+        });
+        self.each_face(|face, slots| {
+            let moments = [0, 3, 6].map(|j| {
+                let sum =
+                    |axis: usize| slots.iter().flatten().map(|slot| of_cells.get(slot + j + axis)).sum();
+                Vector3::from_fn(|axis, _| sum(axis))
+            });
+            for (k, column) in self.columns(face).iter().enumerate() {
+                let product: f64 = column.iter().zip(&moments).map(|(unit, moment)| unit.dot(moment)).sum();
+                to.set(FACE * face + k, product / self.unit);
             }
-            let factor = other[k];
-            other[k] = 0.0;
-            other.iter_mut().zip(&row).for_each(|(entry, r)| *entry -= factor * r);
-        }
-        matrix[k * n..][..n].copy_from_slice(&row);
+        });
     }
-    true
 }
 
-/// Computes the negative gradient of half the energy by the face moments.
-fn residual(body: &Body<Solid>, stress: &EquilibratedStress<Solid>) -> AtomicSlots {
-    let mesh = body.mesh();
-    let topology = mesh.topology();
-    let residual = AtomicSlots::zeros(FACE * topology.facets().len());
-    for cell in 0..mesh.cells().len() {
-        let work = gradient(body, stress, cell);
-        for (k, (places, sign)) in order(body, cell).into_iter().enumerate() {
-            let mut change = [Vector3::zeros(); 3];
-            places.iter().zip(work[k]).for_each(|(place, w)| change[*place] -= sign * w);
-            add(&residual, topology.cell_facets()[cell][k], &change);
+/// The product of the energy matrices of some cells with the coordinates of their faces.
+struct Product<'a> {
+    stars: &'a EdgeStars<'a>,
+    first: usize,
+    p: &'a AtomicSlots,
+    of_cells: &'a AtomicSlots,
+}
+
+impl pulp::NullaryFnOnce for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { stars, first, p, of_cells } = self;
+        let facets = stars.body.mesh().topology().cell_facets();
+        for cell in first..stars.energy.len().min(first + CHUNK) {
+            let mut sums = [0.0; 40];
+            for (face, rows) in facets[cell].iter().zip(stars.energy[cell].chunks_exact(FACE)) {
+                for (i, row) in rows.iter().enumerate() {
+                    let amount = p.get(FACE * face.index() + i);
+                    for (sum, h) in sums.iter_mut().zip(row) {
+                        *sum += amount * f64::from(*h);
+                    }
+                }
+            }
+            for (i, sum) in sums.iter().take(MOMENTS).enumerate() {
+                of_cells.set(MOMENTS * cell + i, *sum);
+            }
         }
     }
-    residual
 }
 
 /// The derivatives of `½ ‖τ − σ̂‖²` in a cell by its moments.
@@ -370,21 +282,4 @@ fn gradient(body: &Body<Solid>, stress: &EquilibratedStress<Solid>, cell: usize)
     let (at, constant) = (stress.cell(body, cell), stress.finite_element[cell]);
     let strains = at.map(|part| part.map(|at| body.material(cell).strain(at.minus(constant))));
     CellMap::new(body.mesh().corners(cell)).work(&strains)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_matrix_times_its_inverse_is_one_and_a_singular_one_has_none() {
-        let matrix = [4.0, 1.0, 0.5, 1.0, 3.0, -0.2, 0.5, -0.2, 2.0];
-        let mut inverse = matrix;
-        assert!(invert(&mut inverse, 3));
-        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-            let product: f64 = (0..3).map(|k| matrix[3 * i + k] * inverse[3 * k + j]).sum();
-            assert!((product - f64::from(u8::from(i == j))).abs() < 1e-14, "{i} {j} {product}");
-        }
-        assert!(!invert(&mut [1.0, 2.0, 2.0, 4.0], 2));
-    }
 }

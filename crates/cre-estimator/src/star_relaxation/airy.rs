@@ -9,6 +9,7 @@
 
 use super::space::Space;
 use crate::cells::{Cells, Compliance, Geometry, dyads};
+use crate::inverse::packed;
 use crate::johnson_mercier;
 use crate::lanes::{LaneRow, Lanes, MOST_LANES, Pair, Tensor, contract, cross, dot, less, load_pair, turned};
 use pulp::Simd;
@@ -18,11 +19,6 @@ use std::sync::OnceLock;
 pub(super) const UNKNOWNS: usize = 12;
 /// Entries of the lower half of a 12×12 matrix.
 pub(super) const PACKED: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
-
-/// Place of entry (i, j) of a symmetric matrix in its lower half by rows.
-pub(super) const fn packed(i: usize, j: usize) -> usize {
-    if i < j { j * (j + 1) / 2 + i } else { i * (i + 1) / 2 + j }
-}
 
 /// [`packed`] of a triangle's unknowns.
 pub(super) const PLACES: [[usize; UNKNOWNS]; UNKNOWNS] = {

@@ -1,11 +1,10 @@
 //! Stars of consecutive vertices: their blocks of the complementary energy, assembled, inverted and applied, several stars side by side.
 
-use super::airy::packed;
 use super::batch_builder::{BatchBuilder, COUPLINGS, Spoke};
 use super::equal::{Forms, Walks};
-use super::inverse::invert;
 use super::space::Space;
 use crate::atomic_slots::AtomicSlots;
+use crate::inverse::{ROUND_OFF, invert, packed};
 use crate::lanes::{LaneRow, Lanes, MOST_LANES};
 use fem_core::mesh::id::NodeId;
 use pulp::Simd;
@@ -207,7 +206,7 @@ impl Band {
         let outer = self.outer[batch.couplings()].as_flattened_mut();
         store(builder.outer.as_flattened(), outer);
         store(&builder.inner, &mut self.inner[batch.entries()]);
-        invert(&mut builder.inner, batch.size(), columns);
+        invert(&mut builder.inner, batch.size(), ROUND_OFF, columns);
         store(&builder.inner, &mut self.inverse[batch.entries()]);
     }
 

@@ -1,8 +1,9 @@
 //! A batch of stars that is being filled: the blocks of the complementary energy, assembled from the forms of triangles.
 
-use super::airy::{PLACES, packed};
+use super::airy::PLACES;
 use super::equal::Forms;
 use super::space::Space;
+use crate::inverse::packed;
 use crate::lanes::{LaneRow, MOST_LANES};
 use crate::star::Star;
 use fem_core::mesh::id::NodeId;

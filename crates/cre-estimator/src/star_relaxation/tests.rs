@@ -386,7 +386,7 @@ fn equal_stars_share_coefficients_that_are_right_for_all_of_them() {
             };
             for i in 0..UNKNOWNS {
                 for j in 0..UNKNOWNS {
-                    product[place(i)] += form[airy::packed(i, j)] * x.get(place(j));
+                    product[place(i)] += form[crate::inverse::packed(i, j)] * x.get(place(j));
                 }
             }
         }

@@ -1,3 +1,4 @@
+use super::super::energy::Batch;
 use super::*;
 use fem_core::material::LinearElastic;
 
@@ -86,12 +87,17 @@ fn the_energy_matrix_and_the_work_agree_with_sums_over_the_parts() {
     let (map, moments) = (CellMap::new(corners()), balanced());
     let stress = map.stress(&moments);
     let direct = distance_squared(&stress, SymTensor3::default(), map.volume, |s| material.strain(s));
-    let mut h = [0f32; MOMENTS * MOMENTS];
-    map.energy(|s| material.strain(s), 1.0, &mut h);
+    // The moments themselves as coordinates.
+    let unit = |k: usize| [0, 1, 2].map(|j| if k / 3 == j { Solid::AXES[k % 3] } else { Vector3::zeros() });
+    let mut batch = Batch::default();
+    let factors = map.factors(|s| material.strain(s), 1.0);
+    batch.enter(&map, factors, [std::array::from_fn(unit); 4]);
+    let mut h = [[[0.0; 40]; MOMENTS]];
+    batch.take(&mut h);
     let m: Vec<f64> = moments.iter().flatten().flat_map(|m| [m[0], m[1], m[2]]).collect();
     let product: f64 = (0..MOMENTS)
         .flat_map(|i| (0..MOMENTS).map(move |j| (i, j)))
-        .map(|(i, j)| m[i] * f64::from(h[i * MOMENTS + j]) * m[j])
+        .map(|(i, j)| m[i] * f64::from(h[0][i][j]) * m[j])
         .sum();
     assert!((product - direct).abs() < 1e-5 * direct, "{product} {direct}");
     // The work on the strain of a linear displacement is that of the moments.

@@ -1,23 +1,28 @@
 //! Inverses of the stars' blocks, one block of the same size in each lane.
 
-use super::airy::packed;
 use crate::lanes::{LaneRow, MOST_LANES};
 
-/// A pivot below this fraction of its diagonal entry is round-off: its unknown is omitted from the star.
-const PIVOT_FLOOR: f64 = 1e-12;
+/// A pivot of a block in double precision below this fraction of its diagonal entry is round-off: its unknown is omitted from the star.
+pub(crate) const ROUND_OFF: f64 = 1e-12;
+
+/// Place of entry (i, j) of a symmetric matrix in its lower half by rows.
+pub(crate) const fn packed(i: usize, j: usize) -> usize {
+    if i < j { j * (j + 1) / 2 + i } else { i * (i + 1) / 2 + j }
+}
 
 /// Inverts positive semi-definite blocks in place, lower half by rows: on the unknowns with a valid pivot; rows and columns of the others become
 /// zero.
 ///
-/// * `columns`: working space.
-pub(super) fn invert(blocks: &mut [LaneRow], size: usize, columns: &mut Vec<LaneRow>) {
-    pulp::Arch::new().dispatch(Inversion { blocks, size, columns });
+/// * `floor`: a pivot below this fraction of its diagonal entry is not valid; `columns`: working space.
+pub(crate) fn invert(blocks: &mut [LaneRow], size: usize, floor: f64, columns: &mut Vec<LaneRow>) {
+    pulp::Arch::new().dispatch(Inversion { blocks, size, floor, columns });
 }
 
 /// [`invert()`], for [`pulp`] to compile for every kind of processor.
 struct Inversion<'a> {
     blocks: &'a mut [LaneRow],
     size: usize,
+    floor: f64,
     columns: &'a mut Vec<LaneRow>,
 }
 
@@ -26,7 +31,7 @@ impl pulp::NullaryFnOnce for Inversion<'_> {
 
     #[inline(always)]
     fn call(self) {
-        invert_lanes(self.blocks, self.size, self.columns);
+        invert_lanes(self.blocks, self.size, self.floor, self.columns);
     }
 }
 
@@ -50,7 +55,7 @@ fn less<'a>(a: LaneRow, products: impl Iterator<Item = (&'a LaneRow, &'a LaneRow
 
 /// Inverts blocks in place. `columns` is working space.
 #[inline(always)]
-fn invert_lanes(a: &mut [LaneRow], size: usize, columns: &mut Vec<LaneRow>) {
+fn invert_lanes(a: &mut [LaneRow], size: usize, floor: f64, columns: &mut Vec<LaneRow>) {
     // L, with the inverses of its pivots on the diagonal: zero, like their rows, for invalid ones.
     for i in 0..size {
         let (above, rest) = a.split_at_mut(packed(i, 0));
@@ -61,7 +66,7 @@ fn invert_lanes(a: &mut [LaneRow], size: usize, columns: &mut Vec<LaneRow>) {
         }
         let (before, diagonal) = row.split_at_mut(i);
         let pivot = less(diagonal[0], before.iter().zip(before.iter()));
-        let sound: [bool; MOST_LANES] = std::array::from_fn(|l| pivot[l] > PIVOT_FLOOR * diagonal[0][l]);
+        let sound: [bool; MOST_LANES] = std::array::from_fn(|l| pivot[l] > floor * diagonal[0][l]);
         for x in before {
             *x = std::array::from_fn(|l| if sound[l] { x[l] } else { 0.0 });
         }
@@ -116,7 +121,7 @@ mod tests {
         let lower = (0..5).flat_map(|i| (0..=i).map(move |j| (i, j)));
         let mut blocks: Vec<LaneRow> =
             lower.map(|(i, j)| std::array::from_fn(|lane| all[lane][i][j])).collect();
-        invert(&mut blocks, 5, &mut Vec::new());
+        invert(&mut blocks, 5, ROUND_OFF, &mut Vec::new());
         for (lane, full) in all.iter().enumerate() {
             let inverse = |i: usize, j: usize| blocks[packed(i, j)][lane];
             for i in 0..5 {
