@@ -137,7 +137,7 @@ impl EquilibratedStress<Solid> {
 
     /// The moments of the tractions that act on a cell, N.
     fn cell_moments(&self, body: &Body<Solid>, cell: usize) -> CellMoments {
-        let order = relaxation::order(body, cell);
+        let order = cell::order(body, cell);
         std::array::from_fn(|k| {
             let (places, sign) = order[k];
             let moments = &self.facet_moments[body.mesh().topology().cell_facets()[cell][k].index()];

@@ -3,7 +3,7 @@
 //! ```text
 //! cargo bench -p tests --bench relaxation -- ROUNDS CELLS…
 //! ```
-//! with the cells along each axis of a box, `16 26 36` if there are none. Each line has the nodes, what was measured, the microseconds per node (median of the rounds), and their ratio to those of the factorisation of the
+//! with the cells along each axis of a box, by default `16 26 36`. Each line has the nodes, what was measured, the microseconds per node (median of the rounds), and their ratio to those of the factorisation of the
 //! same body in the same run. A step is a sweep over all edges, one back, and a product with the energy matrix; a relaxation without its steps
 //! prepares the edge stars and computes the residual. On Linux times are those of the thread on the processor, whatever else runs on the machine.
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // The data are fixed and valid; the lines are for a reader.

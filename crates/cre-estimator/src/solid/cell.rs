@@ -8,6 +8,7 @@
 //! ```
 //! Source: Gopalakrishnan, Guzman and Lee 2024, after Johnson and Mercier 1978.
 
+use fem_core::body::Body;
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
@@ -295,6 +296,19 @@ pub(crate) fn distance_squared(
         }
     }
     volume * sum
+}
+
+/// The order of the face moments of a cell: for each corner of each face its place on the face, and the sign of the face.
+pub(crate) fn order(body: &Body<Solid>, cell: usize) -> [([usize; 3], f64); 4] {
+    let mesh = body.mesh();
+    let (corners, topology) = (mesh.cells()[cell], mesh.topology());
+    std::array::from_fn(|k| {
+        let face = topology.cell_facets()[cell][k];
+        let nodes = topology.facets()[face];
+        let place = |corner: usize| nodes.iter().filter(|node| **node < corners[corner]).count();
+        let sign = if topology.facet_cells()[face][0] as usize == cell { 1.0 } else { -1.0 };
+        (Solid::facet(k).map(place), sign)
+    })
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! The energy of the cells for the coordinates of their faces, several cells side by side.
 
-use super::cell::{BLOCK, CellMap, FACE, MOMENTS, PAIRS, Reference};
+use super::cell::{BLOCK, CellMap, FACE, MOMENTS, PAIRS, Reference, order};
 use super::potentials::{FaceMoment, FaceSpace};
-use super::relaxation::order;
 use crate::lanes::{LaneRow, Lanes, MOST_LANES};
 use fem_core::body::Body;
 use fem_core::space::Solid;

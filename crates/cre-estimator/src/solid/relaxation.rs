@@ -5,7 +5,7 @@
 //! of its ring. Energy matrices, inverses and what a sweep leaves of the residual are in single precision; coordinates are not, and those of one
 //! wrench go through all its faces, so equilibrium is exact.
 
-use super::cell::{CellMap, CellMoments, FACE, MOMENTS};
+use super::cell::{CellMap, CellMoments, FACE, MOMENTS, order};
 use super::clusters::clusters;
 use super::energy::{EnergyMatrix, energies};
 use super::potentials::{FaceSpace, reaction, rims};
@@ -18,7 +18,7 @@ use fem_core::body::{Body, FacetCondition};
 use fem_core::mesh::TetMesh;
 use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::parallel::{each_task, for_each_task};
-use fem_core::space::{Solid, Space};
+use fem_core::space::Solid;
 use fem_core::tensor::SymTensor3;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -59,19 +59,6 @@ pub(crate) fn bytes(mesh: &TetMesh) -> usize {
     cells * (size_of::<EnergyMatrix>() + MOMENTS * size_of::<f64>() + 6 * RING)
         + edges * block(around + 1)
         + faces * (size_of::<FaceSpace>() + 6 * FACE * size_of::<f64>())
-}
-
-/// The order of the face moments of a cell: for each corner of each face its place on the face, and the sign of the face.
-pub(crate) fn order(body: &Body<Solid>, cell: usize) -> [([usize; 3], f64); 4] {
-    let mesh = body.mesh();
-    let (corners, topology) = (mesh.cells()[cell], mesh.topology());
-    std::array::from_fn(|k| {
-        let face = topology.cell_facets()[cell][k];
-        let nodes = topology.facets()[face];
-        let place = |corner: usize| nodes.iter().filter(|node| **node < corners[corner]).count();
-        let sign = if topology.facet_cells()[face][0] as usize == cell { 1.0 } else { -1.0 };
-        (Solid::facet(k).map(place), sign)
-    })
 }
 
 impl<'a> EdgeStars<'a> {
