@@ -26,6 +26,9 @@ pub enum ElementKind {
 }
 
 impl ElementKind {
+    /// The largest number of nodes of any kind.
+    pub(crate) const MOST_NODES: usize = 10;
+
     /// Nodes, corners, dimension and name.
     fn properties(self) -> (usize, usize, u8, &'static str) {
         match self {

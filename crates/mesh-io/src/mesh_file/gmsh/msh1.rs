@@ -1,7 +1,7 @@
 //! Version 1: `$NOD` as `$Nodes` of version 2, and `$ELM`, always text.
 
 use super::{Contents, elements};
-use crate::mesh_file::MeshFileError;
+use crate::mesh_file::{ElementKind, MeshFileError};
 
 /// The shortest element: in text with one digit per number; there is no binary one.
 const ELEMENT: [usize; 2] = [12, 12];
@@ -25,7 +25,7 @@ pub(super) fn elements(file: &mut Contents<'_>) -> Result<(), MeshFileError> {
             let found = format!("element {number} ({}) has {given} nodes", kind.name());
             return Err(v.fault(found).expected(kind.nodes().to_string()));
         }
-        let mut nodes = [0u64; 9];
+        let mut nodes = [0u64; ElementKind::MOST_NODES];
         for node in &mut nodes[..kind.nodes()] {
             *node = v.size("the number of a node")?;
         }

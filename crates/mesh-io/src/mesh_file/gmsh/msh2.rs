@@ -99,7 +99,7 @@ fn element(
             group = tag;
         }
     }
-    let mut nodes = [0u64; 9];
+    let mut nodes = [0u64; ElementKind::MOST_NODES];
     for node in &mut nodes[..kind.nodes()] {
         *node = number(v, "the number of a node")?;
     }

@@ -3,7 +3,7 @@
 use super::msh2;
 use super::values::Values;
 use super::{Contents, elements};
-use crate::mesh_file::MeshFileError;
+use crate::mesh_file::{ElementKind, MeshFileError};
 
 /// Reads `$Entities` or `$PartitionedEntities`, of which only the groups matter.
 pub(super) fn entities(file: &mut Contents<'_>, partitioned: bool, old: bool) -> Result<(), MeshFileError> {
@@ -174,7 +174,7 @@ pub(super) fn elements(file: &mut Contents<'_>, old: bool) -> Result<(), MeshFil
             v.progress(done, count, "elements");
             let line = v.record_begin()?;
             let of_element = number(v, "the number of an element", old)?;
-            let mut nodes = [0u64; 9];
+            let mut nodes = [0u64; ElementKind::MOST_NODES];
             for node in &mut nodes[..kind.nodes()] {
                 *node = number(v, "the number of a node", old)?;
             }

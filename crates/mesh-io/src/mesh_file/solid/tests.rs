@@ -197,3 +197,23 @@ fn quadratic_and_flat_tetrahedra_are_said() {
     assert!(region.warnings()[0].to_string().contains("1 tetrahedron of region \"block\" with an angle"));
     assert_eq!(region.points().len(), 4);
 }
+
+#[test]
+fn quadratic_tetrahedra_of_gmsh_are_reduced() {
+    let nodes: String = (1..=10).map(|k| format!("{k} {} {} {}\n", k % 3, k % 4, (k * k) % 7)).collect();
+    let version2 = format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n{nodes}$EndNodes\n$Elements\n1\n1 11 2 0 1 1 2 3 4 5 6 7 8 9 10\n\
+         $EndElements\n"
+    );
+    let numbers: String = (1..=10).map(|k| format!("{k}\n")).collect();
+    let places: String = nodes.lines().map(|line| format!("{}\n", line.split_once(' ').unwrap().1)).collect();
+    let version4 = format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 10 1 10\n3 1 0 10\n{numbers}{places}$EndNodes\n$Elements\n1 1 1 1\n3 1 11 1\n\
+         1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n"
+    );
+    for text in [version2, version4] {
+        let file = parse(text.as_bytes(), "ten.msh").unwrap();
+        let region = file.solid_regions(&[], RegionOptions::default()).unwrap();
+        assert_eq!((region.cells().len(), region.points().len()), (1, 4));
+    }
+}
