@@ -164,10 +164,16 @@ def test_solids_have_three_components() -> None:
     solution = nndd.solve(CASES / "solid" / "stack.toml")
     body, pair = solution.bodies[1], solution.contacts[0]
     mesh = body.mesh
-    assert mesh.tetrahedra is not None and mesh.tetrahedra.shape == (96, 4) and mesh.points.shape == (45, 3)
-    assert body.displacement.shape == (45, 3) and body.stress.shape == (96, 6)
-    assert body.stress_recovered is not None and body.stress_recovered.shape == (45, 6)
-    assert pair.points.shape == (15, 3) and pair.resultant is not None and pair.resultant.shape == (3,)
+    assert mesh.tetrahedra is not None
+    assert mesh.tetrahedra.shape == (96, 4)
+    assert mesh.points.shape == (45, 3)
+    assert body.displacement.shape == (45, 3)
+    assert body.stress.shape == (96, 6)
+    assert body.stress_recovered is not None
+    assert body.stress_recovered.shape == (45, 6)
+    assert pair.points.shape == (15, 3)
+    assert pair.resultant is not None
+    assert pair.resultant.shape == (3,)
     assert pair.summary["area"]["certain"] <= pair.summary["area"]["possible"] <= pair.summary["area"]["total"]
     with pytest.raises(nndd.InvalidInput, match="no arc length"):
         _ = pair.s
@@ -178,7 +184,9 @@ def test_solids_have_three_components() -> None:
 
 def test_boxes_are_generated_for_solids() -> None:
     mesh = nndd.Mesh.box((0.0, 0.0, 0.0), (2.0, 1.0, 1.0), (2, 1, 1))
-    assert mesh.tetrahedra is not None and len(mesh.tetrahedra) == 12 and mesh.points.shape == (12, 3)
+    assert mesh.tetrahedra is not None
+    assert len(mesh.tetrahedra) == 12
+    assert mesh.points.shape == (12, 3)
     assert {name: faces.shape for name, faces in mesh.sides.items()}["bottom"] == (4, 3)
     with pytest.raises(nndd.InvalidInput):
         nndd.Mesh.box((0.0, 0.0, 0.0), (2.0, 1.0, -1.0), (2, 1, 1))
