@@ -1,6 +1,7 @@
 //! The matrix of promises: random problems with every feature, and whether what was printed of them is true.
 
-use crate::page::{head, median, write};
+use crate::counts::{Counts, name, said};
+use crate::page::{head, write};
 use crate::{exact, sharpness, solids};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -45,10 +46,7 @@ const EXTREME: [&str; 13] = [
 struct TableRow {
     problems: usize,
     without: usize,
-    /// By promise: judged and violated.
-    cells: BTreeMap<Promise, [usize; 2]>,
-    /// Effectivities: at most this.
-    effectivities: Vec<f64>,
+    counts: Counts,
     /// By the largest part of the bound: how many effectivities are above [`LARGE`].
     large: BTreeMap<&'static str, usize>,
 }
@@ -57,36 +55,17 @@ impl TableRow {
     fn add(&mut self, trial: &Trial) {
         self.problems += 1;
         self.without += usize::from(trial.measured.is_none() && trial.code != 0);
-        for verdict in &trial.verdicts {
-            let cell = self.cells.entry(verdict.promise).or_default();
-            cell[0] += 1;
-            cell[1] += usize::from(!verdict.holds);
-        }
-        if let Some(found) = trial.measured.filter(|of| trial.cells[1] >= FINE && of.above_rounding) {
-            let effectivity = found.bound / found.distance;
-            self.effectivities.push(effectivity);
-            if effectivity > LARGE {
-                *self.large.entry(found.largest).or_default() += 1;
-            }
+        let measured = trial.measured.filter(|of| trial.cells[1] >= FINE && of.above_rounding);
+        let effectivity = measured.map(|found| found.bound / found.distance);
+        self.counts.add(&trial.verdicts, effectivity);
+        if let Some((found, _)) = measured.zip(effectivity).filter(|(_, effectivity)| *effectivity > LARGE) {
+            *self.large.entry(found.largest).or_default() += 1;
         }
     }
 
     fn line(&mut self, name: &str) -> String {
         let mut cells = vec![name.to_owned(), self.problems.to_string(), self.without.to_string()];
-        for (promise, _) in Promise::ALL {
-            cells.push(match self.cells.get(&promise) {
-                None => String::new(),
-                Some([judged, 0]) => judged.to_string(),
-                Some([judged, violated]) => format!("**{violated}** of {judged}"),
-            });
-        }
-        let middle = median(&mut self.effectivities);
-        let ends = [self.effectivities.first(), self.effectivities.last()];
-        cells.push(match ends {
-            [Some(low), Some(high)] => format!("{low:.2} / {middle:.2} / {high:.2}"),
-            _ => String::new(),
-        });
-        cells.push(self.effectivities.len().to_string());
+        cells.extend(self.counts.columns(Promise::ALL.into_iter().map(|(promise, _)| promise)));
         let large: Vec<String> = self.large.iter().map(|(part, count)| format!("{part} {count}")).collect();
         cells.push(large.join(", "));
         format!("| {} |\n", cells.join(" | "))
@@ -139,8 +118,7 @@ impl Found {
         );
         for verdict in trial.violations() {
             self.count += 1;
-            let name = Promise::ALL.iter().find(|(p, _)| *p == verdict.promise).map_or("", |(_, name)| name);
-            let said: String = verdict.said.replace(['"', '\n'], " ").chars().take(300).collect();
+            let (name, said) = (name(verdict.promise), said(verdict));
             let features: Vec<&str> = trial.features.iter().copied().collect();
             let _ =
                 writeln!(self.violations, "{},{name},\"{said}\",\"{}\"", trial.number, features.join("; "));
@@ -155,7 +133,7 @@ impl Found {
             "{} problems, {} runs of solver or certificate, {} verdicts, {} violated.\n\n{}\n",
             self.all.problems,
             self.runs,
-            self.all.cells.values().map(|cell| cell[0]).sum::<usize>(),
+            self.all.counts.verdicts(),
             self.count,
             head(&names)
         );

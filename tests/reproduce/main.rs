@@ -6,6 +6,7 @@
 
 mod adaptivity;
 mod adversarial;
+mod counts;
 mod effectivity;
 mod exact;
 mod figure;

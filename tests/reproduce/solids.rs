@@ -1,12 +1,12 @@
 //! The rows of the matrix of promises for solid bodies: random assemblies by families.
 
-use crate::page::{head, median, write};
+use crate::counts::{Counts, name, said};
+use crate::page::{head, write};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
-use tests::matrix::Promise;
 use tests::random_solids::{FAMILIES, PROMISES, Problem, Trial};
 
 /// Problems of the whole study, and of a quick one.
@@ -20,9 +20,7 @@ struct TableRow {
     problems: usize,
     runs: usize,
     without: usize,
-    /// By promise: judged and violated.
-    cells: BTreeMap<Promise, [usize; 2]>,
-    effectivities: Vec<f64>,
+    counts: Counts,
 }
 
 impl TableRow {
@@ -30,30 +28,13 @@ impl TableRow {
         self.problems += 1;
         self.runs += trial.runs;
         self.without += usize::from(trial.refused.is_some());
-        for verdict in &trial.verdicts {
-            let cell = self.cells.entry(verdict.promise).or_default();
-            cell[0] += 1;
-            cell[1] += usize::from(!verdict.holds);
-        }
-        self.effectivities.extend(trial.effectivity);
+        self.counts.add(&trial.verdicts, trial.effectivity);
     }
 
     fn line(&mut self, name: &str) -> String {
         let mut cells = vec![name.to_owned()];
         cells.extend([self.problems, self.runs, self.without].map(|n| n.to_string()));
-        for promise in PROMISES {
-            cells.push(match self.cells.get(&promise) {
-                None => String::new(),
-                Some([judged, 0]) => judged.to_string(),
-                Some([judged, violated]) => format!("**{violated}** of {judged}"),
-            });
-        }
-        let middle = median(&mut self.effectivities);
-        cells.push(match [self.effectivities.first(), self.effectivities.last()] {
-            [Some(low), Some(high)] => format!("{low:.2} / {middle:.2} / {high:.2}"),
-            _ => String::new(),
-        });
-        cells.push(self.effectivities.len().to_string());
+        cells.extend(self.counts.columns(PROMISES.into_iter()));
         format!("| {} |\n", cells.join(" | "))
     }
 }
@@ -87,23 +68,20 @@ impl Found {
         );
         for verdict in trial.violations() {
             self.count += 1;
-            let name = Promise::ALL.iter().find(|(p, _)| *p == verdict.promise).map_or("", |(_, name)| name);
-            let said: String = verdict.said.replace(['"', '\n'], " ").chars().take(300).collect();
+            let (name, said) = (name(verdict.promise), said(verdict));
             let _ = writeln!(self.violations, "{},{},{name},\"{said}\"", trial.number, trial.family);
         }
     }
 
     fn table(&mut self) -> String {
         let mut names = vec!["family", "problems", "runs", "not certified"];
-        for promise in PROMISES {
-            names.extend(Promise::ALL.iter().filter(|(p, _)| *p == promise).map(|(_, name)| name));
-        }
+        names.extend(PROMISES.map(name));
         names.extend(["e_cre/error", "measured"]);
         let mut text = format!(
             "{} problems, {} runs, {} verdicts, {} violated.\n\n{}\n",
             self.all.problems,
             self.all.runs,
-            self.all.cells.values().map(|cell| cell[0]).sum::<usize>(),
+            self.all.counts.verdicts(),
             self.count,
             head(&names)
         );

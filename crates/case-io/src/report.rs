@@ -11,7 +11,7 @@ mod results;
 mod spin;
 mod sweep;
 
-pub use bodies::{BodySummary, FreeMotion, RigidSideSummary};
+pub use bodies::{BodySummary, CellCount, FreeMotion, RigidSideSummary};
 pub use certificate::{Bounds, Certificate, Checks, Coulomb, Parts, ProjectedLoad, Split};
 pub use contact::{
     ContactLine, ContactStretch, ContactSummary, ContactSurface, FrictionSummary, SurfaceArea, SurfacePatch,

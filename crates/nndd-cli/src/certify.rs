@@ -10,7 +10,7 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let for_people = options.format == Format::Human;
     let machine = Machine::start(!for_people);
     let case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
-    let case = certify::plane(case)?;
+    let case = case.into_plane()?;
     let (problem, notes) = run::build_last(&case, &machine)?;
     run::begins(&case, "the certificate of the field", &machine);
     let found = certify::certify(&case, &problem, &options.displacement)?;

@@ -136,7 +136,7 @@ impl Case {
             .map(|all| all.iter().map(|array| Ok(array.to_vec()?)).collect::<PyResult<Vec<Vec<f64>>>>())
             .transpose()?;
         let (numbers, found, problem) = self.work(py, threads, None, move |source, host| {
-            let case = certify::plane(source.read(&run::overrides(&set.0)?)?)?;
+            let case = source.read(&run::overrides(&set.0)?)?.into_plane().map_err(Failure::from)?;
             let (problem, _) = run::build_last(&case, host)?;
             let bodies = (0..).zip(&mut fields);
             bodies.for_each(|(body, field)| source::to_mesh(&case, body, field, Vector::zeros()));

@@ -20,12 +20,12 @@ pub(crate) struct Keys {
 }
 
 impl Source for Keys {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
+    fn parse(&self, overrides: &[(String, String)], _: bool) -> Result<AnyCase, Failure> {
         Ok(AnyCase::of_table(self.table.clone(), "problem", overrides)?)
     }
 
     fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
-        let mut case = match self.parse(overrides)? {
+        let mut case = match self.parse(overrides, false)? {
             AnyCase::Plane(case) => case,
             solid @ AnyCase::Solid(_) => return Ok(solid),
         };
@@ -57,8 +57,8 @@ pub(crate) fn to_mesh<T: Copy>(case: &Case, body: usize, values: &mut Vec<T>, ab
 pub(crate) struct File(pub(crate) PathBuf);
 
 impl Source for File {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
-        nndd_report::run::CaseFile::open(&self.0)?.parse(overrides)
+    fn parse(&self, overrides: &[(String, String)], volumes: bool) -> Result<AnyCase, Failure> {
+        nndd_report::run::CaseFile::open(&self.0)?.parse(overrides, volumes)
     }
 
     fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {

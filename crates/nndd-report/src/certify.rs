@@ -9,7 +9,6 @@ use crate::report::projected;
 use crate::verdict::{mostly_round_off, without_loads};
 use crate::words::{rounded_up, with_digits};
 use case_io::Case;
-use case_io::case::AnyCase;
 use certified_contact::{SolveError, without_spin};
 use cre_estimator::{FieldCertificate, Relaxation};
 use fem_core::body::Body;
@@ -34,21 +33,6 @@ const FAR: f64 = 0.01;
 const DIGITS: usize = 4;
 /// Names of the array of displacements, in the order in which they are looked for.
 const NAMES: [&str; 6] = ["displacement", "displacements", "disp", "u", "U", "Displacement"];
-
-/// Returns the case of plane bodies.
-///
-/// # Errors
-/// A case of solids: their fields are not read yet.
-pub fn plane(case: AnyCase) -> Result<Case, Failure> {
-    match case {
-        AnyCase::Plane(case) => Ok(*case),
-        AnyCase::Solid(case) => Err(Failure::invalid(format!(
-            "{} has solid bodies, and displacements of other programs are certified in the plane only\n  expected: bodies of the plane\n  \
-             fix: solve the case with `nndd solve`, which certifies its own displacements",
-            case.file_name()
-        ))),
-    }
-}
 
 /// Certifies displacements of other codes.
 ///
@@ -421,7 +405,7 @@ mod tests {
     fn unmatched() -> (Case, ContactProblem, Vec<Body>, PathBuf) {
         let folder =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/true_numbers/certify-snap");
-        let case = plane(crate::run::read_case(&folder.join("case.toml"), &[]).unwrap()).unwrap();
+        let case = crate::run::read_case(&folder.join("case.toml"), &[]).unwrap().into_plane().unwrap();
         let problem = case.build().unwrap().0;
         let bodies = case.build_bodies().unwrap();
         (case, problem, bodies, folder)

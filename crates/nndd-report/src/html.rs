@@ -167,10 +167,9 @@ fn table_of(page: &mut String, title: &str, heads: &[&str], rows: &mut dyn Itera
 fn bodies<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report, angles: &[f64]) {
     let rows = report.bodies.iter().zip(angles).enumerate().map(|(k, (body, angle))| {
         let materials = case.materials_of(k).into_iter().map(|m| format!("{}: {}", m.name, m.summary()));
-        let cells = body.triangles.or(body.tetrahedra).unwrap_or_default();
-        let [nodes, triangles, unknowns] = [body.nodes, cells, body.unknowns].map(|n| n.to_string());
+        let [nodes, cells, unknowns] = [body.nodes, body.cells.count(), body.unknowns].map(|n| n.to_string());
         let materials = materials.collect::<Vec<_>>().join("; ");
-        vec![body.name.clone(), nodes, triangles, unknowns, format!("{angle:.1}°"), materials]
+        vec![body.name.clone(), nodes, cells, unknowns, format!("{angle:.1}°"), materials]
     });
     table(page, "Bodies", &["body", "nodes", S::WORDS.cells, "unknowns", "smallest angle", "material"], rows);
     let measure = |contact: &ContactSummary| {
@@ -365,7 +364,11 @@ fn bounds<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
     table(
         page,
         "Bounds of the exact solution",
-        &[&format!("quantity{}", S::PER_THICKNESS), "at least", "at most"],
+        &[
+            if S::thickness(&case.model).is_some() { "quantity, per unit thickness" } else { "quantity" },
+            "at least",
+            "at most",
+        ],
         rows,
     );
     let reason = b.contact_force_reason.as_ref().filter(|_| !report.contact.is_empty());

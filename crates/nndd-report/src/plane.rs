@@ -36,7 +36,6 @@ const MOVED: f64 = 1e-4;
 
 impl ReportSpace for Plane {
     const INTERFACE: &'static str = "contact line";
-    const PER_THICKNESS: &'static str = ", per unit thickness";
     const PRESSURE_INTEGRAL: &'static str = "∫ p ds";
     const MEMORY_POWER: f64 = 1.05;
     const FEWER_NODES: &'static str = "take fewer cells, or refine only where it is needed with [adapt]";
@@ -232,7 +231,7 @@ fn short_sides(case: &Case, fields: &Fields<'_>) -> Vec<String> {
         if largest > 0.0 && edge.clamped.is_none() && pair.elastic_sides().all(smooth) {
             let at = problem.bodies[pair.body].mesh().points()[nodes[k].nodes[0]];
             notes.push(format!(
-                "contact \"{}\": the pressure is largest at an end of the contact line, at ({}, {}), where the bodies continue smoothly: is \
+                "contact \"{}\": the pressure is largest at an end of the contact line, at ({}, {}), and the bodies continue smoothly there: is \
                  a contact side too short? Add the sides beyond it to `surfaces`, with gap = \"geometric\"",
                 named.name,
                 shown(at[0]),

@@ -16,7 +16,6 @@ use certified_contact::cre_estimator::{Admissibility, Parts};
 use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, PairResults, RigidSideResults};
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactProblem, LeftOut, Partner};
-use fem_core::space::{Plane, Solid, Space};
 use serde_json::{Map, Value};
 
 /// Makes a row of `iterations` in report.json.
@@ -69,8 +68,7 @@ pub(crate) fn report<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, run: Ma
         BodySummary {
             name: name(b),
             nodes: mesh.points().len(),
-            triangles: (S::WORDS == Plane::WORDS).then_some(mesh.cells().len()),
-            tetrahedra: (S::WORDS == Solid::WORDS).then_some(mesh.cells().len()),
+            cells: S::cells_written(mesh.cells().len()),
             unknowns,
             floating: body.free_motion().is_some(),
             free_motions: free_motions.collect(),

@@ -26,9 +26,11 @@ pub fn overrides(set: &[String]) -> Result<Vec<(String, String)>, Failure> {
 pub trait Source {
     /// Parses the case alone.
     ///
+    /// * `volumes`: whether its mesh files hold tetrahedra, see [`AnyCase::parse_as`].
+    ///
     /// # Errors
     /// Everything that is wrong with it.
-    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure>;
+    fn parse(&self, overrides: &[(String, String)], volumes: bool) -> Result<AnyCase, Failure>;
 
     /// Parses the case and reads its meshes.
     ///
@@ -52,20 +54,17 @@ impl CaseFile {
         let bytes = case_io::case_file::read(path).map_err(|e| Failure::unreadable(path, &e))?;
         Ok(Self { path: path.to_owned(), bytes })
     }
-
-    /// Returns the folder of the case file, beside which mesh files lie.
-    fn folder(&self) -> &Path {
-        self.path.parent().unwrap_or(Path::new(""))
-    }
 }
 
 impl Source for CaseFile {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
-        Ok(AnyCase::parse_beside(&self.bytes, &self.path.to_string_lossy(), overrides, self.folder())?)
+    fn parse(&self, overrides: &[(String, String)], volumes: bool) -> Result<AnyCase, Failure> {
+        Ok(AnyCase::parse_as(&self.bytes, &self.path.to_string_lossy(), overrides, volumes)?)
     }
 
     fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
-        Ok(AnyCase::read(&self.bytes, &self.path.to_string_lossy(), overrides, self.folder())?)
+        // Mesh files lie beside the case file.
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        Ok(AnyCase::read(&self.bytes, &self.path.to_string_lossy(), overrides, folder)?)
     }
 }
 

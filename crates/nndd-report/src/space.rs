@@ -35,8 +35,6 @@ pub struct DrawnFacets<S: ContactSpace> {
 pub trait ReportSpace: ContactSpace + Dimension {
     /// The word for what two bodies share.
     const INTERFACE: &'static str;
-    /// The words behind a quantity of report.html that is one per unit thickness.
-    const PER_THICKNESS: &'static str;
     /// The words for the integral of the pressure.
     const PRESSURE_INTEGRAL: &'static str;
 

@@ -111,9 +111,12 @@ pub fn sweep_of(source: &dyn Source, options: &SweepOptions, host: &mut dyn Host
         let settings = panel.split(';').map(str::trim).filter(|s| !s.is_empty());
         variants.push(settings.map(split_override).collect::<Result<Vec<_>, _>>()?);
     }
-    let case = About::of(&source.read(&base)?);
+    let (case, volumes) = match source.read(&base)? {
+        AnyCase::Plane(case) => (About::of(&case), false),
+        AnyCase::Solid(case) => (About::of(&case), true),
+    };
     for variant in &variants {
-        check_values(options, &sweep, source, &[base.as_slice(), variant.as_slice()].concat())
+        check_values(options, &sweep, (source, volumes), &[base.as_slice(), variant.as_slice()].concat())
             .map_err(|failure| of_panel(failure, variant))?;
     }
     let path = options.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory + "-sweep"));
@@ -168,14 +171,7 @@ struct About {
 }
 
 impl About {
-    fn of(case: &AnyCase) -> Self {
-        match case {
-            AnyCase::Plane(case) => Self::of_case(case),
-            AnyCase::Solid(case) => Self::of_case(case),
-        }
-    }
-
-    fn of_case<S: ReportSpace>(case: &Case<S>) -> Self {
+    fn of<S: ReportSpace>(case: &Case<S>) -> Self {
         Self {
             file_name: case.file_name().to_owned(),
             output_directory: case.output_directory(),
@@ -204,12 +200,12 @@ fn settings_of_run(
 fn check_values(
     options: &SweepOptions,
     sweep: &Sweep,
-    source: &dyn Source,
+    (source, volumes): (&dyn Source, bool),
     overrides: &[(String, String)],
 ) -> Result<(), Failure> {
     for value in &sweep.values {
         let all = settings_of_run(options, sweep, overrides, value);
-        source.parse(&all).map_err(|failure| failure.given_by("--over", &sweep.key, value))?;
+        source.parse(&all, volumes).map_err(|failure| failure.given_by("--over", &sweep.key, value))?;
     }
     Ok(())
 }

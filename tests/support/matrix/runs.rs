@@ -18,12 +18,12 @@ pub(super) struct CaseText {
 }
 
 impl Source for CaseText {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
+    fn parse(&self, overrides: &[(String, String)], _: bool) -> Result<AnyCase, Failure> {
         Ok(AnyCase::parse(&self.text, "case.toml", overrides)?)
     }
 
     fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
-        let mut case = self.parse(overrides)?;
+        let mut case = self.parse(overrides, false)?;
         case.read_mesh_files(&self.folder)?;
         Ok(case)
     }

@@ -1,11 +1,10 @@
 //! A case of the plane or of solids: which of the two follows from its bodies.
 
 use super::dimension::Keys;
-use super::{Case, Dimension, read};
+use super::{Case, read};
 use crate::case_file::{self, At, Document, NodeValue, Table};
 use crate::diagnostic::{CaseError, code};
 use fem_core::space::{Plane, Solid};
-use mesh_io::MeshFile;
 use std::path::Path;
 
 /// A case of the plane or of solids. Nothing else asks which of the two it is.
@@ -27,7 +26,7 @@ impl AnyCase {
     /// # Errors
     /// All independent faults together, each with its place.
     pub fn parse(text: &str, file_name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        Self::of_document(&case_file::parse(text, file_name, overrides)?, file_name)
+        Self::of_document(&case_file::parse(text, file_name, overrides)?, file_name, false)
     }
 
     /// Takes the keys of a program instead of those of a case file, see [`Self::parse`].
@@ -37,7 +36,7 @@ impl AnyCase {
     /// # Errors
     /// All independent faults together, each with the key as its place.
     pub fn of_table(root: Table, name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        Self::of_document(&Document::new(root, At::of_key("", ""), overrides)?, name)
+        Self::of_document(&Document::new(root, At::of_key("", ""), overrides)?, name, false)
     }
 
     /// Reads a case file from its bytes, see [`Self::parse`].
@@ -52,11 +51,27 @@ impl AnyCase {
         Self::parse(case_file::decode(bytes, file_name)?, file_name, overrides)
     }
 
-    fn of_document(document: &Document, file_name: &str) -> Result<Self, CaseError> {
-        Ok(match is_solid(&document.root) {
+    fn of_document(document: &Document, file_name: &str, volumes: bool) -> Result<Self, CaseError> {
+        Ok(match volumes || is_solid(&document.root) {
             true => Self::Solid(Box::new(read::case(document, file_name)?)),
             false => Self::Plane(Box::new(read::case(document, file_name)?)),
         })
+    }
+
+    /// Reads a case file from its bytes as [`Self::parse_bytes`] does.
+    ///
+    /// * `volumes`: whether it is one of solids if its keys do not tell, since its mesh files hold tetrahedra.
+    ///
+    /// # Errors
+    /// See [`Self::parse_bytes`].
+    pub fn parse_as(
+        bytes: &[u8],
+        file_name: &str,
+        overrides: &[(String, String)],
+        volumes: bool,
+    ) -> Result<Self, CaseError> {
+        let document = case_file::parse(case_file::decode(bytes, file_name)?, file_name, overrides)?;
+        Self::of_document(&document, file_name, volumes)
     }
 
     /// Reads a case file from its bytes as [`Self::parse_bytes`] does, and the mesh files that its bodies name. If the keys do not tell
@@ -73,50 +88,19 @@ impl AnyCase {
         folder: &Path,
     ) -> Result<Self, CaseError> {
         let document = case_file::parse(case_file::decode(bytes, file_name)?, file_name, overrides)?;
-        Self::of_document_with_meshes(&document, file_name, folder)
-    }
-
-    /// Reads a case file and looks at its first mesh file, see [`Self::read`]; the meshes themselves are not made.
-    ///
-    /// # Errors
-    /// See [`Self::parse`].
-    pub fn parse_beside(
-        bytes: &[u8],
-        file_name: &str,
-        overrides: &[(String, String)],
-        folder: &Path,
-    ) -> Result<Self, CaseError> {
-        let document = case_file::parse(case_file::decode(bytes, file_name)?, file_name, overrides)?;
-        Self::of_document_beside(&document, file_name, folder)
-    }
-
-    fn of_document_with_meshes(
-        document: &Document,
-        file_name: &str,
-        folder: &Path,
-    ) -> Result<Self, CaseError> {
-        let mut case = Self::of_document_beside(document, file_name, folder)?;
-        case.read_mesh_files(folder)?;
-        Ok(case)
-    }
-
-    fn of_document_beside(document: &Document, file_name: &str, folder: &Path) -> Result<Self, CaseError> {
         let first = first_mesh_file(&document.root).filter(|_| !is_solid(&document.root));
         // A file that cannot be read is reported with all others.
         let mesh = first.and_then(|name| Some((mesh_io::read(&folder.join(&name)).ok()?, name)));
-        let Some((mesh, name)) = mesh else { return Self::of_document(document, file_name) };
-        Ok(match mesh.has_volumes() {
-            true => Self::Solid(Box::new(with_mesh(read::case(document, file_name)?, &name, mesh))),
-            false => Self::Plane(Box::new(with_mesh(read::case(document, file_name)?, &name, mesh))),
-        })
-    }
-
-    /// Gives a mesh to the bodies whose `mesh.file` is `name`, see [`Case::give_mesh`].
-    pub fn give_mesh(&mut self, name: &str, mesh: MeshFile) {
-        match self {
-            Self::Plane(case) => case.give_mesh(name, mesh),
-            Self::Solid(case) => case.give_mesh(name, mesh),
+        let volumes = mesh.as_ref().is_some_and(|(mesh, _)| mesh.has_volumes());
+        let mut case = Self::of_document(&document, file_name, volumes)?;
+        if let Some((mesh, name)) = mesh {
+            match &mut case {
+                Self::Plane(case) => case.meshes.keep(&name, mesh),
+                Self::Solid(case) => case.meshes.keep(&name, mesh),
+            }
         }
+        case.read_mesh_files(folder)?;
+        Ok(case)
     }
 
     /// Reads the mesh files that the bodies name, see [`Case::read_mesh_files`].
@@ -141,18 +125,18 @@ impl AnyCase {
             Self::Plane(case) => Ok(*case),
             Self::Solid(case) => {
                 let place = if case.is_given("model.hypothesis") { "model.hypothesis" } else { "body" };
-                let fault = case.diagnostic(code::VALUE, place, "this case has solid bodies");
+                let fault = case.diagnostic(
+                    code::VALUE,
+                    place,
+                    "this case has solid bodies, and this works in the plane only",
+                );
                 let fault = fault.expected("bodies of the plane");
-                Err(fault.fix("read it with `AnyCase`, which takes both").into())
+                Err(fault
+                    .fix("solve it with `nndd solve`, or read it with `AnyCase`, which takes both")
+                    .into())
             }
         }
     }
-}
-
-/// Keeps a mesh file that has been read for a case.
-fn with_mesh<S: Dimension>(mut case: Case<S>, name: &str, mesh: MeshFile) -> Case<S> {
-    case.meshes.keep(name, mesh);
-    case
 }
 
 /// Finds the first mesh file that a body names.

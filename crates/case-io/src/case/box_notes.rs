@@ -45,7 +45,8 @@ impl<S: Dimension> Case<S> {
                 let found = on_side(body.mesh(), on, part);
                 if found.cut > 0 {
                     notes.push(format!(
-                        "body \"{name}\": the part of a {what} on \"{on}\" ends inside {} of the mesh, left out: the {} that it acts on is {}; put nodes at its ends, or use finer {}",
+                        "body \"{name}\": the part of a {what} on \"{on}\" ends inside {} of the mesh, left out: the {} \
+                         that it acts on is {}; put nodes at its ends, or use finer {}",
                         counted(found.cut, S::WORDS.facet),
                         S::EXTENT,
                         found.words("shorter by less than 1 %"),

@@ -130,6 +130,8 @@ pub trait Dimension: Space {
     /// `None` if the two are equal to round-off.
     fn interpolated_gaps(problem: &ContactProblem<Self>) -> Vec<Option<Difference>>;
 
+    /// Returns the number of cells of a mesh as report.json has it.
+    fn cells_written(count: usize) -> report::CellCount;
     /// Returns a rotation or a moment as report.json has it.
     fn spin_written(spin: Self::Spin) -> report::Spin;
 

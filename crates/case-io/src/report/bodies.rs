@@ -11,12 +11,9 @@ pub struct BodySummary {
     pub name: String,
     /// Number of nodes.
     pub nodes: usize,
-    /// Number of triangles; left out of solids.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub triangles: Option<usize>,
-    /// Number of tetrahedra; left out in the plane.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tetrahedra: Option<usize>,
+    /// Number of cells, under the name of their kind.
+    #[serde(flatten)]
+    pub cells: CellCount,
     /// Number of unknowns.
     pub unknowns: usize,
     /// True if its supports leave a rigid motion free.
@@ -28,6 +25,32 @@ pub struct BodySummary {
     /// Its rigid sides.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid_sides: Vec<RigidSideSummary>,
+}
+
+/// The number of cells of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[serde(rename_all = "snake_case")]
+pub enum CellCount {
+    /// In the plane.
+    Triangles(usize),
+    /// Of solids.
+    Tetrahedra(usize),
+}
+
+impl Default for CellCount {
+    fn default() -> Self {
+        Self::Triangles(0)
+    }
+}
+
+impl CellCount {
+    /// Returns the number.
+    pub fn count(self) -> usize {
+        match self {
+            Self::Triangles(count) | Self::Tetrahedra(count) => count,
+        }
+    }
 }
 
 /// The motion of a rigid side, and the force that moves it.

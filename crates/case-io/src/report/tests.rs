@@ -22,7 +22,7 @@ pub(crate) fn sample(hash: &str) -> Report {
         bodies: vec![BodySummary {
             name: "upper".into(),
             nodes: 190,
-            triangles: Some(324),
+            cells: CellCount::Triangles(324),
             unknowns: 351,
             ..BodySummary::default()
         }],

@@ -78,7 +78,7 @@ impl Sum {
     ) {
         let measure = S::facet_measure(corners);
         self.length += measure;
-        // No sample is at a corner, where the largest value may be.
+        // The largest value may be at a corner, and no sample is there.
         for corner in *corners {
             self.scale = self.scale.max(function(corner).abs());
         }

@@ -4,14 +4,14 @@ use super::flat::{Triangles, coincident, is_wide, smallest_angle};
 use super::sides::{Facets, free_facets, keys_of};
 use super::{MeshCell, MeshFault, MeshFile, MeshFileError, Problem, Remedy};
 use crate::words::{counted, listed};
-use fem_core::geometry::{Vector, shown};
+use fem_core::geometry::{Coordinates, Vector, shown};
 use fem_core::space::{Plane, Space};
 use std::collections::HashSet;
 
 /// Triangles with a smaller angle, in degrees, are worth a warning.
 const SLIVER: f64 = 0.1;
 
-/// Elements with such triangles that are listed.
+/// Elements with such cells that are listed.
 const MOST_SLIVERS: usize = 5;
 
 /// Regions whose names are compared with a misspelt one.
@@ -120,10 +120,37 @@ impl<S: Space> Region<S> {
         self.cell_groups.iter().any(|g| g == name)
     }
 
+    /// Warns of cells with a small angle.
+    ///
+    /// * `angle`: what they have, in words.
+    pub(super) fn warn_of_thin_cells(
+        &mut self,
+        angle: &str,
+        is_thin: impl Fn(&S::Corners<S::Vector>) -> bool,
+    ) {
+        let corners = |cell: &S::Corners<u32>| S::corners(|k| self.points[cell[k] as usize]);
+        let all = self.cells.iter().zip(&self.cell_numbers);
+        let thin: Vec<u64> =
+            all.filter(|(cell, _)| is_thin(&corners(cell))).map(|(_, number)| *number).collect();
+        if thin.is_empty() {
+            return;
+        }
+        let listed: Vec<String> = thin.iter().take(MOST_SLIVERS).map(u64::to_string).collect();
+        let what = format!(
+            "{} {} of {} with {angle} (elements {}{}): the bound holds, and is large there",
+            thin.len(),
+            if thin.len() == 1 { S::WORDS.cell } else { S::WORDS.cells },
+            self.title,
+            listed.join(", "),
+            if thin.len() > listed.len() { ", …" } else { "" }
+        );
+        self.warnings.push(what.into());
+    }
+
     /// Says that no side has a name, and what the free boundary is.
     ///
-    /// * `free`: the number of free facets; `help`: what gives names to sides.
-    pub(super) fn nameless(&self, free: usize, help: &str) -> Option<MeshFileError> {
+    /// * `free`: counts the free facets; `help`: what gives names to sides.
+    pub(super) fn nameless(&self, free: impl FnOnce() -> usize, help: &str) -> Option<MeshFileError> {
         if !self.groups.is_empty() {
             return None;
         }
@@ -133,7 +160,7 @@ impl<S: Space> Region<S> {
         let found = format!(
             "{} has no named side: its free boundary has {} within {}",
             self.title,
-            counted(free, S::WORDS.facet),
+            counted(free(), S::WORDS.facet),
             sides.join(" x ")
         );
         let error = MeshFileError::new(MeshFault::Region, &self.file, super::MeshPlace::File, found);
@@ -171,31 +198,12 @@ impl MeshFile {
         let mut warnings = Vec::new();
         self.note_loose_nodes(&mut notes);
         notes.extend(left_out);
-        let mut target: Vec<u32> = (0..self.points.len() as u32).collect();
         let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
-        let twins = coincident(&points);
-        if !twins.is_empty() && !options.merge {
-            let found = self.twins(&twins, &used, &title) + ": the body is open there";
-            warnings.push(Problem::new(found, Remedy::Merge));
-        } else if !twins.is_empty() {
-            notes.push(format!(
-                "{} of {title} joined with the node at the same place",
-                counted(twins.len(), "node")
-            ));
-            for [kept, other] in &twins {
-                target[used[*other as usize] as usize] = used[*kept as usize];
-            }
-            used.retain(|n| target[*n as usize] == *n);
-        }
+        let target = self.join(&mut used, &points, options, &title, (&mut notes, &mut warnings));
         let made = self.triangulate(cells.iter().copied(), &|n| target[n as usize]);
         self.refuse_degenerate(&made, &title)?;
         notes.extend(made.describe(&title));
-        let mut local = vec![OUTSIDE; self.points.len()];
-        for (k, node) in used.iter().enumerate() {
-            local[*node as usize] = k as u32;
-        }
-        // Joined nodes are known by the one that was kept.
-        let local: Vec<u32> = target.iter().map(|n| local[*n as usize]).collect();
+        let local = self.local_numbers(&used, &target);
         let cells: Vec<[u32; 3]> = made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
         let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
         let edges: Vec<[u32; 2]> = cells.iter().flat_map(keys_of).collect();
@@ -236,6 +244,45 @@ impl MeshFile {
                 (cells, format!("the regions {}", listed(names)))
             }
         })
+    }
+
+    /// Joins the nodes at one place, if that is asked for; returns for each node of the file the one that takes its place.
+    ///
+    /// * `used`: the nodes of the region, less those that were joined with another; `points`: their places.
+    pub(super) fn join<V: Coordinates>(
+        &self,
+        used: &mut Vec<u32>,
+        points: &[V],
+        options: RegionOptions,
+        title: &str,
+        (notes, warnings): (&mut Vec<String>, &mut Vec<Problem>),
+    ) -> Vec<u32> {
+        let mut target: Vec<u32> = (0..self.points.len() as u32).collect();
+        let twins = coincident(points);
+        if !twins.is_empty() && !options.merge {
+            let found = self.twins(&twins, used, title) + ": the body is open there";
+            warnings.push(Problem::new(found, Remedy::Merge));
+        } else if !twins.is_empty() {
+            notes.push(format!(
+                "{} of {title} joined with the node at the same place",
+                counted(twins.len(), "node")
+            ));
+            for [kept, other] in &twins {
+                target[used[*other as usize] as usize] = used[*kept as usize];
+            }
+            used.retain(|n| target[*n as usize] == *n);
+        }
+        target
+    }
+
+    /// Returns for each node of the file its number in a region, or a number that is too large. Joined nodes are known by the one that was
+    /// kept.
+    pub(super) fn local_numbers(&self, used: &[u32], target: &[u32]) -> Vec<u32> {
+        let mut local = vec![OUTSIDE; self.points.len()];
+        for (k, node) in used.iter().enumerate() {
+            local[*node as usize] = k as u32;
+        }
+        target.iter().map(|n| local[*n as usize]).collect()
     }
 
     /// Returns the file's numbers of the cells of a group, ascending; `None` if there is no such group.
@@ -363,34 +410,15 @@ impl MeshFile {
 
 impl Region {
     fn warn_of_slivers(&mut self) {
-        let mut thin = Vec::new();
-        let mut count = 0;
         let sine = SLIVER.to_radians().sin();
-        for (t, number) in self.cells.iter().zip(&self.cell_numbers) {
-            let corners = t.map(|n| self.points[n as usize]);
-            if !is_wide(corners, sine) && smallest_angle(corners) < SLIVER {
-                count += 1;
-                if thin.len() < MOST_SLIVERS {
-                    thin.push(number.to_string());
-                }
-            }
-        }
-        if count > 0 {
-            let dots = if count > thin.len() { ", …" } else { "" };
-            let what = format!(
-                "{} of {} with an angle below {SLIVER} degrees (elements {}{dots}): the bound holds, and is large there",
-                counted(count, "triangle"),
-                self.title,
-                thin.join(", ")
-            );
-            self.warnings.push(what.into());
-        }
+        let is_thin = |corners: &[Vector; 3]| !is_wide(*corners, sine) && smallest_angle(*corners) < SLIVER;
+        self.warn_of_thin_cells(&format!("an angle below {SLIVER} degrees"), is_thin);
     }
 
     /// Says that no side has a name, and what the free boundary is.
     pub fn without_sides(&self) -> Option<MeshFileError> {
         self.nameless(
-            free_facets(self.cells.iter().flat_map(keys_of).collect()).len(),
+            || free_facets(self.cells.iter().flat_map(keys_of).collect()).len(),
             "in Gmsh give names to the sides: Physical Curve(\"bottom\") = {…}; in a deck use *SURFACE; or select them \
              in the case file by [[body.side]]",
         )

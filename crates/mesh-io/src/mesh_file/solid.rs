@@ -1,17 +1,13 @@
 //! Regions of tetrahedra.
 
-use super::flat::coincident;
 use super::region::{Kind, RegionOptions};
 use super::sides::{Facets, free_facets};
-use super::{MeshCell, MeshFault, MeshFile, MeshFileError, Problem, Region, Remedy};
+use super::{MeshCell, MeshFault, MeshFile, MeshFileError, Region};
 use crate::words::counted;
 use fem_core::space::{Solid, Space};
 
 /// Tetrahedra with a smaller angle between two faces, in degrees, are worth a warning.
 const SLIVER: f64 = 0.5;
-
-/// Elements with such tetrahedra that are listed.
-const MOST_SLIVERS: usize = 5;
 
 const SOLID: Kind =
     Kind { dimension: 3, cells: "tetrahedra", facets: "faces, edges", gmsh: "Physical Volume" };
@@ -40,20 +36,9 @@ impl MeshFile {
         let mut used = self.nodes_of(cells.iter().copied());
         let (mut notes, mut warnings) = (self.notes.clone(), Vec::new());
         self.note_loose_nodes(&mut notes);
-        let mut target: Vec<u32> = (0..self.points.len() as u32).collect();
         let place = |n: &u32| <Solid as Space>::Vector::from(self.points[*n as usize]);
-        let twins = coincident(&used.iter().map(place).collect::<Vec<_>>());
-        if !twins.is_empty() && !options.merge {
-            let found = self.twins(&twins, &used, &title) + ": the body is open there";
-            warnings.push(Problem::new(found, Remedy::Merge));
-        } else if !twins.is_empty() {
-            let joined = counted(twins.len(), "node");
-            notes.push(format!("{joined} of {title} joined with the node at the same place"));
-            for [kept, other] in &twins {
-                target[used[*other as usize] as usize] = used[*kept as usize];
-            }
-            used.retain(|n| target[*n as usize] == *n);
-        }
+        let points: Vec<_> = used.iter().map(place).collect();
+        let target = self.join(&mut used, &points, options, &title, (&mut notes, &mut warnings));
         let reduced = cells.iter().filter(|cell| cell.kind.is_quadratic()).count();
         if reduced > 0 {
             let (count, was) =
@@ -62,12 +47,7 @@ impl MeshFile {
                 "{count} of {title} {was} reduced to the corners: curved sides become flat faces"
             ));
         }
-        let mut local = vec![u32::MAX; self.points.len()];
-        for (k, node) in used.iter().enumerate() {
-            local[*node as usize] = k as u32;
-        }
-        // Joined nodes are known by the one that was kept.
-        let local: Vec<u32> = target.iter().map(|n| local[*n as usize]).collect();
+        let local = self.local_numbers(&used, &target);
         let corners: Vec<[u32; 4]> =
             cells.iter().map(|cell| cell.corners.map(|n| local[n as usize])).collect();
         let faces: Vec<[u32; 3]> = corners.iter().flat_map(faces_of).collect();
@@ -104,34 +84,17 @@ impl MeshFile {
 
 impl Region<Solid> {
     fn warn_of_flat_cells(&mut self) {
-        let mut thin = Vec::new();
-        let mut count = 0;
-        for (corners, number) in self.cells.iter().zip(&self.cell_numbers) {
-            let points = corners.map(|n| self.points[n as usize]);
-            // A cell without a volume is refused later.
-            if Solid::sure_measure(&points).is_some() && Solid::smallest_angle(&points) < SLIVER {
-                count += 1;
-                if thin.len() < MOST_SLIVERS {
-                    thin.push(number.to_string());
-                }
-            }
-        }
-        if count > 0 {
-            let dots = if count > thin.len() { ", …" } else { "" };
-            let cells = if count == 1 { "1 tetrahedron".to_owned() } else { format!("{count} tetrahedra") };
-            let what = format!(
-                "{cells} of {} with an angle between faces below {SLIVER} degrees (elements {}{dots}): the bound holds, and is large there",
-                self.title,
-                thin.join(", ")
-            );
-            self.warnings.push(what.into());
-        }
+        // A cell without a volume is refused later.
+        let is_thin = |corners: &[_; 4]| {
+            Solid::sure_measure(corners).is_some() && Solid::smallest_angle(corners) < SLIVER
+        };
+        self.warn_of_thin_cells(&format!("an angle between faces below {SLIVER} degrees"), is_thin);
     }
 
     /// Says that no side has a name, and what the free boundary is.
     pub fn without_sides(&self) -> Option<MeshFileError> {
         self.nameless(
-            free_facets(self.cells.iter().flat_map(faces_of).collect()).len(),
+            || free_facets(self.cells.iter().flat_map(faces_of).collect()).len(),
             "in Gmsh give names to the sides: Physical Surface(\"bottom\") = {…}; in a deck use *SURFACE; or select them \
              in the case file by [[body.side]]",
         )

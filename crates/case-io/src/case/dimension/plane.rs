@@ -236,6 +236,10 @@ impl Dimension for Plane {
         problem.interpolated_gaps()
     }
 
+    fn cells_written(count: usize) -> report::CellCount {
+        report::CellCount::Triangles(count)
+    }
+
     fn spin_written(spin: f64) -> report::Spin {
         report::Spin::Plane(spin)
     }

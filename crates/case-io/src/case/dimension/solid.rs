@@ -188,6 +188,10 @@ impl Dimension for Solid {
         problem.interpolated_flat_gaps()
     }
 
+    fn cells_written(count: usize) -> report::CellCount {
+        report::CellCount::Tetrahedra(count)
+    }
+
     fn spin_written(spin: Vector) -> report::Spin {
         report::Spin::Solid(spin.into())
     }
