@@ -199,7 +199,8 @@ fn files_that_do_not_fit_are_refused() {
     refused("plane.csv", "x,y,ux,uy\n0,0,0,0\n", 3, "there is no column z");
     refused("two.csv", &lower.replacen("uz,", "vz,", 1), 3, "there is no column uz");
     refused("nan.csv", &(lower.clone() + "0,0,7,0,0,0,nan\n"), 3, "\"nan\" is not a finite number");
-    let moved = lower.replace(",7,", ",7,1e-3");
+    let moved = lower.replacen(",7,0,0,0.5,", ",7,0.01,0,0.5,", 1);
+    assert_ne!(moved, lower);
     refused("moved.csv", &moved, 3, "has a node at (");
     let (status, _, said) = certified("case.toml", &["u.csv"], &[], temp.path());
     assert!(status == 2 && said.contains("1 files of displacements"), "{said}");

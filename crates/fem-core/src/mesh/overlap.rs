@@ -110,7 +110,7 @@ pub(super) fn envelope<S: Space>(points: &[S::Vector]) -> AABB<S::Place> {
 
 /// Lists the cells of a tree that overlap another cell.
 ///
-/// * `is_left_out`: the cells that are not looked at.
+/// * `is_left_out`: the cells that do not count.
 fn overlapping<'a, S: Space>(
     tree: &'a CellBoxes<S>,
     mesh: &'a Mesh<S>,
@@ -127,11 +127,11 @@ fn overlapping<'a, S: Space>(
             let least = (high[c] - low[c]).min(other_high[c] - other_low[c]);
             high[c].min(other_high[c]) - low[c].max(other_low[c]) < width.min(THIN * least)
         });
-        if is_thin || is_left_out(cell.data) {
+        if is_thin {
             return None;
         }
         let (point, measure) = common::<S>(corners, other, width)?;
-        Some(CellOverlap { cells: [cell.data; 2], point, measure })
+        (!is_left_out(cell.data)).then_some(CellOverlap { cells: [cell.data; 2], point, measure })
     })
 }
 

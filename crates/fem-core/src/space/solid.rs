@@ -37,8 +37,12 @@ const BEYOND: f64 = 1e-13;
 fn is_beyond(of: &[Vector3<f64>; 4], k: usize, other: &[Vector3<f64>; 4]) -> bool {
     let [p, q, r] = FACETS[k].map(|place| of[place]);
     let normal = across(&[p, q, r]);
-    let size = normal.norm();
-    other.iter().all(|x| (x - p).dot(&normal) >= -BEYOND * size * (x - p).norm())
+    let rounding = BEYOND * BEYOND * normal.norm_squared();
+    other.iter().all(|x| {
+        let arm = x - p;
+        let height = arm.dot(&normal);
+        height >= 0.0 || height * height <= rounding * arm.norm_squared()
+    })
 }
 
 /// Cuts off the part of a tetrahedron in which `inside` is negative, and adds what remains to `kept`.
