@@ -46,13 +46,14 @@ impl<S: Space> Mesh<S> {
         let tree = tree(self, &outer);
         let width = WIDTH * self.diagonal();
         first_near(&tree, self, |t| {
-            // Neighbours lie on different sides of their facet.
-            let beside = |other: usize| {
-                topology.cell_facets()[t]
-                    .into_iter()
-                    .any(|f| topology.facet_cells()[f].contains(&(other as u32)))
+            let facets = topology.cell_facets()[t];
+            let is_outer = facets.into_iter().any(|f| topology.is_boundary(f));
+            // Of two cells at the boundary the first one finds the other. Neighbours lie on different sides of their facet.
+            let is_left_out = |other: usize| {
+                is_outer && other <= t
+                    || facets.into_iter().any(|f| topology.facet_cells()[f].contains(&(other as u32)))
             };
-            let near = overlapping(&tree, self, self.corners(t), width, beside);
+            let near = overlapping(&tree, self, self.corners(t), width, is_left_out);
             let found = near
                 .map(|found| CellOverlap { cells: [t.min(found.cells[0]), t.max(found.cells[0])], ..found });
             found.min_by_key(|found| found.cells)
@@ -110,7 +111,7 @@ pub(super) fn envelope<S: Space>(points: &[S::Vector]) -> AABB<S::Place> {
 
 /// Lists the cells of a tree that overlap another cell.
 ///
-/// * `is_left_out`: the cells that do not count.
+/// * `is_left_out`: the cells that are not looked at.
 fn overlapping<'a, S: Space>(
     tree: &'a CellBoxes<S>,
     mesh: &'a Mesh<S>,
@@ -127,11 +128,11 @@ fn overlapping<'a, S: Space>(
             let least = (high[c] - low[c]).min(other_high[c] - other_low[c]);
             high[c].min(other_high[c]) - low[c].max(other_low[c]) < width.min(THIN * least)
         });
-        if is_thin {
+        if is_thin || is_left_out(cell.data) {
             return None;
         }
         let (point, measure) = common::<S>(corners, other, width)?;
-        (!is_left_out(cell.data)).then_some(CellOverlap { cells: [cell.data; 2], point, measure })
+        Some(CellOverlap { cells: [cell.data; 2], point, measure })
     })
 }
 
@@ -158,13 +159,17 @@ fn common<S: Space>(
         let arms: S::Vector = part.into_iter().map(|p| p - first).sum();
         moment += arms * (of_part / (S::DIM + 1) as f64);
     }
+    let is_wide = |extent: f64| measure > width * extent.powi(S::DIM as i32 - 1);
+    let is_large = measure > PART * S::measure(&a).min(S::measure(&b));
+    // Nearly all common parts are rounding, and thin already for a part of their extent.
     let points: Vec<S::Vector> = parts.iter().flat_map(|part| *part).collect();
-    for (k, p) in points.iter().enumerate() {
-        extent = points[..k].iter().fold(extent, |e, q| e.max(norm(*p - *q)));
+    let from_first = points.iter().map(|p| norm(*p - first)).fold(0.0, f64::max);
+    if !is_large && is_wide(from_first) {
+        for (k, p) in points.iter().enumerate() {
+            extent = points[..k].iter().fold(extent, |e, q| e.max(norm(*p - *q)));
+        }
     }
-    let smaller = S::measure(&a).min(S::measure(&b));
-    let across = extent.powi(S::DIM as i32 - 1);
-    let counts = measure > width * across || measure > PART * smaller;
+    let counts = is_large || is_wide(from_first.max(extent));
     (counts && measure > 0.0).then(|| (a[0] + (first + moment / measure), measure))
 }
 

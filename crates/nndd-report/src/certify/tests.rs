@@ -2,6 +2,7 @@ use super::field_file::read;
 use super::matched::matched;
 use super::*;
 use fem_core::geometry::Vector;
+use std::path::Path;
 
 /// The paper's problem, and its displacements.
 fn solved() -> (Case, ContactProblem, Vec<Vec<Vector>>) {
