@@ -48,7 +48,7 @@ pub(super) fn judge(problem: &Problem, claims: &[Claim], trial: &mut Trial) {
 fn own_field(problem: &Problem, exact: &Claim, trial: &mut Trial) {
     let Ok(made) = problem.assembly.problem(exact.halved) else { return };
     let Some(found) = certified(&made, &exact.displacement, None, exact, trial) else { return };
-    if !is_plain(&made) {
+    if !is_plain(&made) || found.estimate.holds_no_energy() {
         return;
     }
     // A field is given in double precision: with contrasts of moduli its forces may not balance well enough, and then there is no bound.
