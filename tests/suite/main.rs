@@ -46,6 +46,7 @@ mod reactions;
 mod recovered_pressure;
 mod refusals;
 mod resume;
+mod round_obstacles;
 mod rounded_punch;
 mod sharpness;
 mod solid_cases;
@@ -55,3 +56,4 @@ mod solve_solids;
 mod step_case;
 mod terms;
 mod threads;
+

@@ -23,7 +23,7 @@ use fem_core::space::Solid;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 17] = [
+pub const FAMILIES: [&str; 20] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -41,6 +41,9 @@ pub const FAMILIES: [&str; 17] = [
     "slivers",
     "other units",
     "early stop",
+    "round obstacle",
+    "floating on round obstacles",
+    "round obstacle driven by a force",
 ];
 
 /// The promises that are judged.
@@ -107,6 +110,12 @@ fn shows(assembly: &Assembly, family: &str) -> bool {
         "plane driven by a force" => {
             sides.any(|side| matches!(side, Condition::Plane(_, build::Drive::Force(..))))
         }
+        "round obstacle" | "floating on round obstacles" => {
+            sides.any(|side| matches!(side, Condition::Round(..)))
+        }
+        "round obstacle driven by a force" => {
+            sides.any(|side| matches!(side, Condition::Round(_, build::Drive::Force(..))))
+        }
         "two materials in a body" => assembly.parts.iter().any(|part| part.divided.is_some()),
         _ => true,
     }
@@ -163,8 +172,9 @@ impl Trial {
 
     /// Runs and judges a problem.
     pub fn of(problem: &Problem) -> Self {
-        let sides =
-            |part: &build::Part| part.sides.iter().filter(|s| matches!(s, Condition::Plane(..))).count();
+        let sides = |part: &build::Part| {
+            part.sides.iter().filter(|s| matches!(s, Condition::Plane(..) | Condition::Round(..))).count()
+        };
         let parts = &problem.assembly.parts;
         let mut trial = Self {
             number: problem.number,
