@@ -56,4 +56,3 @@ mod solve_solids;
 mod step_case;
 mod terms;
 mod threads;
-

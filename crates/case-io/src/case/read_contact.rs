@@ -296,9 +296,8 @@ fn obstacle<S: Keys>(mut r: Reader<'_>) -> Option<Obstacle<S>> {
         return None;
     }
     let kinds: [(&'static str, Kind<S>); 3] = [("plane", plane), (S::CIRCLE, circle), ("cylinder", cylinder)];
-    // A cylinder is an obstacle of solids.
-    let shape =
-        r.choice("kind", if S::DIM == 2 { &kinds[..2] } else { &kinds }).and_then(|read| read(&mut r));
+    let kinds = if S::CYLINDERS { &kinds[..] } else { &kinds[..2] };
+    let shape = r.choice("kind", kinds).and_then(|read| read(&mut r));
     let rigid = rigid(&mut r);
     r.finish();
     Some(Obstacle { shape: shape?, rigid })

@@ -66,6 +66,7 @@ impl Dimension for Solid {
     const EXTENT: &'static str = "area";
     const ALONG: &'static str = "on the faces";
     const CIRCLE: &'static str = "sphere";
+    const CYLINDERS: bool = true;
 
     fn model_json((): &()) -> Json {
         json!({ "hypothesis": HYPOTHESIS })
