@@ -4,7 +4,7 @@
 
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::interface::{ContactInterface, Gap, InterfaceError, Obstacle, RigidLine};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap, InterfaceError, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
 use fem_core::mesh::{Mesh, TetMesh};
