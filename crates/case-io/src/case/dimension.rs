@@ -124,6 +124,7 @@ pub trait Dimension: Space {
 
     /// Returns the number of cells of a mesh as report.json has it.
     fn cells_written(count: usize) -> report::CellCount;
+
     /// Returns a rotation or a moment as report.json has it.
     fn spin_written(spin: Self::Spin) -> report::Spin;
 

@@ -259,3 +259,26 @@ fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
     let only = nearest_balanced(&[0.0; 2], &[1.0; 2], [&[0.0; 2], &[0.0, 5.0]], &row, &[1.0]);
     assert_eq!(only.unwrap().unwrap().values, [0.0, 1.0]);
 }
+
+/// Multipliers along such a motion are rounding, and divided by the softness of the last centres they are large.
+#[test]
+fn a_motion_that_no_force_resists_does_not_unbalance_a_load() {
+    let mut random = Random::new(2);
+    let (m, n) = (24, 40);
+    for case in 0..100 {
+        // The last motion is a combination of the others.
+        let mut dense: Vec<f64> = (0..(m - 1) * n).map(|_| random.number()).collect();
+        let share: Vec<f64> = (1..m).map(|_| random.number()).collect();
+        dense.extend(
+            (0..n).map(|j| (0..m - 1).map(|k| share[k] * dense[k * n + j]).sum::<f64>()).collect::<Vec<_>>(),
+        );
+        let rows = SparseRows::from_dense(n, &dense);
+        // Few forces, so that the load is at the edge of what they balance.
+        let forces: Vec<f64> = (0..n).map(|_| (random.number() - 0.8).max(0.0)).collect();
+        let loads = rows.times(&forces);
+        let (found, left) = unbalanced_load(&rows, &loads, [&vec![0.0; n], &vec![f64::INFINITY; n]]).unwrap();
+        assert!(found.iter().all(|p| *p >= 0.0), "case {case}: {found:?}");
+        let size = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!(size(&left) <= 1e-7 * size(&loads), "case {case}: {:e} of {:e}", size(&left), size(&loads));
+    }
+}
