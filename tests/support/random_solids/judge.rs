@@ -39,6 +39,8 @@ pub(super) struct Claim {
     pub(super) norm: f64,
     /// The part of the bound that is rounding.
     pub(super) round_off: f64,
+    /// The part of the bound of a closed contact that opens by the last digit of the displacements, `√(2 Σ P ε max |u|)`.
+    pub(super) last_digit: f64,
     /// How stresses were relaxed.
     pub(super) relaxation: Relaxation,
     bounds: Bounds,
@@ -52,6 +54,7 @@ impl Claim {
     ) -> Option<Self> {
         let estimate = solution.estimate.as_ref().filter(|_| solution.is_certified())?;
         let found = estimate.unchecked();
+        let results = solution.results.as_ref()?;
         Some(Self {
             name,
             halved,
@@ -60,6 +63,7 @@ impl Claim {
             eta_nndd: found.eta_nndd.max(solution.last().eta_nndd),
             norm: estimate.energy_norm(),
             round_off: estimate.round_off,
+            last_digit: (2.0 * f64::EPSILON * results.contact_force * results.max_displacement).sqrt(),
             relaxation: settings.relaxation,
             bounds: solution.bounds?,
         })
