@@ -32,7 +32,7 @@ fn every_promise_is_kept_in_a_sample_of_random_solids() {
 fn bounds_against_spheres_and_cylinders_are_above_the_errors() {
     let trials: Vec<Trial> =
         (0..225).into_par_iter().map(|n| Trial::of(&Problem::round(n).unwrap())).collect();
-    let of_bounds = [Promise::Error, Promise::Iteration, Promise::Norm, Promise::Energy];
+    let of_bounds = [Promise::Error, Promise::Iteration, Promise::Norm, Promise::Energy, Promise::Balance];
     let violated: Vec<String> = trials
         .iter()
         .flat_map(|t| t.violations().map(move |v| (t.number, v)))

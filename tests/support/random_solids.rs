@@ -44,8 +44,8 @@ pub const FAMILIES: [&str; 17] = [
     "early stop",
 ];
 
-/// The families with spheres and cylinders. Coarse meshes touch them at a few nodes, and often nothing admissible balances them: of these the bounds are
-/// judged, see [`Problem::round`].
+/// The families with spheres and cylinders. Coarse meshes touch them at a few nodes, and often nothing admissible balances them: of these the bounds
+/// and the balance of forces are judged, see [`Problem::round`].
 pub const ROUND: [&str; 3] =
     ["round obstacle", "floating on round obstacles", "round obstacle driven by a force"];
 

@@ -46,6 +46,8 @@ pub struct ContactRows {
     pub load_size: f64,
     /// See [`ContactProblem::balancing`], N/m.
     pub balancing: Vec<f64>,
+    /// How far the normals may be off, see [`Space::NORMAL_ERROR`].
+    pub normal_error: f64,
 }
 
 /// One pair among the rows.
@@ -212,6 +214,7 @@ impl ContactRows {
             motions: Vec::with_capacity(motions.len()),
             load_size: load_sizes.iter().sum(),
             balancing: problem.balancing.clone(),
+            normal_error: S::NORMAL_ERROR,
         };
         let sides = problem.sides();
         for of in motions {

@@ -16,10 +16,6 @@ use std::collections::BTreeMap;
 /// A load of a motion below this fraction of all loads is round-off.
 const NO_LOAD: f64 = 1e-10;
 
-/// A motion without load is free if the pairs resist it by less than this fraction of what they resist best: normals of curved lines
-/// are no better than that.
-const WEAK: f64 = 1e-3;
-
 /// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
 const NEARLY: f64 = 0.25;
 
@@ -135,7 +131,7 @@ impl<'a> Balance<'a> {
             lines.push(of.traces.iter().copied().filter(resists));
             loads.push(if of.load.abs() > ROUND_OFF * of.load_size { of.load } else { 0.0 });
         }
-        let independent = RowSelection::new(&lines, &loads, &groups(rows), WEAK)?;
+        let independent = RowSelection::new(&lines, &loads, &groups(rows), rows.normal_error)?;
         Ok(Self { rows, lines, loads, independent })
     }
 
@@ -161,7 +157,7 @@ impl<'a> Balance<'a> {
         resisted.rows().for_each(|line| lines.push(line.filter(|(row, _)| closed[*row])));
         let all = groups(self.rows);
         let groups: Vec<usize> = self.independent.rows.iter().map(|k| all[*k]).collect();
-        Ok(RowSelection::new(&lines, &loads, &groups, WEAK)?)
+        Ok(RowSelection::new(&lines, &loads, &groups, self.rows.normal_error)?)
     }
 
     /// Tells for each row whether no motion changes it, but for rounding.

@@ -254,13 +254,14 @@ fn of_forces(
         (0..results.balance.len()).map(|b| Forces::new(&solution.problem, results, b)).collect();
     let largest = forces.iter().map(|of| of.size).fold(0.0, f64::max);
     // The same force presses on both bodies of a pair, up to the error of the iteration.
-    let norm = solution.estimate.as_ref().map_or(0.0, |e| e.energy_norm());
+    let (norm, round_off) = solution.estimate.as_ref().map_or((0.0, 0.0), |e| (e.energy_norm(), e.round_off));
     let eta_nndd = solution.last().eta_nndd;
     let exact = matches!(solution.method, Method::Newton(_));
     let converged = exact && eta_nndd <= CONVERGED * norm;
     for (b, (of, balance)) in forces.iter().zip(&results.balance).enumerate() {
-        // An iterate that is not the discrete solution leaves forces that its error can explain.
-        let inexact = if exact { 0.0 } else { eta_nndd * of.stiffness.sqrt() };
+        // An iterate that is not the discrete solution leaves forces that its error can explain; the exact method leaves rounding.
+        let error = if exact { eta_nndd.min(round_off) } else { eta_nndd };
+        let inexact = error * of.stiffness.sqrt();
         let least = BALANCE * largest + of.rounding + inexact;
         let rest = balance.force.norm().max(balance.moment.norm() / of.arm);
         trial.worst = trial.worst.max(rest / largest);
