@@ -124,9 +124,13 @@ impl RowSelection {
 
     /// Returns the part of a right-hand side in the kernel, which no `x` can balance.
     pub fn unbalanced(&self, right_side: &[f64]) -> Vec<f64> {
-        let mut rest = right_side.to_vec();
-        self.without_kernel(&mut rest);
-        right_side.iter().zip(rest).map(|(e, rest)| e - rest).collect()
+        // Summed up, not left by a difference: next to large entries that would be rounding.
+        let mut sum = vec![0.0; right_side.len()];
+        for combination in &self.kernel {
+            let part: f64 = combination.iter().map(|(k, t)| t * right_side[*k]).sum();
+            combination.iter().for_each(|(k, t)| sum[*k] += part * t);
+        }
+        sum
     }
 
     fn without_kernel(&self, values: &mut [f64]) {

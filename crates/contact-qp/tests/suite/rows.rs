@@ -82,6 +82,22 @@ fn a_roller_whose_spin_is_hardly_resisted_keeps_its_translations() {
 }
 
 #[test]
+fn the_load_along_a_spin_is_found_beside_a_force_many_times_larger() {
+    // Normals of a circle whose centre is near the origin, and a force whose moment about the centre is small.
+    let (centre, arm) = (5e-4, 0.035);
+    let angles: Vec<f64> = (0..12).map(|k| 0.4 * f64::from(k)).collect();
+    let row = |of: fn(f64) -> f64, factor: f64| angles.iter().map(|a| factor * of(*a)).collect::<Vec<f64>>();
+    let lines = [row(f64::cos, 1.0), row(f64::sin, 1.0), row(f64::cos, centre * arm)].concat();
+    let rows = SparseRows::from_dense(angles.len(), &lines);
+    let load = [-2e3, 0.0, -2e3 * centre * arm + 1e-3];
+    let found = RowSelection::new(&rows, &load, &[0; 3], 0.0).unwrap();
+    let part = found.unbalanced(&load);
+    // The whole part is along the spin about the centre.
+    assert!((part[0] + centre * arm * part[2]).abs() <= 1e-14 * part[2].abs(), "{part:?}");
+    assert!((part[2] - 1e-3).abs() <= 1e-9, "{part:?}");
+}
+
+#[test]
 fn least_squares_residuals_separate_what_is_held_from_what_is_not() {
     let mut random = Random::new(3);
     let (mut held, mut free) = (0, 0);
