@@ -74,6 +74,7 @@ mod balance;
 mod cells;
 mod certify;
 pub mod check;
+mod columns;
 pub mod cre;
 pub mod eet;
 pub mod equilibrated;

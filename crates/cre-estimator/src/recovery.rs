@@ -1,10 +1,12 @@
 //! The recovery of stresses in exact equilibrium, in any space.
 
+use crate::columns::Columns;
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::friction::EdgeFriction;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::relaxation::{Relaxation, RelaxationReport};
 use fem_core::body::{Body, FacetCondition};
+use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::Mesh;
@@ -38,6 +40,12 @@ pub trait Recovery: Space {
 
     /// Computes von Mises' equivalent stress, Pa; `None` if a component out of the plane is unknown.
     fn von_mises(material: &LinearElastic<Self>, stress: Self::Tensor) -> Option<f64>;
+
+    /// Counts the holes of a body, in space those that go through, from the closed parts of its boundary.
+    ///
+    /// * `counts`: nodes and facets of the boundary; `parts`: its connected parts; `pieces`: of the body.
+    #[doc(hidden)]
+    fn holes(counts: [usize; 2], parts: usize, pieces: usize) -> usize;
 
     /// Counts the bytes of the relaxation of a body.
     fn bytes_of_relaxation(mesh: &Mesh<Self>) -> usize;
@@ -137,7 +145,8 @@ impl<S: Recovery> EquilibratedStress<S> {
 /// ```math
 /// min_φ ‖τ_EET + R ∇²φ Rᵀ − σ̂‖²,   φ of Hsieh, Clough and Tocher     (21)
 /// ```
-/// in the plane, and in space with bars and wrenches instead of `φ`.
+/// in the plane, and in space with bars and wrenches instead of `φ`; then the minimum over the few stresses that no step reaches, if the body has
+/// holes or several supports. For these the body is factorised.
 ///
 /// * `stress`: as recovered by EET; on return with the facet moments of the last iterate, in exact equilibrium
 ///   with the same loads and given tractions.
@@ -149,5 +158,19 @@ pub fn relax<S: Recovery>(
     stress: &mut EquilibratedStress<S>,
     relaxation: Relaxation,
 ) -> RelaxationReport {
-    S::relax_with(body, stress, relaxation, &mut None, None)
+    relax_body((body, None), stress, relaxation)
+}
+
+/// [`relax`] of a body whose factor is known.
+pub(crate) fn relax_body<S: Recovery>(
+    (body, factor): (&Body<S>, Option<&CondensedBody<S>>),
+    stress: &mut EquilibratedStress<S>,
+    relaxation: Relaxation,
+) -> RelaxationReport {
+    let mut stars = None;
+    let mut report = S::relax_with(body, stress, relaxation, &mut stars, None);
+    if relaxation.max_steps() > 0 {
+        Columns::new(body, factor, relaxation, &mut stars).lower(body, stress, &mut report);
+    }
+    report
 }
