@@ -15,10 +15,10 @@ mod patches;
 #[cfg(test)]
 mod tests;
 
-use crate::check::{FORCE_TOLERANCE, check_stress};
+use crate::check::check_stress;
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::recovery::Recovery;
-use crate::relaxation::{Relaxation, RelaxationReport};
+use crate::relaxation::{LEAST, ROUND_OFF, Relaxation, RelaxationReport};
 use cocycles::Sets;
 use fem_core::assembly::System;
 use fem_core::body::{Body, FacetCondition};
@@ -28,18 +28,24 @@ use fem_core::geometry::Coordinates;
 use fem_core::interface::InterfaceSide;
 use fem_core::mesh::Mesh;
 use fem_core::norm::sum_over_cells;
+use fem_core::parallel::each_task;
 use fem_core::space::Space;
 use jumps::Jumps;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 
 /// Columns whose share in others is larger than 1 minus this are not independent.
 const DEPENDENT: f64 = 1e-8;
 
-/// The columns of a body: facet moments, orthonormal in the complementary norm.
-#[derive(Clone, Debug)]
+/// A relaxation to a tolerance leaves columns out if they can be expected to gain less than this fraction of the tolerance.
+const SHARE: f64 = 0.25;
+
+/// The columns of a body, each made when it is needed for the first time.
+#[derive(Debug, Default)]
 pub(crate) struct Columns<S: Space> {
-    moments: Vec<FacetMoments<S>>,
+    jumps: Option<Jumps<S>>,
+    /// Facet moments, orthonormal in the complementary norm.
+    moments: Option<Vec<FacetMoments<S>>>,
 }
 
 /// Counts the holes of a mesh, in space those that go through: from its boundary alone.
@@ -61,124 +67,155 @@ pub(crate) fn holes<S: Recovery>(mesh: &Mesh<S>) -> usize {
 }
 
 impl<S: Recovery> Columns<S> {
-    /// Makes the columns of a body; none if it has one support and no hole.
+    /// Lowers `‖τ − σ̂‖` in place after the last step of a relaxation, and the last entry of its record. It changes nothing in a body on one support
+    /// without a hole, or if there was to be no step.
     ///
-    /// * `factor`: of the body; `None`: it is factorised if there is a column. With contact sides it is the factor of the free body.
-    /// * `stars`: of the body under its own conditions, with which columns are relaxed, too, unless it has a body force.
-    pub(crate) fn new<'a>(
-        body: &'a Body<S>,
-        factor: Option<&CondensedBody<S>>,
+    /// If columns have the relative error of the stress itself, they gain at most its square for each column. A relaxation to a tolerance leaves
+    /// them out if that is little.
+    ///
+    /// * `factor`: of the free body; `None`: it is factorised if there is a column.
+    /// * `stars`: of the body, prepared for the reactions of its own conditions or of the stress.
+    pub(crate) fn lower<'a>(
+        &mut self,
+        (body, factor): (&'a Body<S>, Option<&CondensedBody<S>>),
+        (stress, report): (&mut EquilibratedStress<S>, &mut RelaxationReport),
         relaxation: Relaxation,
         stars: &mut Option<S::Stars<'a>>,
-    ) -> Self {
-        let none = Self { moments: Vec::new() };
-        let jumps = Jumps::new(body, holes(body.mesh()) > 0);
-        if jumps.len() == 0 {
-            return none;
-        }
-        let factor = match factor {
-            Some(factor) => Cow::Borrowed(factor),
-            None => match factorised(body) {
-                Some(factor) => Cow::Owned(factor),
-                None => return none,
-            },
-        };
-        let fields = orthonormal_fields(body, (0..jumps.len()).map(|k| field(body, &factor, &jumps, k)).collect());
-        let conditions = || {
-            let unloaded = |of: &FacetCondition<S>| FacetCondition { traction: S::ZEROS, ..*of };
-            body.facet_conditions().iter().map(unloaded).collect()
-        };
-        let weightless = (body.body_force() != S::Vector::ZERO).then(|| body.weightless());
-        let mut own = None;
-        let mut columns = Vec::new();
-        for field in fields {
-            let column = match &weightless {
-                None => {
-                    let mut column = EquilibratedStress::recover(body, field, conditions());
-                    S::relax_with(body, &mut column, relaxation, stars, None);
-                    column
-                }
-                Some(body) => {
-                    let mut column = EquilibratedStress::recover(body, field, conditions());
-                    S::relax_with(body, &mut column, relaxation, &mut own, None);
-                    column
-                }
-            };
-            let checked = check_stress(weightless.as_ref().unwrap_or(body), &column);
-            if checked.failed().all(|(_, found)| found <= FORCE_TOLERANCE) {
-                columns.push(column);
-            }
-        }
-        drop(own);
-        Self::orthonormal(weightless.as_ref().unwrap_or(body), columns)
-    }
-
-    /// Makes columns orthonormal; of dependent ones fewer remain.
-    ///
-    /// * `body`: without a body force.
-    fn orthonormal(body: &Body<S>, columns: Vec<EquilibratedStress<S>>) -> Self {
-        let Some(first) = columns.first() else { return Self { moments: Vec::new() } };
-        let finite_element = vec![S::Tensor::default(); first.finite_element.len()];
-        let mut work = EquilibratedStress { finite_element, ..first.clone() };
-        let moments: Vec<FacetMoments<S>> = columns.into_iter().map(|column| column.facet_moments).collect();
-        let mut energy = |moments: FacetMoments<S>| {
-            work.facet_moments = moments;
-            work.distance_squared(body)
-        };
-        let sizes: Vec<f64> = moments.iter().map(|column| energy(column.clone())).collect();
-        let mut gram = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(sizes));
-        for (k, l) in (0..moments.len()).flat_map(|k| (0..k).map(move |l| (k, l))) {
-            let mut sum = moments[k].clone();
-            add::<S>(&mut sum, 1.0, &moments[l]);
-            let product = 0.5 * (energy(sum) - gram[(k, k)] - gram[(l, l)]);
-            (gram[(k, l)], gram[(l, k)]) = (product, product);
-        }
-        let combined = |factors: Vec<f64>| {
-            let mut sum = vec![S::ZEROS; moments[0].len()];
-            factors.iter().zip(&moments).for_each(|(factor, column)| add::<S>(&mut sum, *factor, column));
-            sum
-        };
-        Self { moments: inverse_roots(gram).into_iter().map(combined).collect() }
-    }
-
-    /// Returns how many there are.
-    pub(crate) fn len(&self) -> usize {
-        self.moments.len()
-    }
-
-    /// Lowers `‖τ − σ̂‖` in place, and the last entry of the record by what that gained.
-    pub(crate) fn lower(
-        &self,
-        body: &Body<S>,
-        stress: &mut EquilibratedStress<S>,
-        report: &mut RelaxationReport,
     ) {
-        report.columns = self.len();
-        if self.moments.is_empty() {
+        if relaxation.max_steps() == 0 {
+            return;
+        }
+        let jumps = self.jumps.get_or_insert_with(|| Jumps::new(body, holes(body.mesh()) > 0));
+        if jumps.len() == 0 {
             return;
         }
         let before = stress.distance_squared(body);
-        let size = before.sqrt();
-        let given = stress.facet_moments.clone();
-        let mut factors = Vec::new();
-        for column in &self.moments {
-            // ‖τ + s τ_k − σ̂‖² = ‖τ − σ̂‖² − 2 s c_k + s²
-            add::<S>(&mut stress.facet_moments, size, column);
-            factors.push(0.5 * (before - stress.distance_squared(body) + before) / size);
-            stress.facet_moments.clone_from(&given);
-        }
-        for (factor, column) in factors.iter().zip(&self.moments) {
-            add::<S>(&mut stress.facet_moments, *factor, column);
-        }
-        let after = stress.distance_squared(body);
-        if !(after < before) {
-            stress.facet_moments = given;
+        let whole = product(body, &stress.finite_element, None);
+        if !(before > ROUND_OFF * whole) {
             return;
         }
-        if let Some(last) = report.energy_history.last_mut() {
-            *last = after.min(*last);
+        if let Relaxation::Tolerance { tolerance, .. } = relaxation
+            && 0.5 * jumps.len() as f64 * before < SHARE * tolerance * whole
+        {
+            return;
+        }
+        let make = || make((body, factor), jumps, relaxation, stars).unwrap_or_default();
+        let moments = self.moments.get_or_insert_with(make);
+        if let Some(after) = minimise(body, stress, moments, before) {
+            report.columns = moments.len();
+            if let Some(last) = report.energy_history.last_mut() {
+                *last = last.min(after);
+            }
         }
     }
+}
+
+/// Makes the columns of jumps, as many as are independent; `None` if the body cannot be factorised.
+fn make<'a, S: Recovery>(
+    (body, factor): (&'a Body<S>, Option<&CondensedBody<S>>),
+    jumps: &Jumps<S>,
+    relaxation: Relaxation,
+    stars: &mut Option<S::Stars<'a>>,
+) -> Option<Vec<FacetMoments<S>>> {
+    let factor = match factor {
+        Some(factor) => Cow::Borrowed(factor),
+        None => Cow::Owned(factorised(body)?),
+    };
+    let fields = orthonormal_fields(body, &each_task(jumps.len(), |k| field(body, &factor, jumps, k)));
+    let unloaded = |of: &FacetCondition<S>| FacetCondition { traction: S::ZEROS, ..*of };
+    let conditions: Vec<_> = body.facet_conditions().iter().map(unloaded).collect();
+    let relaxation = match relaxation {
+        Relaxation::Tolerance { .. } => Relaxation::Steps(LEAST),
+        fixed => fixed,
+    };
+    let recover = |body: &Body<S>, field| EquilibratedStress::recover(body, field, conditions.clone());
+    if body.body_force() == S::Vector::ZERO {
+        let relaxed = fields.into_iter().map(|field| {
+            let mut column = recover(body, field);
+            S::relax_with(body, &mut column, relaxation, stars, None);
+            column
+        });
+        return Some(orthonormal(body, relaxed.collect()));
+    }
+    let (body, mut stars) = (body.weightless(), None);
+    let mut columns: Vec<_> = fields.into_iter().map(|field| recover(&body, field)).collect();
+    for column in &mut columns {
+        S::relax_with(&body, column, relaxation, &mut stars, None);
+    }
+    Some(orthonormal(&body, columns))
+}
+
+/// Combines columns in equilibrium to orthonormal ones, as many as are independent.
+///
+/// * `body`: without a body force.
+fn orthonormal<S: Recovery>(
+    body: &Body<S>,
+    mut columns: Vec<EquilibratedStress<S>>,
+) -> Vec<FacetMoments<S>> {
+    columns.retain(|column| check_stress(body, column).is_valid());
+    let mut work = match columns.first() {
+        Some(first) => EquilibratedStress {
+            finite_element: vec![S::Tensor::default(); first.finite_element.len()],
+            ..first.clone()
+        },
+        None => return Vec::new(),
+    };
+    let moments: Vec<FacetMoments<S>> = columns.into_iter().map(|column| column.facet_moments).collect();
+    let mut energy = |parts: [&FacetMoments<S>; 2]| {
+        work.facet_moments.clone_from(parts[0]);
+        add::<S>(&mut work.facet_moments, 1.0, parts[1]);
+        work.distance_squared(body)
+    };
+    let count = moments.len();
+    let sizes = moments.iter().map(|column| 0.25 * energy([column, column]));
+    let mut gram = DMatrix::from_diagonal(&DVector::from_iterator(count, sizes));
+    for (k, l) in (0..count).flat_map(|k| (0..k).map(move |l| (k, l))) {
+        let product = 0.5 * (energy([&moments[k], &moments[l]]) - gram[(k, k)] - gram[(l, l)]);
+        (gram[(k, l)], gram[(l, k)]) = (product, product);
+    }
+    let combined = |factors: Vec<f64>| {
+        let mut sum = vec![S::ZEROS; moments[0].len()];
+        factors.iter().zip(&moments).for_each(|(factor, column)| add::<S>(&mut sum, *factor, column));
+        sum
+    };
+    inverse_roots(gram).into_iter().map(combined).collect()
+}
+
+/// Adds orthonormal columns to a stress so that its distance to the FE stress is least, and returns the distance²; `None` if it does not fall.
+///
+/// * `before`: the distance² at first.
+fn minimise<S: Recovery>(
+    body: &Body<S>,
+    stress: &mut EquilibratedStress<S>,
+    columns: &[FacetMoments<S>],
+    before: f64,
+) -> Option<f64> {
+    let (given, size) = (stress.facet_moments.clone(), before.sqrt());
+    let mut sum = given.clone();
+    for column in columns {
+        // ‖τ + s τ_k − σ̂‖² = ‖τ − σ̂‖² − 2 s c_k + s² with s = ‖τ − σ̂‖
+        add::<S>(&mut stress.facet_moments, size, column);
+        let factor = 0.5 * (2.0 * before - stress.distance_squared(body)) / size;
+        add::<S>(&mut sum, factor, column);
+        stress.facet_moments.clone_from(&given);
+    }
+    stress.facet_moments = sum;
+    let after = stress.distance_squared(body);
+    if after < before {
+        return Some(after);
+    }
+    stress.facet_moments = given;
+    None
+}
+
+/// Computes `∫ σ : 𝔼⁻¹ τ` of stresses that are constant in each cell, J/m in the plane, J in space.
+///
+/// * `other`: τ; `None`: σ.
+fn product<S: Space>(body: &Body<S>, stress: &[S::Tensor], other: Option<&[S::Tensor]>) -> f64 {
+    let other = other.unwrap_or(stress);
+    let of_cell =
+        |cell: usize| body.mesh().measure(cell) * body.material(cell).complementary(stress[cell], other[cell]);
+    sum_over_cells(stress.len(), of_cell)
 }
 
 /// Factorises a body without contact sides.
@@ -208,34 +245,31 @@ fn field<S: Space>(
         (0..elements.len()).map(of_cell).collect()
     };
     let mut displacement = jumps.imposed(body, k);
-    // The second time only the rounding of the first is left.
-    for _ in 0..2 {
-        let mut forces = vec![S::Vector::ZERO; mesh.points().len()];
-        for ((stress, element), nodes) in stresses(&displacement).into_iter().zip(&elements).zip(mesh.cells()) {
-            for corner in 0..=S::DIM {
-                forces[nodes[corner]] -= S::applied(stress, element.gradients[corner]) * element.measure;
-            }
+    let mut forces = vec![S::Vector::ZERO; mesh.points().len()];
+    for ((stress, element), nodes) in stresses(&displacement).into_iter().zip(&elements).zip(mesh.cells()) {
+        for corner in 0..=S::DIM {
+            forces[nodes[corner]] -= S::applied(stress, element.gradients[corner]) * element.measure;
         }
-        let mut solution = factor.rough_along_unknowns(&forces);
-        factor.factor().solve(&mut solution);
-        let correction = factor.dofs().correction(&solution);
-        displacement.iter_mut().zip(correction).for_each(|(sum, correction)| *sum += correction);
     }
+    let mut solution = factor.rough_along_unknowns(&forces);
+    factor.factor().solve(&mut solution);
+    let correction = factor.dofs().correction(&solution);
+    displacement.iter_mut().zip(correction).for_each(|(sum, correction)| *sum += correction);
     stresses(&displacement)
 }
 
 /// Combines FE stresses to orthonormal ones, as many as are independent.
-fn orthonormal_fields<S: Space>(body: &Body<S>, fields: Vec<Vec<S::Tensor>>) -> Vec<Vec<S::Tensor>> {
-    let product = |k: usize, l: usize| {
-        sum_over_cells(body.mesh().cells().len(), |cell| {
-            body.mesh().measure(cell) * body.material(cell).complementary(fields[k][cell], fields[l][cell])
-        })
-    };
-    let gram = DMatrix::from_fn(fields.len(), fields.len(), product);
+fn orthonormal_fields<S: Space>(body: &Body<S>, fields: &[Vec<S::Tensor>]) -> Vec<Vec<S::Tensor>> {
+    let entry = |k: usize, l: usize| product(body, &fields[k.max(l)], Some(&fields[k.min(l)]));
+    let gram = DMatrix::from_fn(fields.len(), fields.len(), entry);
     let combined = |factors: Vec<f64>| {
         let at = |cell: usize| -> S::Tensor {
-            let parts: Vec<S::Components<f64>> = fields.iter().map(|field| field[cell].into()).collect();
-            S::components(|c| factors.iter().zip(&parts).map(|(factor, part)| factor * part[c]).sum()).into()
+            let mut sum = S::components(|_| 0.0);
+            for (factor, field) in factors.iter().zip(fields) {
+                let part: S::Components<f64> = field[cell].into();
+                (0..S::COMPONENTS).for_each(|c| sum[c] += factor * part[c]);
+            }
+            sum.into()
         };
         (0..body.mesh().cells().len()).map(at).collect()
     };

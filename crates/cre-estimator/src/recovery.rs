@@ -169,8 +169,6 @@ pub(crate) fn relax_body<S: Recovery>(
 ) -> RelaxationReport {
     let mut stars = None;
     let mut report = S::relax_with(body, stress, relaxation, &mut stars, None);
-    if relaxation.max_steps() > 0 {
-        Columns::new(body, factor, relaxation, &mut stars).lower(body, stress, &mut report);
-    }
+    Columns::default().lower((body, factor), (stress, &mut report), relaxation, &mut stars);
     report
 }

@@ -3,7 +3,7 @@
 use crate::atomic_slots::AtomicSlots;
 
 /// A gain below this fraction of the energies at hand is round-off: the gradient has vanished.
-const ROUND_OFF: f64 = 1e-28;
+pub(crate) const ROUND_OFF: f64 = 1e-28;
 
 /// All further steps are expected to lower `‖τ − σ̂‖²` by this many times what the second half of the steps did.
 ///

@@ -59,7 +59,7 @@ pub(crate) fn pair_and_frozen<'a, S: Recovery>(
 pub(crate) struct KeptStars<'a, S: Recovery> {
     of_body: Vec<Option<S::Stars<'a>>>,
     /// What the stars of each body do not reach.
-    columns: Vec<Option<Columns<S>>>,
+    columns: Vec<Columns<S>>,
     /// True after the first estimate.
     estimated: bool,
 }
@@ -82,14 +82,14 @@ const SMALL: usize = 2048;
 
 /// The stars of a body, if it has any, its columns, and what the relaxation added to the facet moments of its stress.
 pub(crate) type Found<'s, 'b, S> =
-    (&'s mut Option<<S as Recovery>::Stars<'b>>, Option<&'s Columns<S>>, FacetMoments<S>);
+    (&'s mut Option<<S as Recovery>::Stars<'b>>, &'s mut Columns<S>, FacetMoments<S>);
 
 /// The function that [`relax_bodies`] calls with a body and its stars.
 type Then<'t, 'a, S> =
     dyn Fn(usize, &AdmissibleBody<S>, Found<'_, 'a, S>) -> Option<EquilibratedStress<S>> + Sync + 't;
 
-/// The stars of a body and its columns, if they are known.
-type Of<'s, 'b, S> = (&'s mut Option<<S as Recovery>::Stars<'b>>, &'s mut Option<Columns<S>>);
+/// The stars of a body, if they are known, and its columns.
+type Of<'s, 'b, S> = (&'s mut Option<<S as Recovery>::Stars<'b>>, &'s mut Columns<S>);
 
 /// Relaxes the stresses of each body, and calls `then` with it. Large bodies follow one after the other, each in parallel.
 fn relax_bodies<'a, S: Recovery>(
@@ -102,21 +102,19 @@ fn relax_bodies<'a, S: Recovery>(
     let problem = prepared.problem();
     let is_small = |b: usize| problem.bodies[b].mesh().points().len() <= SMALL;
     kept.of_body.resize_with(problem.bodies.len(), || None);
-    kept.columns.resize_with(problem.bodies.len(), || None);
+    kept.columns.resize_with(problem.bodies.len(), Columns::default);
     // Relaxes one body with its stars and columns, which are made if they are missing.
     let relax = |b: usize, fields: &mut AdmissibleBody<S>, (stars, columns): Of<'_, 'a, S>, used| {
         let (body, stress) = (&problem.bodies[b], &mut fields.equilibrated);
         let before = stress.facet_moments.clone();
         fields.relaxation = S::relax_with(body, stress, relaxation, stars, used);
-        if relaxation.max_steps() > 0 {
-            let make = || Columns::new(body, Some(&prepared.bodies()[b]), relaxation, stars);
-            columns.get_or_insert_with(make).lower(body, stress, &mut fields.relaxation);
-        }
+        let of_body = (body, Some(&prepared.bodies()[b]));
+        columns.lower(of_body, (stress, &mut fields.relaxation), relaxation, stars);
         let mut added = before;
         let moments = added.iter_mut().flat_map(|of| of.as_mut());
         let now = fields.equilibrated.facet_moments.iter().flat_map(|of| of.as_ref());
         moments.zip(now).for_each(|(m, now)| *m = *now - *m);
-        then(b, fields, (stars, columns.as_ref(), added))
+        then(b, fields, (stars, columns, added))
     };
     let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).zip(&mut kept.columns).enumerate();
     let small = bodies.map(|(b, ((fields, stars), columns))| {
@@ -180,9 +178,7 @@ pub(crate) fn frozen_stress<'a, S: Recovery>(
                 moments.zip(added).for_each(|(moment, added)| *moment += *added);
             }
             let mut report = S::relax_with(body, &mut recovered, relaxation, stars, None);
-            if let Some(columns) = columns {
-                columns.lower(body, &mut recovered, &mut report);
-            }
+            columns.lower((body, Some(condensed)), (&mut recovered, &mut report), relaxation, stars);
         }
         None => {
             relax_body((body, Some(condensed)), &mut recovered, relaxation);

@@ -30,6 +30,7 @@ const MOST: usize = 384;
 type Potentials = BTreeMap<NodeId, Vec<f64>>;
 
 /// The jumps of a body.
+#[derive(Clone, Debug)]
 pub(super) struct Jumps<S: Space> {
     frame: Frame<S>,
     cocycles: Cocycles,
