@@ -148,10 +148,7 @@ fn make<'a, S: Recovery>(
 /// Combines columns in equilibrium to orthonormal ones, as many as are independent.
 ///
 /// * `body`: without a body force.
-fn orthonormal<S: Recovery>(
-    body: &Body<S>,
-    mut columns: Vec<EquilibratedStress<S>>,
-) -> Vec<FacetMoments<S>> {
+fn orthonormal<S: Recovery>(body: &Body<S>, mut columns: Vec<EquilibratedStress<S>>) -> Vec<FacetMoments<S>> {
     columns.retain(|column| check_stress(body, column).is_valid());
     let mut work = match columns.first() {
         Some(first) => EquilibratedStress {
@@ -213,8 +210,9 @@ fn minimise<S: Recovery>(
 /// * `other`: τ; `None`: σ.
 fn product<S: Space>(body: &Body<S>, stress: &[S::Tensor], other: Option<&[S::Tensor]>) -> f64 {
     let other = other.unwrap_or(stress);
-    let of_cell =
-        |cell: usize| body.mesh().measure(cell) * body.material(cell).complementary(stress[cell], other[cell]);
+    let of_cell = |cell: usize| {
+        body.mesh().measure(cell) * body.material(cell).complementary(stress[cell], other[cell])
+    };
     sum_over_cells(stress.len(), of_cell)
 }
 
@@ -226,12 +224,7 @@ fn factorised<S: Space>(body: &Body<S>) -> Option<CondensedBody<S>> {
 }
 
 /// Computes the FE stress of a jump without loads, Pa per unit of the jump.
-fn field<S: Space>(
-    body: &Body<S>,
-    factor: &CondensedBody<S>,
-    jumps: &Jumps<S>,
-    k: usize,
-) -> Vec<S::Tensor> {
+fn field<S: Space>(body: &Body<S>, factor: &CondensedBody<S>, jumps: &Jumps<S>, k: usize) -> Vec<S::Tensor> {
     let mesh = body.mesh();
     let elements: Vec<Element<S>> =
         (0..mesh.cells().len()).map(|cell| Element::new(mesh.corners(cell))).collect();

@@ -117,9 +117,11 @@ fn relax_bodies<'a, S: Recovery>(
         then(b, fields, (stars, columns, added))
     };
     let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).zip(&mut kept.columns).enumerate();
-    let small = bodies.map(|(b, ((fields, stars), columns))| {
-        if is_small(b) { relax(b, fields, (stars, columns), None) } else { None }
-    });
+    let small = bodies.map(
+        |(b, ((fields, stars), columns))| {
+            if is_small(b) { relax(b, fields, (stars, columns), None) } else { None }
+        },
+    );
     let mut frozen: FrozenStresses<S> = small.collect();
     let mut used = None;
     for b in problem.by_role().into_iter().rev().filter(|b| !is_small(*b)) {

@@ -65,7 +65,10 @@ impl Cocycles {
         for triangle in &net.triangles {
             let mut row = DVector::<f64>::zeros(free);
             for (edge, sign) in triangle.iter().zip(SIGNS) {
-                values[*edge as usize].iter().zip(row.iter_mut()).for_each(|(value, sum)| *sum += sign * value);
+                values[*edge as usize]
+                    .iter()
+                    .zip(row.iter_mut())
+                    .for_each(|(value, sum)| *sum += sign * value);
             }
             if row.amax() > 0.0 {
                 equations += &row * row.transpose();
@@ -202,8 +205,7 @@ impl Net {
 /// Adds multiples of two rows of different lengths; without trailing zeros.
 fn sum((a, first): (&Vec<f64>, f64), (b, second): (&Vec<f64>, f64)) -> Vec<f64> {
     let at = |row: &Vec<f64>, k: usize| row.get(k).copied().unwrap_or(0.0);
-    let mut sum: Vec<f64> =
-        (0..a.len().max(b.len())).map(|k| first * at(a, k) + second * at(b, k)).collect();
+    let mut sum: Vec<f64> = (0..a.len().max(b.len())).map(|k| first * at(a, k) + second * at(b, k)).collect();
     while sum.last() == Some(&0.0) {
         sum.pop();
     }

@@ -147,7 +147,8 @@ impl<S: Space> Jumps<S> {
         S::corners(|corner| {
             let jump = |j: usize| {
                 let along = self.cocycles.along(j, nodes[0], nodes[corner]);
-                let moved = || self.frame.moved(&self.motions[k][j], body.mesh().points()[nodes[corner]]) * along;
+                let moved =
+                    || self.frame.moved(&self.motions[k][j], body.mesh().points()[nodes[corner]]) * along;
                 if along == 0.0 { S::Vector::ZERO } else { moved() }
             };
             if corner == 0 { S::Vector::ZERO } else { (0..self.cocycles.len()).map(jump).sum() }
@@ -182,7 +183,8 @@ fn potentials<S: Space>(
                     own.iter().enumerate().map(|(j, sum)| sum - cocycles.along(j, a, *b)).collect();
                 match found.get(b) {
                     Some(known) => {
-                        let around: Vec<f64> = sums.iter().zip(known).map(|(sum, known)| sum - known).collect();
+                        let around: Vec<f64> =
+                            sums.iter().zip(known).map(|(sum, known)| sum - known).collect();
                         if around.iter().any(|sum| sum.abs() > ZERO) && !closed.contains(&around) {
                             closed.push(around);
                         }

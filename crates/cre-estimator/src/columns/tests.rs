@@ -1,18 +1,18 @@
 use super::*;
 use crate::recovery::relax;
+use fem_core::boundary::RigidCondition;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 use fem_core::field;
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::{block, cuboid, ring};
-use fem_core::mesh::id::NodeId;
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::mesh::{TetMesh, TriMesh};
-use fem_core::space::{Plane, Solid};
+use fem_core::space::Solid;
 
 /// Removes the cells whose middle a hole contains; facets of groups that are left keep their names.
 fn carved<S: Space>(mesh: &Mesh<S>, hole: impl Fn(S::Vector) -> bool) -> Mesh<S> {
-    let middle = |cell: usize| {
-        mesh.corners(cell).into_iter().sum::<S::Vector>() * (1.0 / (S::DIM + 1) as f64)
-    };
+    let middle =
+        |cell: usize| mesh.corners(cell).into_iter().sum::<S::Vector>() * (1.0 / (S::DIM + 1) as f64);
     let kept: Vec<usize> = (0..mesh.cells().len()).filter(|cell| !hole(middle(*cell))).collect();
     let mut numbers = vec![u32::MAX; mesh.points().len()];
     let mut points = Vec::new();
@@ -23,11 +23,12 @@ fn carved<S: Space>(mesh: &Mesh<S>, hole: impl Fn(S::Vector) -> bool) -> Mesh<S>
         }
     }
     let cells = kept.iter().map(|cell| S::corners(|k| numbers[mesh.cells()[*cell][k]]));
-    let facets = |facets: &Vec<fem_core::mesh::id::FacetId>| -> Vec<S::Axes<u32>> {
-        let all = facets.iter().filter(|f| !hole(middle(mesh.topology().facet_cells()[**f][0] as usize)));
-        let nodes = all.map(|facet| mesh.topology().facets()[*facet]);
-        let all = nodes;
-        all.map(|nodes| S::axes(|k| numbers[nodes[k]])).collect()
+    let facets = |facets: &Vec<FacetId>| -> Vec<S::Axes<u32>> {
+        let cell = |facet: &FacetId| mesh.topology().facet_cells()[*facet][0] as usize;
+        let nodes =
+            |facet: &FacetId| mesh.topology().facets()[*facet].into_iter().map(|n: NodeId| numbers[n]);
+        let kept = facets.iter().filter(|facet| !hole(middle(cell(facet))));
+        kept.map(|facet| nodes(facet).collect::<Vec<_>>()).map(|nodes| S::axes(|k| nodes[k])).collect()
     };
     let groups = mesh.groups().iter().map(|(name, of)| (name.clone(), facets(of))).collect();
     Mesh::new(points, cells.collect(), groups).unwrap()
@@ -75,11 +76,13 @@ fn best<S: Recovery>(body: &Body<S>, given: &EquilibratedStress<S>) -> f64 {
     let mut work = given.clone();
     for cell in 0..mesh.cells().len() {
         let facets = topology.cell_facets()[cell];
-        let own: Vec<usize> = facets.into_iter().flat_map(|f| (0..of_facet).map(move |k| of_facet * f.index() + k)).collect();
+        let own: Vec<usize> =
+            facets.into_iter().flat_map(|f| (0..of_facet).map(move |k| of_facet * f.index() + k)).collect();
         let mut energy = |moved: &[(usize, f64)]| {
             let mut add = |sign: f64| {
                 for (i, amount) in moved {
-                    work.facet_moments[i / of_facet][i % of_facet / S::DIM][i % S::DIM] += sign * amount * unit;
+                    work.facet_moments[i / of_facet][i % of_facet / S::DIM][i % S::DIM] +=
+                        sign * amount * unit;
                 }
             };
             add(1.0);
@@ -88,7 +91,8 @@ fn best<S: Recovery>(body: &Body<S>, given: &EquilibratedStress<S>) -> f64 {
             found
         };
         let before = energy(&[]);
-        let single: Vec<[f64; 2]> = own.iter().map(|i| [1.0, -1.0].map(|sign| energy(&[(*i, sign)]))).collect();
+        let single: Vec<[f64; 2]> =
+            own.iter().map(|i| [1.0, -1.0].map(|sign| energy(&[(*i, sign)]))).collect();
         for (k, i) in own.iter().enumerate() {
             gradient[*i] += 0.25 * (single[k][0] - single[k][1]);
             squares[(*i, *i)] += 0.5 * (single[k][0] + single[k][1]) - before;
@@ -150,7 +154,7 @@ fn linear() -> ScalarData {
 
 /// Checks the number of columns, that the stress with them is the best of all, and that stars alone reach it only if there is none.
 fn is_the_best<S: Recovery>(name: &str, body: &Body<S>, columns: usize) {
-    let (stress, report) = relaxed(body, Relaxation::Steps(100));
+    let (stress, report) = relaxed(body, Relaxation::Steps(300));
     assert_eq!(report.columns, columns, "{name}");
     let (found, best) = (stress.distance_squared(body), best(body, &recovered(body)));
     assert!((found / best - 1.0).abs() < 1e-9, "{name}: {found} instead of {best}");
@@ -158,19 +162,16 @@ fn is_the_best<S: Recovery>(name: &str, body: &Body<S>, columns: usize) {
     assert_eq!(stars > 1.001, columns > 0, "{name}: {stars}");
 }
 
-/// The last three values: stars alone after many steps over the best of all.
 #[test]
 fn the_best_stress_of_all_is_reached() {
     let new = BoundaryConditions::new;
     let bar = block([0.0; 2], [1.5, 1.0], [3, 2]).unwrap();
     let heavy = new().fix("left").fix("right").pressure("top", linear()).body_force([0.3, -1.0]);
     let rollers = new().roller("left", 0.0).roller("right", 0.0);
-    let both = rollers.clone().displace(FacetSelection::node("bottom", [0.5, 0.0]), None, Some(0.0.into()));
     is_the_best("bar", &plane(bar.clone(), &heavy), 3);
     is_the_best("bar on one support", &plane(bar, &new().fix("left").pressure("top", linear())), 0);
     is_the_best("frame", &plane(frame(1), &new().fix("left").pressure("right", linear())), 3);
     is_the_best("heavy frame", &plane(frame(1), &heavy), 6);
-    let _ = both;
     let joined = rollers.fix("bottom").pressure("top", linear());
     is_the_best("frame on joined supports", &plane(frame(1), &joined), 3);
     let new = BoundaryConditions::<Solid>::default;
@@ -188,26 +189,213 @@ fn the_best_stress_of_all_is_reached() {
     is_the_best("ring on rollers", &solid(ring(), &pressed(held)), 3);
 }
 
+fn missing<S: Recovery>(body: &Body<S>) -> [usize; 2] {
+    let holes = holes(body.mesh());
+    [holes, Jumps::new(body, holes > 0).len()]
+}
+
 #[test]
-fn counts() {
-    let new = BoundaryConditions::<Solid>::default;
-    let count = |name: &str, mesh: TetMesh, conditions: BoundaryConditions<Solid>| {
-        let body = solid(mesh, &conditions);
-        let j = Jumps::new(&body, holes(body.mesh()) > 0);
-        println!("{name}: {} {}", j.len(), holes(body.mesh()));
+fn missing_stresses_of_the_plane_are_counted() {
+    let new = BoundaryConditions::new;
+    let square = || block([0.0; 2], [1.0; 2], [6; 2]).unwrap();
+    let annulus = || ring([0.0; 2], [1.0, 2.0], [0.0, 360.0], [24, 3]).unwrap();
+    let quarter = ring([0.0; 2], [1.0, 2.0], [0.0, 90.0], [8, 3]).unwrap();
+    let end = |low: f64, high: f64| FacetSelection::group("bottom").within([[low, high], [-1.0, 2.0]]);
+    let hole = |x: fem_core::geometry::Vector, at: f64| (x[0] - at).abs() < 0.1 && (x[1] - 0.5).abs() < 0.1;
+    let two_holes = carved(&block([0.0; 2], [1.0; 2], [10; 2]).unwrap(), |x| hole(x, 0.3) || hole(x, 0.7));
+    for (name, expected, mesh, conditions) in [
+        ("free", [0, 0], square(), new()),
+        ("clamped", [0, 0], square(), new().fix("left")),
+        ("rollers with a common corner", [0, 0], square(), new().roller("left", 0.0).roller("bottom", 0.0)),
+        ("clamped beside a roller", [0, 0], square(), new().fix("left").roller("bottom", 0.0)),
+        ("opposite rollers", [0, 2], square(), new().roller("left", 0.0).roller("right", 0.0)),
+        (
+            "rollers all around",
+            [0, 2],
+            square(),
+            ["left", "right", "top", "bottom"].into_iter().fold(new(), |c, s| c.roller(s, 0.0)),
+        ),
+        (
+            "clamped all around",
+            [0, 0],
+            square(),
+            ["left", "right", "top", "bottom"].into_iter().fold(new(), |c, s| c.fix(s)),
+        ),
+        ("clamped at both ends", [0, 3], square(), new().fix("left").fix("right")),
+        ("two parts of one side", [0, 3], square(), new().fix(end(-0.1, 0.4)).fix(end(0.6, 1.1))),
+        ("clamped, and a roller apart", [0, 2], square(), new().fix("left").roller("right", 0.0)),
+        ("floating frame", [1, 3], frame(2), new()),
+        ("frame", [1, 3], frame(2), new().fix("left")),
+        ("two holes", [2, 6], two_holes, new().fix("left")),
+        ("two supports and a hole", [1, 6], frame(2), new().fix("left").fix("right")),
+        ("clamped around the hole", [1, 0], annulus(), new().fix("inner")),
+        ("clamped around both", [1, 3], annulus(), new().fix("inner").fix("outer")),
+        ("quarter on rollers", [0, 1], quarter, new().roller("start", 0.0).roller("end", 0.0)),
+    ] {
+        assert_eq!(missing(&plane(mesh, &conditions)), expected, "{name}");
+    }
+}
+
+#[test]
+fn rigid_sides_that_move_carry_no_more_than_what_is_imposed() {
+    let count = |motion: [Option<f64>; 3]| {
+        let side = RigidCondition {
+            edges: "right".into(),
+            motion,
+            force: Default::default(),
+            moment: 0.0,
+            about: None,
+        };
+        missing(&plane(
+            block([0.0; 2], [1.0; 2], [6; 2]).unwrap(),
+            &BoundaryConditions::new().fix("left").rigid(side),
+        ))
     };
+    assert_eq!(count([None; 3]), [0, 0]);
+    assert_eq!(count([None, None, Some(0.0)]), [0, 1]);
+    assert_eq!(count([Some(0.1), None, Some(0.0)]), [0, 2]);
+    assert_eq!(count([Some(0.1), Some(0.0), Some(0.0)]), [0, 3]);
+}
+
+#[test]
+fn missing_stresses_of_solids_are_counted() {
+    let new = BoundaryConditions::<Solid>::default;
     let cube = || cuboid([0.0; 3], [1.0; 3], [3; 3]).unwrap();
-    count("clamped", cube(), new().fix("bottom").fix("top"));
-    count("clamp+roller", cube(), new().fix("bottom").roller("top", 0.0));
-    count("rollers", cube(), new().roller("left", 0.0).roller("right", 0.0));
-    count("3 rollers", cube(), new().roller("left", 0.0).roller("bottom", 0.0).roller("front", 0.0));
-    count("6 rollers", cube(), new().roller("left", 0.0).roller("bottom", 0.0).roller("front", 0.0).roller("right", 0.0).roller("top", 0.0).roller("back", 0.0));
-    count("clamp beside roller", cube(), new().fix("bottom").roller("left", 0.0));
-    count("tube clamped left", tube(1), new().fix("left"));
-    count("tube clamped bottom", tube(1), new().fix("bottom"));
-    count("tube clamped bottom, top", tube(1), new().fix("bottom").fix("top"));
-    count("tube roller bottom", tube(1), new().roller("bottom", 0.0));
-    count("tube rollers 3", tube(1), new().roller("left", 0.0).roller("bottom", 0.0).roller("front", 0.0));
-    let mid = |x: f64| x > 1.0 / 3.0 && x < 2.0 / 3.0;
-    count("void", carved(&cube(), |x| mid(x[0]) && mid(x[1]) && mid(x[2])), new().fix("bottom"));
+    let middle = |x: f64| x > 1.0 / 3.0 && x < 2.0 / 3.0;
+    let hollow = carved(&cube(), |x| middle(x[0]) && middle(x[1]) && middle(x[2]));
+    let three = || new().roller("left", 0.0).roller("front", 0.0).roller("bottom", 0.0);
+    let six = three().roller("right", 0.0).roller("back", 0.0).roller("top", 0.0);
+    // Two patches of the bottom that share the middle node.
+    let part =
+        |low: f64, high: f64| FacetSelection::group("bottom").within([[low, high], [low, high], [-1.0, 1.0]]);
+    let plate = cuboid([0.0; 3], [1.0; 3], [2; 3]).unwrap();
+    for (name, expected, mesh, conditions) in [
+        ("clamped", [0, 0], cube(), new().fix("bottom")),
+        ("clamped at both ends", [0, 6], cube(), new().fix("bottom").fix("top")),
+        ("clamped, and a roller apart", [0, 3], cube(), new().fix("bottom").roller("top", 0.0)),
+        ("clamped beside a roller", [0, 0], cube(), new().fix("bottom").roller("left", 0.0)),
+        ("opposite rollers", [0, 3], cube(), new().roller("left", 0.0).roller("right", 0.0)),
+        ("three rollers", [0, 0], cube(), three()),
+        ("six rollers", [0, 3], cube(), six),
+        ("patches with a common node", [0, 6], plate, new().fix(part(-0.1, 0.5)).fix(part(0.5, 1.1))),
+        ("void", [0, 0], hollow, new().fix("bottom")),
+        ("hole beside the support", [1, 6], tube(1), new().fix("left")),
+        ("hole through both supports", [1, 6], tube(1), new().fix("bottom").fix("top")),
+        ("hole through the support", [1, 0], tube(1), new().fix("bottom")),
+        ("hole through a roller", [1, 3], tube(1), three()),
+        ("floating tube", [1, 6], tube(2), new()),
+    ] {
+        assert_eq!(missing(&solid(mesh, &conditions)), expected, "{name}");
+    }
+}
+
+/// Stars alone leave 13.5, 5.7 and 3.8 % over the best stress of a pulled frame.
+#[test]
+fn the_frame_reaches_its_best_stress_in_a_hundred_steps() {
+    for (n, pulled) in [(1, 1.13492), (2, 1.05743), (3, 1.03761)] {
+        let body = plane(
+            frame(n),
+            &BoundaryConditions::new().fix("left").traction("right", [1.0.into(), 0.0.into()]),
+        );
+        let stars = by_stars(&body, 400).distance_squared(&body).sqrt();
+        let (mut stress, report) = relaxed(&body, Relaxation::Steps(100));
+        let hundred = stress.distance_squared(&body).sqrt();
+        relax(&body, &mut stress, Relaxation::Steps(200));
+        let best = stress.distance_squared(&body).sqrt();
+        assert!(
+            (hundred / best - 1.0).abs() < 4e-6 && (stars / best - pulled).abs() < 1e-4,
+            "{n}: {} {}",
+            hundred / best,
+            stars / best
+        );
+        // The record ends with the distance that the stress has.
+        let last = report.energy_history[report.steps];
+        assert!((last / hundred.powi(2) - 1.0).abs() < 1e-12 && report.columns == 3);
+    }
+}
+
+#[test]
+fn a_body_on_one_support_is_relaxed_by_stars_alone() {
+    fn same<S: Recovery>(body: &Body<S>) {
+        for relaxation in [Relaxation::Steps(0), Relaxation::Steps(4), Relaxation::default()] {
+            let (stress, report) = relaxed(body, relaxation);
+            let mut stars = recovered(body);
+            assert_eq!(report, S::relax_with(body, &mut stars, relaxation, &mut None, None));
+            assert_eq!((stress.facet_moments, report.columns), (stars.facet_moments, 0));
+        }
+    }
+    same(&plane(
+        block([0.0; 2], [1.5, 1.0], [9, 6]).unwrap(),
+        &BoundaryConditions::new().fix("left").pressure("top", linear()),
+    ));
+    let rollers =
+        BoundaryConditions::default().roller("left", 0.0).roller("front", 0.0).roller("bottom", 0.0);
+    same(&solid(cuboid([0.0; 3], [1.0; 3], [4; 3]).unwrap(), &rollers.pressure("top", along(|x| x[0]))));
+}
+
+#[test]
+fn no_step_is_eet_alone_and_fine_meshes_need_no_column() {
+    let body = |n: usize| plane(frame(n), &BoundaryConditions::new().fix("left").pressure("right", linear()));
+    let (stress, report) = relaxed(&body(2), Relaxation::NONE);
+    assert_eq!((stress.facet_moments, report.columns), (recovered(&body(2)).facet_moments, 0));
+    assert_eq!(relaxed(&body(2), Relaxation::default()).1.columns, 3);
+    // At most 3 ρ²/2 to gain: less than a quarter of 2 %.
+    assert_eq!(relaxed(&body(40), Relaxation::default()).1.columns, 0);
+}
+
+/// A body at random, on nested meshes: supports hold it at zero.
+fn random_bound<S: Recovery>(bodies: [Body<S>; 2], name: &str) {
+    let [coarse, fine] = bodies;
+    let energy = |body: &Body<S>| product(body, &recovered(body).finite_element, None);
+    let error = energy(&fine) - energy(&coarse);
+    assert!(error > 0.0, "{name}");
+    for steps in [1, 2, 6] {
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| relaxed(&coarse, Relaxation::Steps(steps)))
+        };
+        let (stress, report) = run(1);
+        let (other, second) = run(2);
+        assert!(stress.facet_moments == other.facet_moments && report == second, "{name}: threads");
+        let (bound, stars) =
+            (stress.distance_squared(&coarse), by_stars(&coarse, steps).distance_squared(&coarse));
+        assert!(bound > error && bound <= stars && report.columns > 0, "{name}: {error} {bound} {stars}");
+    }
+}
+
+#[test]
+fn no_bound_of_a_random_body_with_holes_and_supports_is_below_its_error() {
+    let mut state = 11u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    for k in 0..10 {
+        let (which, weight) = ((4.0 * random()) as usize, if k % 2 == 0 { 0.0 } else { random() - 0.5 });
+        let loads: Vec<f64> = (0..4).map(|_| random() - 0.5).collect();
+        let new = BoundaryConditions::new;
+        let mut conditions = match which {
+            0 => new().fix("left").fix("right"),
+            1 => new().roller("left", 0.0).roller("right", 0.0).fix("bottom"),
+            2 => new().fix("left"),
+            _ => new().fix("left").roller("right", 0.0),
+        };
+        let (a, b) = (loads[0], loads[1]);
+        conditions = conditions
+            .pressure("top", ScalarData::function(move |x| a + b * x[0]))
+            .body_force([weight, loads[2]]);
+        random_bound([1, 2].map(|n| plane(frame(n), &conditions)), &format!("plane {k}, {which}"));
+        if k < 4 {
+            let new = BoundaryConditions::<Solid>::default;
+            let mut conditions = match which {
+                0 => new().fix("left").fix("right"),
+                1 => new().roller("left", 0.0).roller("front", 0.0).roller("bottom", 0.0).roller("top", 0.0),
+                2 => new().fix("left"),
+                _ => new().fix("bottom").roller("top", 0.0),
+            };
+            conditions = conditions.pressure("back", along(move |x| a + b * x[0]));
+            conditions.body_force = [weight, loads[3] * weight, 0.0].into();
+            random_bound([1, 2].map(|n| solid(tube(n), &conditions)), &format!("solid {k}, {which}"));
+        }
+    }
 }
