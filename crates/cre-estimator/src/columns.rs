@@ -110,6 +110,38 @@ impl<S: Recovery> Columns<S> {
     }
 }
 
+/// Relaxes an equilibrated stress in place: steps of
+/// ```math
+/// min_φ ‖τ_EET + R ∇²φ Rᵀ − σ̂‖²,   φ of Hsieh, Clough and Tocher     (21)
+/// ```
+/// in the plane, and in space with bars and wrenches instead of `φ`; then the minimum over the few stresses that no step reaches, if the body has
+/// holes or several supports. For these the body is factorised.
+///
+/// * `stress`: as recovered by EET; on return with the facet moments of the last iterate, in exact equilibrium
+///   with the same loads and given tractions.
+///
+/// If no reduction is possible (a body at rest, a uniform stress), it is not changed. To relax several stresses of
+/// one body of the plane under the same kind of conditions, prepare a [`crate::StarRelaxation`] once.
+pub fn relax<S: Recovery>(
+    body: &Body<S>,
+    stress: &mut EquilibratedStress<S>,
+    relaxation: Relaxation,
+) -> RelaxationReport {
+    relax_body((body, None), stress, relaxation)
+}
+
+/// [`relax`] of a body whose factor is known.
+pub(crate) fn relax_body<S: Recovery>(
+    (body, factor): (&Body<S>, Option<&CondensedBody<S>>),
+    stress: &mut EquilibratedStress<S>,
+    relaxation: Relaxation,
+) -> RelaxationReport {
+    let mut stars = None;
+    let mut report = S::relax_with(body, stress, relaxation, &mut stars, None);
+    Columns::default().lower((body, factor), (stress, &mut report), relaxation, &mut stars);
+    report
+}
+
 /// Makes the columns of jumps, as many as are independent; `None` if the body cannot be factorised.
 fn make<'a, S: Recovery>(
     (body, factor): (&'a Body<S>, Option<&CondensedBody<S>>),

@@ -1,12 +1,10 @@
 //! The recovery of stresses in exact equilibrium, in any space.
 
-use crate::columns::Columns;
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::friction::EdgeFriction;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::relaxation::{Relaxation, RelaxationReport};
 use fem_core::body::{Body, FacetCondition};
-use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::Mesh;
@@ -139,36 +137,4 @@ impl<S: Recovery> EquilibratedStress<S> {
     pub fn distance_squared(&self, body: &Body<S>) -> f64 {
         S::distance_squared(body, self)
     }
-}
-
-/// Relaxes an equilibrated stress in place: steps of
-/// ```math
-/// min_φ ‖τ_EET + R ∇²φ Rᵀ − σ̂‖²,   φ of Hsieh, Clough and Tocher     (21)
-/// ```
-/// in the plane, and in space with bars and wrenches instead of `φ`; then the minimum over the few stresses that no step reaches, if the body has
-/// holes or several supports. For these the body is factorised.
-///
-/// * `stress`: as recovered by EET; on return with the facet moments of the last iterate, in exact equilibrium
-///   with the same loads and given tractions.
-///
-/// If no reduction is possible (a body at rest, a uniform stress), it is not changed. To relax several stresses of
-/// one body of the plane under the same kind of conditions, prepare a [`crate::StarRelaxation`] once.
-pub fn relax<S: Recovery>(
-    body: &Body<S>,
-    stress: &mut EquilibratedStress<S>,
-    relaxation: Relaxation,
-) -> RelaxationReport {
-    relax_body((body, None), stress, relaxation)
-}
-
-/// [`relax`] of a body whose factor is known.
-pub(crate) fn relax_body<S: Recovery>(
-    (body, factor): (&Body<S>, Option<&CondensedBody<S>>),
-    stress: &mut EquilibratedStress<S>,
-    relaxation: Relaxation,
-) -> RelaxationReport {
-    let mut stars = None;
-    let mut report = S::relax_with(body, stress, relaxation, &mut stars, None);
-    Columns::default().lower((body, factor), (stress, &mut report), relaxation, &mut stars);
-    report
 }

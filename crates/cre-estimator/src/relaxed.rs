@@ -1,11 +1,11 @@
 //! The admissible pair with relaxed stresses, and the stresses for a frozen λ.
 
 use crate::admissible::{AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal};
-use crate::columns::Columns;
+use crate::columns::{Columns, relax_body};
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::error::EstimatorError;
 use crate::measures::Accuracy;
-use crate::recovery::{Recovery, relax_body};
+use crate::recovery::Recovery;
 use crate::relaxation::{LEAST, Relaxation};
 use fem_core::interface::{ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;

@@ -62,7 +62,8 @@ impl Cocycles {
         let net = Net::new(mesh);
         let (free, values) = net.follow(mesh.points().len())?;
         let mut equations = DMatrix::<f64>::zeros(free, free);
-        for triangle in &net.triangles {
+        let is_free = |edge: &u32| !values[*edge as usize].is_empty();
+        for triangle in net.triangles.iter().filter(|triangle| triangle.iter().any(is_free)) {
             let mut row = DVector::<f64>::zeros(free);
             for (edge, sign) in triangle.iter().zip(SIGNS) {
                 values[*edge as usize]

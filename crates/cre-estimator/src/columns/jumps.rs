@@ -29,6 +29,9 @@ const MOST: usize = 384;
 /// The sums of the cocycles from a node of a patch to its others, with the opposite sign.
 type Potentials = BTreeMap<NodeId, Vec<f64>>;
 
+/// The displacement of a node in the motion of a patch, and the directions in which the patch holds it.
+type Motion<S> = (Directions<S>, <S as Space>::Vector);
+
 /// The jumps of a body.
 #[derive(Clone, Debug)]
 pub(super) struct Jumps<S: Space> {
@@ -41,7 +44,7 @@ pub(super) struct Jumps<S: Space> {
 }
 
 impl<S: Space> Jumps<S> {
-    /// Finds a basis of the jumps of a body, in time proportional to its boundary if there is none, as in a body without holes on one support.
+    /// Finds a basis of the jumps of a body, in time proportional to its boundary if there are no jumps, as in a body without holes on one support.
     ///
     /// * `holes`: whether the body has any.
     pub(super) fn new(body: &Body<S>, holes: bool) -> Self {
@@ -125,7 +128,7 @@ impl<S: Space> Jumps<S> {
     pub(super) fn imposed(&self, body: &Body<S>, k: usize) -> Vec<S::Vector> {
         let points = body.mesh().points();
         let holes = self.cocycles.len();
-        let mut at: BTreeMap<NodeId, Vec<(Directions<S>, S::Vector)>> = BTreeMap::new();
+        let mut at: BTreeMap<NodeId, Vec<Motion<S>>> = BTreeMap::new();
         for (p, (patch, potentials)) in self.patches.iter().zip(&self.potentials).enumerate() {
             for (node, sums) in potentials {
                 let own = self.frame.moved(&self.motions[k][holes + p], points[*node]);
@@ -207,7 +210,7 @@ fn common<S: Space>(a: &[Wrench<S>], b: &[Wrench<S>]) -> Vec<Wrench<S>> {
 }
 
 /// Finds the displacement of a node whose products with the directions of each of its patches are those of the patch's motion: by least squares.
-fn agreed<S: Space>(motions: &[(Directions<S>, S::Vector)]) -> S::Vector {
+fn agreed<S: Space>(motions: &[Motion<S>]) -> S::Vector {
     if let [(_, motion)] = motions {
         return *motion;
     }

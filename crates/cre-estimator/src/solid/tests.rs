@@ -1,6 +1,6 @@
 use super::*;
 use crate::check::check_stress;
-use crate::recovery::relax;
+use crate::relax;
 use fem_core::assembly::System;
 use fem_core::boundary::{
     BoundaryConditions, DisplacementCondition, FacetSelection, Load, ScalarData, Support, TractionCondition,

@@ -2,7 +2,7 @@ use super::*;
 use crate::check::check_stress;
 use crate::estimate_with;
 use crate::johnson_mercier::{CellStress, distance_squared};
-use crate::recovery::relax;
+use crate::relax;
 use fem_core::assembly::System;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::condensation::CondensedBody;
