@@ -20,6 +20,7 @@ struct TableRow {
     problems: usize,
     runs: usize,
     without: usize,
+    fields: usize,
     counts: Counts,
 }
 
@@ -28,12 +29,13 @@ impl TableRow {
         self.problems += 1;
         self.runs += trial.runs;
         self.without += usize::from(trial.refused.is_some());
+        self.fields += trial.fields;
         self.counts.add(&trial.verdicts, trial.effectivity);
     }
 
     fn line(&mut self, name: &str) -> String {
         let mut cells = vec![name.to_owned()];
-        cells.extend([self.problems, self.runs, self.without].map(|n| n.to_string()));
+        cells.extend([self.problems, self.runs, self.without, self.fields].map(|n| n.to_string()));
         cells.extend(self.counts.columns(PROMISES.into_iter()));
         format!("| {} |\n", cells.join(" | "))
     }
@@ -74,7 +76,7 @@ impl Found {
     }
 
     fn table(&mut self) -> String {
-        let mut names = vec!["family", "problems", "runs", "not certified"];
+        let mut names = vec!["family", "problems", "runs", "not certified", "given fields"];
         names.extend(PROMISES.map(name));
         names.extend(["e_cre/error", "measured"]);
         let mut text = format!(

@@ -8,6 +8,7 @@
 
 mod build;
 mod draw;
+mod field;
 mod grid;
 mod judge;
 
@@ -44,7 +45,7 @@ pub const FAMILIES: [&str; 17] = [
 ];
 
 /// The promises that are judged.
-pub const PROMISES: [Promise; 8] = [
+pub const PROMISES: [Promise; 9] = [
     Promise::Error,
     Promise::Iteration,
     Promise::Norm,
@@ -53,6 +54,7 @@ pub const PROMISES: [Promise; 8] = [
     Promise::Balance,
     Promise::Status,
     Promise::Words,
+    Promise::Field,
 ];
 
 /// Assemblies that are drawn for a problem, at most.
@@ -148,6 +150,8 @@ pub struct Trial {
     pub worst: f64,
     /// The same with the forces of pairs, of exact solutions.
     pub worst_pair: f64,
+    /// How many fields with errors got a bound.
+    pub fields: usize,
     /// The verdicts.
     pub verdicts: Vec<Verdict>,
 }
@@ -177,10 +181,14 @@ impl Trial {
             effectivity: None,
             worst: 0.0,
             worst_pair: 0.0,
+            fields: 0,
             verdicts: Vec::new(),
         };
         // A panic is a defect of the program, and one of the verdicts.
-        let judged = catch_unwind(AssertUnwindSafe(|| judge::judge(problem, &mut trial)));
+        let judged = catch_unwind(AssertUnwindSafe(|| {
+            let claims = judge::judge(problem, &mut trial);
+            field::judge(problem, &claims, &mut trial);
+        }));
         trial.say(Promise::Status, judged.is_ok(), || "panicked".into());
         trial
     }

@@ -4,16 +4,18 @@ use crate::admissible::{check_finite, check_length};
 use crate::error::EstimatorError;
 use crate::estimate::{Estimate, estimate_with};
 use crate::lift;
+use crate::recovery::Recovery;
 use crate::relaxation::Relaxation;
 use crate::side::side_sign;
 use fem_core::body::Body;
 use fem_core::field::nodal_residual;
-use fem_core::geometry::{Vector, norm};
+use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, LeftOut, NodePair, PairState};
 use fem_core::mesh::id::NodeId;
 use fem_core::mesh_field::MeshField;
 use fem_core::norm::energy_distance_squared;
 use fem_core::prepared::PreparedProblem;
+use fem_core::space::{Plane, Space};
 
 /// A supported node that misses its imposed displacement by at most this fraction of the largest displacement is put there.
 const HELD: f64 = 1e-4;
@@ -23,9 +25,9 @@ const ROUNDS: usize = 4;
 /// The certificate of a field of another code, see [`certify`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct FieldCertificate {
+pub struct FieldCertificate<S: Space = Plane> {
     /// The estimate of the changed field.
-    pub estimate: Estimate,
+    pub estimate: Estimate<S>,
     /// Energy norm of the difference between the given field and the admissible one, square root of J/m: supports and penetrations that
     /// were mended, and nodes that were moved so that contact surfaces match.
     pub change: f64,
@@ -34,26 +36,26 @@ pub struct FieldCertificate {
     /// The largest penetration that was removed, m.
     pub penetration: f64,
     /// The supported node that misses its support by most, if it is too much to be mended: then there is no bound.
-    pub missed_support: Option<MissedSupport>,
+    pub missed_support: Option<MissedSupport<S>>,
     /// The number of unknowns of each body.
     pub unknowns: Vec<usize>,
     /// The loads without which the problem is posed.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<LeftOut<S>>,
 }
 
 /// A supported node whose displacement is not the imposed one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct MissedSupport {
+pub struct MissedSupport<S: Space = Plane> {
     /// The body, from 0.
     pub body: usize,
     /// The place of the node, m.
-    pub point: Vector,
+    pub point: S::Vector,
     /// The distance of its displacement from the imposed one, m.
     pub distance: f64,
 }
 
-impl FieldCertificate {
+impl<S: Space> FieldCertificate<S> {
     /// Returns the bound of the energy norm of the given field's error, `e_CRE` of the changed field plus the change; `None` if a check
     /// of admissibility fails: then there is no bound.
     pub fn bound(&self) -> Option<f64> {
@@ -90,12 +92,12 @@ impl FieldCertificate {
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite, an obstacle that is free to move, friction, a lack of memory.
-pub fn certify(
-    prepared: &PreparedProblem,
-    displacements: &[MeshField<'_>],
+pub fn certify<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    displacements: &[MeshField<'_, S>],
     pressures: Option<&[Vec<f64>]>,
     relaxation: Relaxation,
-) -> Result<FieldCertificate, EstimatorError> {
+) -> Result<FieldCertificate<S>, EstimatorError> {
     let problem = prepared.problem();
     if let Some(pair) = problem.contacts.iter().position(|pair| pair.friction.acts()) {
         return Err(EstimatorError::FrictionOfField { pair });
@@ -123,7 +125,7 @@ pub fn certify(
         problem.contacts.iter().map(|pair| openings(problem, pair, &fields)).collect();
     let forces = match pressures {
         Some(pressures) => {
-            let of_pair = |(pair, given): (&ContactPair, &Vec<f64>)| {
+            let of_pair = |(pair, given): (&ContactPair<S>, &Vec<f64>)| {
                 let pairs = pair.interface.pairs().iter().zip(given);
                 pairs.map(|(p, pressure)| p.weight * pressure.max(0.0)).collect()
             };
@@ -147,10 +149,16 @@ pub fn certify(
 }
 
 /// Evaluates the fields at the nodes of the problem.
-fn fields(problem: &ContactProblem, given: &[MeshField<'_>]) -> Result<Vec<Vec<Vector>>, EstimatorError> {
+fn fields<S: Recovery>(
+    problem: &ContactProblem<S>,
+    given: &[MeshField<'_, S>],
+) -> Result<Vec<Vec<S::Vector>>, EstimatorError> {
     check_length(|| "the fields".into(), given.len(), problem.bodies.len())?;
     for (b, field) in given.iter().enumerate() {
-        check_finite(|| format!("the displacement of body {}", b + 1), field.values().iter().flatten())?;
+        check_finite(
+            || format!("the displacement of body {}", b + 1),
+            field.values().iter().flat_map(Coordinates::entries),
+        )?;
     }
     match problem.obstacles.iter().position(|obstacle| !obstacle.free_motions().is_empty()) {
         Some(obstacle) => Err(EstimatorError::FreeObstacle { obstacle }),
@@ -167,13 +175,13 @@ struct Held {
 }
 
 /// Puts supported nodes where their supports hold them, if they nearly are there.
-fn hold(body: &Body, field: &mut [Vector]) -> Held {
+fn hold<S: Recovery>(body: &Body<S>, field: &mut [S::Vector]) -> Held {
     let size = field.iter().map(|u| norm(*u)).fold(0.0, f64::max);
     let held = || body.node_constraints().iter().enumerate().filter(|(_, node)| !node.supported().is_none());
     let imposed = held().map(|(_, constraint)| norm(constraint.imposed));
     let allowed = HELD * imposed.fold(size, f64::max);
     let mut changes = Held { changed: 0.0, missed: None };
-    let mut put = |field: &mut [Vector], node: NodeId, to: Vector| {
+    let mut put = |field: &mut [S::Vector], node: NodeId, to: S::Vector| {
         let change = norm(to - field[node]);
         if change <= allowed {
             field[node] = to;
@@ -196,18 +204,22 @@ fn hold(body: &Body, field: &mut [Vector]) -> Held {
 }
 
 /// Computes the openings at the pairs of a contact line, ≥ 0, m.
-fn openings(problem: &ContactProblem, pair: &ContactPair, fields: &[Vec<Vector>]) -> Vec<f64> {
+fn openings<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &ContactPair<S>,
+    fields: &[Vec<S::Vector>],
+) -> Vec<f64> {
     let fields = problem.places_of(pair).map(|place| &fields[place]);
     pair.interface.pairs().iter().map(|p| opening(fields, p).max(0.0)).collect()
 }
 
-fn opening(fields: [&Vec<Vector>; 2], p: &NodePair) -> f64 {
+fn opening<S: Recovery>(fields: [&Vec<S::Vector>; 2], p: &NodePair<S>) -> f64 {
     let [first, second] = [0, 1].map(|side: usize| fields[side][p.nodes[side]]);
-    p.gap - (first - second).dot(&p.normal)
+    p.gap - (first - second).times(&p.normal)
 }
 
 /// Moves the nodes of one body of each pair back until none penetrates; returns the largest penetration, m.
-fn part(problem: &ContactProblem, fields: &mut [Vec<Vector>]) -> f64 {
+fn part<S: Recovery>(problem: &ContactProblem<S>, fields: &mut [Vec<S::Vector>]) -> f64 {
     let mut largest: f64 = 0.0;
     for round in 0..ROUNDS {
         let mut deepest: f64 = 0.0;
@@ -231,20 +243,25 @@ fn part(problem: &ContactProblem, fields: &mut [Vec<Vector>]) -> f64 {
 }
 
 /// Moves the nodes of the body of a pair in which that takes less energy; a node that one body holds is moved in the other.
-fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vector>], depths: &[f64]) {
+fn part_pair<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &ContactPair<S>,
+    fields: &mut [Vec<S::Vector>],
+    depths: &[f64],
+) {
     let sides: Vec<(usize, usize)> = pair.elastic_sides().collect();
-    let moved = |side: usize, b: usize| -> Vec<Vector> {
-        let mut field = vec![Vector::zeros(); fields[b].len()];
+    let moved = |side: usize, b: usize| -> Vec<S::Vector> {
+        let mut field = vec![S::Vector::default(); fields[b].len()];
         for (p, depth) in pair.interface.pairs().iter().zip(depths) {
             if let Some(direction) = lift::direction(problem, b, side, p) {
-                field[p.nodes[side]] = side_sign(side) * depth * direction;
+                field[p.nodes[side]] = direction * (side_sign(side) * depth);
             }
         }
         field
     };
     let energy = |(side, b): &(usize, usize)| {
         let field = moved(*side, *b);
-        let rest = vec![Vector::zeros(); field.len()];
+        let rest = vec![S::Vector::default(); field.len()];
         energy_distance_squared(&problem.bodies[*b], &field, &rest)
     };
     let mut order: Vec<(f64, (usize, usize))> = sides.iter().map(|of| (energy(of), *of)).collect();
@@ -255,15 +272,15 @@ fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vec
             .find_map(|(_, (side, b))| Some((*side, *b, lift::direction(problem, *b, *side, p)?)));
         if let Some((side, b, direction)) = movable {
             // A little more than needed, for the rounding of the sum.
-            fields[b][p.nodes[side]] += side_sign(side) * (1.0 + 4.0 * f64::EPSILON) * *depth * direction;
+            fields[b][p.nodes[side]] += direction * (side_sign(side) * (1.0 + 4.0 * f64::EPSILON) * *depth);
         }
     }
 }
 
 /// Computes the contact forces at the pairs, ≥ 0, N/m: what the equilibrium of the bodies lacks at the nodes that belong to one pair only
 /// and are not clamped; the mean if that is so in both bodies, zero if it is in neither.
-fn contact_forces(problem: &ContactProblem, fields: &[Vec<Vector>]) -> Vec<Vec<f64>> {
-    let residuals: Vec<Vec<Vector>> =
+fn contact_forces<S: Recovery>(problem: &ContactProblem<S>, fields: &[Vec<S::Vector>]) -> Vec<Vec<f64>> {
+    let residuals: Vec<Vec<S::Vector>> =
         problem.bodies.iter().zip(fields).map(|(body, field)| nodal_residual(body, field)).collect();
     let mut uses: Vec<Vec<u32>> = residuals.iter().map(|all| vec![0; all.len()]).collect();
     for pair in &problem.contacts {
@@ -273,16 +290,16 @@ fn contact_forces(problem: &ContactProblem, fields: &[Vec<Vector>]) -> Vec<Vec<f
             }
         }
     }
-    let force = |pair: &ContactPair, p: &NodePair| {
+    let force = |pair: &ContactPair<S>, p: &NodePair<S>| {
         let of_side = |(side, b): (usize, usize)| {
             let node = p.nodes[side];
             // A support takes what is not along its free direction.
             let along = lift::direction(problem, b, side, p)?;
-            (uses[b][node] == 1).then(|| side_sign(side) * residuals[b][node].dot(&along))
+            (uses[b][node] == 1).then(|| side_sign(side) * residuals[b][node].times(&along))
         };
         let found: Vec<f64> = pair.elastic_sides().filter_map(of_side).collect();
         (found.iter().sum::<f64>() / found.len().max(1) as f64).max(0.0)
     };
-    let of_pair = |pair: &ContactPair| pair.interface.pairs().iter().map(|p| force(pair, p)).collect();
+    let of_pair = |pair: &ContactPair<S>| pair.interface.pairs().iter().map(|p| force(pair, p)).collect();
     problem.contacts.iter().map(of_pair).collect()
 }

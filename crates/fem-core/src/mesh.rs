@@ -50,7 +50,7 @@ impl<S: Space> Mesh<S> {
     /// Checks points, cells and named facets and creates a mesh from them. Cells of negative measure, such as clockwise triangles, are
     /// reversed: their second and third corners are swapped, and [`Mesh::turned`] returns their number.
     ///
-    /// Cells that overlap without sharing nodes are not detected here, see [`TriMesh::overlapping_cells`].
+    /// Cells that overlap without sharing nodes are not detected here, see [`Mesh::overlapping_cells`].
     ///
     /// * `groups`: name and facets, each by its nodes in any order; facets may lie in several groups.
     ///

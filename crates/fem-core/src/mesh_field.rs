@@ -1,48 +1,47 @@
 //! Displacements on a mesh of their own, compared with the displacements of a body that has another mesh.
 
 use crate::body::Body;
-use crate::element::Triangle;
-use crate::geometry::Vector;
-use crate::mesh::TriMesh;
+use crate::element::Element;
+use crate::mesh::Mesh;
 use crate::mesh::cell_tree::{CellAt, CellTree};
 use crate::norm::{energy_distance_squared, sum_over_cells};
-use crate::tensor::SymTensor2;
+use crate::space::{Plane, Space};
 use std::sync::OnceLock;
 
-/// A field that is linear in the triangles of its mesh, such as displacements, m.
-pub struct MeshField<'a> {
-    mesh: &'a TriMesh,
-    values: &'a [Vector],
-    tree: OnceLock<CellTree<'a>>,
+/// A field that is linear in the cells of its mesh, such as displacements, m.
+pub struct MeshField<'a, S: Space = Plane> {
+    mesh: &'a Mesh<S>,
+    values: &'a [S::Vector],
+    tree: OnceLock<CellTree<'a, S>>,
 }
 
-impl<'a> MeshField<'a> {
+impl<'a, S: Space> MeshField<'a, S> {
     /// Takes a field.
     ///
     /// * `values`: at the nodes of the mesh.
     ///
     /// # Panics
     /// If there is not one value per node.
-    pub fn new(mesh: &'a TriMesh, values: &'a [Vector]) -> Self {
+    pub fn new(mesh: &'a Mesh<S>, values: &'a [S::Vector]) -> Self {
         let nodes = mesh.points().len();
         assert!(values.len() == nodes, "{} values on {nodes} nodes", values.len());
         Self { mesh, values, tree: OnceLock::new() }
     }
 
     /// Returns the values at the nodes.
-    pub fn values(&self) -> &'a [Vector] {
+    pub fn values(&self) -> &'a [S::Vector] {
         self.values
     }
 
     /// Evaluates the field at the nodes of another mesh. Outside of its own mesh it continues as in a cell nearby.
-    pub fn on(&self, mesh: &TriMesh) -> Vec<Vector> {
+    pub fn on(&self, mesh: &Mesh<S>) -> Vec<S::Vector> {
         if self.has_mesh(mesh) {
             return self.values.to_vec();
         }
         let own = self.mesh.points();
-        let value = |(k, point): (usize, &Vector)| match own.get(k) {
+        let value = |(k, point): (usize, &S::Vector)| match own.get(k) {
             Some(unmoved) if unmoved == point => self.values[k],
-            _ => self.tree().nearest(*point).map_or_else(Vector::zeros, |at| self.value(at)),
+            _ => self.tree().nearest(*point).map_or_else(S::Vector::default, |at| self.value(at)),
         };
         mesh.points().iter().enumerate().map(value).collect()
     }
@@ -54,7 +53,7 @@ impl<'a> MeshField<'a> {
     ///
     /// # Panics
     /// If `field` does not have one entry per node.
-    pub fn energy_distance_squared(&self, body: &Body, field: &[Vector]) -> f64 {
+    pub fn energy_distance_squared(&self, body: &Body<S>, field: &[S::Vector]) -> f64 {
         let mesh = body.mesh();
         if self.has_mesh(mesh) {
             return energy_distance_squared(body, self.values, field);
@@ -63,53 +62,58 @@ impl<'a> MeshField<'a> {
             let nodes = mesh.cells()[t];
             let corners = mesh.corners(t);
             if self.has_cell(mesh, t) {
-                let difference = nodes.map(|n| self.values[n] - field[n]);
-                let element = Triangle::new(corners);
+                let difference = S::corners(|k| self.values[nodes[k]] - field[nodes[k]]);
+                let element = Element::<S>::new(corners);
                 return element.measure * energy_density(body, t, element.strain(difference));
             }
-            let strain = Triangle::new(corners).strain(nodes.map(|n| field[n]));
-            let part = |(cell, area): (usize, f64)| {
-                let own = self.mesh.cells()[cell].map(|n| self.values[n]);
-                let own = Triangle::new(self.mesh.corners(cell)).strain(own);
-                area * energy_density(body, t, strain.minus(own))
+            let strain: S::Components<f64> =
+                Element::<S>::new(corners).strain(S::corners(|k| field[nodes[k]])).into();
+            let part = |(cell, measure): (usize, f64)| {
+                let own = self.mesh.cells()[cell];
+                let own = S::corners(|k| self.values[own[k]]);
+                let own: S::Components<f64> = Element::<S>::new(self.mesh.corners(cell)).strain(own).into();
+                let difference = S::components(|k| strain[k] - own[k]).into();
+                measure * energy_density(body, t, difference)
             };
-            self.tree().common_areas(corners).into_iter().map(part).sum()
+            self.tree().common_measures(corners).into_iter().map(part).sum()
         })
     }
 
-    fn has_mesh(&self, mesh: &TriMesh) -> bool {
+    fn has_mesh(&self, mesh: &Mesh<S>) -> bool {
         std::ptr::eq(self.mesh, mesh)
             || (self.mesh.points() == mesh.points() && self.mesh.cells() == mesh.cells())
     }
 
-    /// Tells whether its mesh has the same triangle of the same nodes.
-    fn has_cell(&self, mesh: &TriMesh, t: usize) -> bool {
+    /// Tells whether its mesh has the same cell of the same nodes.
+    fn has_cell(&self, mesh: &Mesh<S>, t: usize) -> bool {
         let nodes = mesh.cells()[t];
         let own = self.mesh.points();
-        let unmoved = nodes.iter().all(|n| own.get(n.index()).is_some_and(|p| *p == mesh.points()[*n]));
+        let unmoved = nodes.into_iter().all(|n| own.get(n.index()).is_some_and(|p| *p == mesh.points()[n]));
         let mut around = if unmoved { self.mesh.topology().cells_around(nodes[0]) } else { &[] }.iter();
-        around.any(|cell| self.mesh.cells()[*cell as usize].iter().all(|n| nodes.contains(n)))
+        around.any(|cell| self.mesh.cells()[*cell as usize].into_iter().all(|n| nodes.as_ref().contains(&n)))
     }
 
-    fn value(&self, at: CellAt) -> Vector {
-        let nodes = self.mesh.cells()[at.triangle];
-        nodes.iter().zip(at.weights).map(|(n, weight)| weight * self.values[*n]).sum()
+    fn value(&self, at: CellAt<S>) -> S::Vector {
+        let nodes = self.mesh.cells()[at.cell];
+        nodes.into_iter().zip(at.weights).map(|(n, weight)| self.values[n] * weight).sum()
     }
 
-    fn tree(&self) -> &CellTree<'a> {
+    fn tree(&self) -> &CellTree<'a, S> {
         self.tree.get_or_init(|| CellTree::new(self.mesh))
     }
 }
 
-fn energy_density(body: &Body, t: usize, strain: SymTensor2) -> f64 {
-    body.material(t).stress(strain).contract(strain)
+fn energy_density<S: Space>(body: &Body<S>, t: usize, strain: S::Tensor) -> f64 {
+    S::contracted(body.material(t).stress(strain), strain)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::boundary::BoundaryConditions;
+    use crate::geometry::Vector;
     use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::TriMesh;
     use crate::mesh::generate::block;
     use crate::norm::energy_norm_squared;
 

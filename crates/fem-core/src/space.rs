@@ -81,6 +81,8 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
         + Sync
         + From<Self::Components<f64>>
         + Into<Self::Components<f64>>;
+    /// A point as trees of boxes have it.
+    type Place: rstar::Point<Scalar = f64> + Send + Sync;
     /// A linear map between components: a stiffness.
     type Matrix: Matrix<Self::Components<f64>>;
     /// A rotation, and what does work on it: a moment.
@@ -132,6 +134,13 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
     ///
     /// * `measure`: of the cell.
     fn gradients(corners: &Self::Corners<Self::Vector>, measure: f64) -> Self::Corners<Self::Vector>;
+    /// Returns a point as trees of boxes have it.
+    fn place(point: Self::Vector) -> Self::Place;
+    /// Cuts the common part of two cells of positive measure into cells, none of them turned over.
+    fn common_part(
+        a: &Self::Corners<Self::Vector>,
+        b: &Self::Corners<Self::Vector>,
+    ) -> Vec<Self::Corners<Self::Vector>>;
     /// Computes the smallest angle between two facets of a cell, in degrees; not positive in a triangle that runs clockwise.
     fn smallest_angle(corners: &Self::Corners<Self::Vector>) -> f64;
     /// Computes the measure of a facet, m or m².

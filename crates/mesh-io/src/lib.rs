@@ -41,7 +41,7 @@ pub mod numeral;
 pub mod vtu;
 pub mod words;
 
-pub use field_file::read_point_vectors;
+pub use field_file::{FIELD_COLUMNS, read_point_vectors};
 pub use links::BrokenLink;
 pub use mesh_file::{
     ElementKind, GroupSummary, LARGEST_MESH_FILE, MeshArrays, MeshFault, MeshFile, MeshFileError, MeshPlace,

@@ -1,12 +1,13 @@
 //! Arrays of NumPy, in and out.
 
 use crate::errors::wrong;
-use fem_core::geometry::{Coordinates, Vector};
+use fem_core::geometry::Coordinates;
 use fem_core::mesh::Mesh;
 use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::Space;
 use mesh_io::MeshArrays;
 use mesh_io::vtu::VtuArray;
+use nndd_report::Failure;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -27,9 +28,31 @@ pub(crate) fn vectors<'py, S: Space>(py: Python<'py>, values: &[S::Vector]) -> P
     rows(py, values.iter().flat_map(|v| v.entries().iter().copied()).collect(), S::DIM)
 }
 
-/// Reads vectors, one per row.
-pub(crate) fn read_vectors(py: Python<'_>, array: &Bound<'_, PyArray2<f64>>) -> PyResult<Vec<Vector>> {
-    of_rows(py, array, |[x, y]| Vector::new(x, y))
+/// Numbers in rows of any length.
+pub(crate) struct Rows {
+    values: Vec<f64>,
+    columns: usize,
+}
+
+impl Rows {
+    pub(crate) fn read(array: &Bound<'_, PyArray2<f64>>) -> PyResult<Self> {
+        let array = array.try_readonly()?;
+        let array = array.as_array();
+        Ok(Self { values: array.iter().copied().collect(), columns: array.ncols() })
+    }
+
+    /// Makes a vector of each row.
+    pub(crate) fn vectors<S: Space>(&self) -> Result<Vec<S::Vector>, Failure> {
+        if self.columns != S::DIM {
+            return Err(Failure::invalid(format!(
+                "displacements have rows of {} numbers\n  expected: rows of {} numbers, the components of a displacement in the \
+                 space of the case\n  fix: check the shape of the array",
+                self.columns,
+                S::DIM
+            )));
+        }
+        Ok(self.values.chunks_exact(S::DIM).map(|row| S::Vector::of(|c| row[c])).collect())
+    }
 }
 
 /// Reads an array with a fixed number of columns, and makes something of each row.

@@ -13,8 +13,9 @@ mod solution;
 mod source;
 mod tree;
 
+use arrays::Rows;
 use case_io::case::{AnyCase, is_solid_generator, mesh_of_generator, solid_mesh_of_generator};
-use fem_core::geometry::Vector;
+use fem_core::body::Body;
 use fem_core::space::Plane;
 use json::loads;
 use mesh_io::{MeshFile, RegionOptions};
@@ -24,14 +25,18 @@ use nndd_report::{Failure, ReportSpace, certify, view};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
+use serde_json::Value;
 use solution::Solution;
 use source::{File, Keys};
 use std::path::PathBuf;
 use std::sync::Arc;
 use tree::{Reading, Settings};
 
-/// The mesh of a body, and the density of the squared error in its triangles.
-type Density<'py> = (Bound<'py, PyDict>, Bound<'py, PyAny>);
+/// The mesh of a body, and the density of the squared error in its cells.
+type Density = (Py<PyDict>, Py<PyAny>);
+
+/// Makes the arrays of the densities of all bodies.
+type Densities = Box<dyn FnOnce(Python<'_>) -> PyResult<Vec<Density>> + Send>;
 
 /// A case: a file, or a dict with meshes and data.
 #[pyclass(frozen, module = "nndd._nndd")]
@@ -127,32 +132,18 @@ impl Case {
         displacements: Vec<Bound<'py, PyArray2<f64>>>,
         pressures: Option<Vec<Bound<'py, PyArray1<f64>>>>,
         threads: usize,
-    ) -> PyResult<(Bound<'py, PyAny>, Vec<Density<'py>>)> {
-        let mut fields = displacements
-            .iter()
-            .map(|field| arrays::read_vectors(py, field))
-            .collect::<PyResult<Vec<_>>>()?;
-        let mut pressures = pressures
+    ) -> PyResult<(Bound<'py, PyAny>, Vec<Density>)> {
+        let fields = displacements.iter().map(Rows::read).collect::<PyResult<Vec<_>>>()?;
+        let pressures = pressures
             .map(|all| all.iter().map(|array| Ok(array.to_vec()?)).collect::<PyResult<Vec<Vec<f64>>>>())
             .transpose()?;
-        let (numbers, found, problem) = self.work(py, threads, None, move |source, host| {
-            let case = source.read(&run::overrides(&set.0)?)?.into_plane().map_err(Failure::from)?;
-            let (problem, _) = run::build_last(&case, host)?;
-            let bodies = (0..).zip(&mut fields);
-            bodies.for_each(|(body, field)| source::to_mesh(&case, body, field, Vector::zeros()));
-            let firsts = case.contacts.iter().filter_map(|contact| contact.bodies.first());
-            let pairs = firsts.zip(pressures.iter_mut().flatten());
-            pairs.for_each(|(body, pressure)| source::to_mesh(&case, *body, pressure, 0.0));
-            run::begins(&case, "the certificate of the field", host);
-            let found = certify::of_fields(&case, &problem, &fields, pressures.as_deref())?;
-            Ok((certify::summary(&case, &found), found, problem))
+        let (numbers, densities) = self.work(py, threads, None, move |source, host| {
+            match source.read(&run::overrides(&set.0)?)? {
+                AnyCase::Plane(case) => certified(&case, &fields, pressures, host),
+                AnyCase::Solid(case) => certified(&case, &fields, pressures, host),
+            }
         })?;
-        let densities = problem.bodies.iter().zip(&found.estimate.cre.by_cell).map(|(body, cells)| {
-            let mesh = body.mesh();
-            let density = cells.iter().enumerate().map(|(t, squared)| squared / mesh.measure(t));
-            Ok((arrays::mesh(py, mesh)?, PyArray1::from_iter(py, density).into_any()))
-        });
-        Ok((loads(py, &numbers)?, densities.collect::<PyResult<_>>()?))
+        Ok((loads(py, &numbers)?, densities(py)?))
     }
 
     /// Returns points, triangles and sides of the mesh of a body, as the case describes it.
@@ -162,6 +153,35 @@ impl Case {
             AnyCase::Solid(case) => mesh_of(py, case, body),
         }
     }
+}
+
+/// Certifies displacements in memory; returns numbers, and what makes the arrays of the densities.
+fn certified<S: ReportSpace>(
+    case: &case_io::Case<S>,
+    fields: &[Rows],
+    mut pressures: Option<Vec<Vec<f64>>>,
+    host: &mut job::Caller,
+) -> Result<(Value, Densities), Failure> {
+    let (problem, _) = run::build_last(case, host)?;
+    let mut fields = fields.iter().map(Rows::vectors::<S>).collect::<Result<Vec<_>, _>>()?;
+    let bodies = (0..).zip(&mut fields);
+    bodies.for_each(|(body, field)| source::to_mesh(case, body, field, S::Vector::default()));
+    let firsts = case.contacts.iter().filter_map(|contact| contact.bodies.first());
+    let pairs = firsts.zip(pressures.iter_mut().flatten());
+    pairs.for_each(|(body, pressure)| source::to_mesh(case, *body, pressure, 0.0));
+    run::begins(case, "the certificate of the field", host);
+    let found = certify::of_fields(case, &problem, &fields, pressures.as_deref())?;
+    let numbers = certify::summary(case, &found);
+    let densities = move |py: Python<'_>| {
+        let bodies = problem.bodies.iter().zip(&found.estimate.cre.by_cell);
+        let of_body = |(body, cells): (&Body<S>, &Vec<f64>)| {
+            let mesh = body.mesh();
+            let density = cells.iter().enumerate().map(|(t, squared)| squared / mesh.measure(t));
+            Ok((arrays::mesh(py, mesh)?.unbind(), PyArray1::from_iter(py, density).into_any().unbind()))
+        };
+        bodies.map(of_body).collect()
+    };
+    Ok((numbers, Box::new(densities)))
 }
 
 /// Makes the mesh of a generator, given by its keys.

@@ -7,6 +7,7 @@ use case_io::case::AnyCase;
 use case_io::case_file::Table;
 use mesh_io::MeshFile;
 use nndd_report::Failure;
+use nndd_report::ReportSpace;
 use nndd_report::failure::COMMAND_LINE;
 use nndd_report::run::Source;
 use pyo3::prelude::*;
@@ -46,7 +47,7 @@ impl Source for Keys {
 /// Reduces values at all given nodes to the nodes of a body's mesh. Another number of values is refused later.
 ///
 /// * `absent`: at nodes that are not there.
-pub(crate) fn to_mesh<T: Copy>(case: &Case, body: usize, values: &mut Vec<T>, absent: T) {
+pub(crate) fn to_mesh<T: Copy, S: ReportSpace>(case: &Case<S>, body: usize, values: &mut Vec<T>, absent: T) {
     let is_given = body < case.bodies.len() && case.given_node_count(body) == Some(values.len() as u64);
     if let Some(numbers) = case.node_numbers(body).filter(|_| is_given) {
         *values = numbers.iter().map(|n| values.get(*n as usize).copied().unwrap_or(absent)).collect();

@@ -7,7 +7,7 @@ from typing import Any
 import nndd
 import numpy as np
 import pytest
-from conftest import arrays_of, blocks
+from conftest import CASES, arrays_of, blocks
 
 YOUNG, POISSON = 1000.0, 0.3
 
@@ -182,3 +182,26 @@ def test_arrays_that_are_no_fields_are_refused() -> None:
     for pressure in (np.zeros(nodes - 1), np.zeros((nodes, 2)), np.full(nodes, np.nan), ["a"] * nodes):
         with pytest.raises((nndd.Error, TypeError, ValueError)):
             nndd.certify(problem, fields, [pressure])
+
+
+def test_fields_of_solids_have_three_components() -> None:
+    case = CASES / "solid" / "stack.toml"
+    solution = nndd.solve(case, **{"solver.method": "exact"})
+    fields = [body.displacement for body in solution.bodies]
+    own = nndd.certify(case, fields, threads=1)
+    assert own.valid
+    assert own.bound == pytest.approx(solution.certified_error, rel=1e-9)
+    assert own.meshes[0].tetrahedra is not None
+    assert [len(density) for density in own.error_density] == [len(mesh.tetrahedra) for mesh in own.meshes]
+    # A field of the half size misses no zero support; its bound holds against the first one.
+    poor = nndd.certify(case, [0.5 * field for field in fields])
+    assert poor.bound is None or poor.bound > own.bound
+    for bad in ([field[:, :2] for field in fields], fields[:1], [fields[0][:-1], *fields[1:]]):
+        with pytest.raises(nndd.Error):
+            nndd.certify(case, bad)
+
+
+def test_plane_fields_have_no_third_component() -> None:
+    problem = blocks()
+    with pytest.raises(nndd.Error, match="rows of 3 numbers"):
+        nndd.certify(problem, [np.zeros((len(body.mesh.points), 3)) for body in problem.bodies])

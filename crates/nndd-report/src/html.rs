@@ -8,11 +8,12 @@ use crate::settings;
 use crate::space::ReportSpace;
 use crate::words::{self, one_line, plain, with_digits};
 use case_io::Case;
-use case_io::case::{Method, Units};
+use case_io::case::{BodyCase, Method, Units};
 use case_io::report::{Certificate, Checks, ContactSummary, Coulomb, Report};
 use cre_estimator::FieldCertificate;
+use fem_core::body::Body;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::ContactProblem;
-use fem_core::space::Plane;
 use results::results;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -22,19 +23,22 @@ const STYLE: &str = include_str!("html/style.css");
 
 /// Writes the page of another code's field.
 ///
-/// * `lines`: what was found; `files`: with the field.
-pub(crate) fn of_field(
-    case: &Case,
+/// * `lines`: what was found; `picture`: a map of the error, in place of which a table may stand; `files`: with the field.
+pub(crate) fn of_field<S: ReportSpace>(
+    case: &Case<S>,
+    (problem, found): (&ContactProblem<S>, &FieldCertificate<S>),
     lines: &str,
-    found: &FieldCertificate,
-    picture: &Picture,
+    picture: Option<&Picture>,
     files: &[String],
 ) -> String {
     let mut page = head(case);
     let class = if found.bound().is_some() { "ok" } else { "no" };
     let lines: Vec<String> = lines.lines().map(escape).collect();
     let _ = writeln!(page, "<div class=\"verdict {class}\"><p>{}</p></div>", lines.join("</p><p>"));
-    figures(&mut page, std::slice::from_ref(picture));
+    match picture {
+        Some(picture) => figures(&mut page, std::slice::from_ref(picture)),
+        None => largest_errors(&mut page, case, problem, found),
+    }
     let valid = found.bound().is_some();
     let e_cre = found.estimate.unchecked().e_cre;
     let shown = |value: f64| words::rounded_up(value);
@@ -45,7 +49,7 @@ pub(crate) fn of_field(
         ("energy norm of the admissible field", number(Some(found.estimate.energy_norm()))),
     ];
     let rows = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]);
-    table(&mut page, "Bound", &["part", &with_unit(case, "energy norm", Units::energy_norm::<Plane>)], rows);
+    table(&mut page, "Bound", &["part", &with_unit(case, "energy norm", Units::energy_norm::<S>)], rows);
     let failed = found.estimate.admissibility.failed();
     let failed: Vec<_> = failed.map(|(key, x)| vec![key.replace('_', " "), with_digits(x, 2)]).collect();
     if !failed.is_empty() {
@@ -54,6 +58,39 @@ pub(crate) fn of_field(
     table(&mut page, "Files", &["file of the field"], files.iter().map(|file| vec![file.clone()]));
     page.push_str("</body></html>\n");
     page
+}
+
+/// Writes where the squared error of a field is, if there is no map of it: its share in each body, and the cell of the largest density.
+fn largest_errors<S: ReportSpace>(
+    page: &mut String,
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+    found: &FieldCertificate<S>,
+) {
+    let of_bodies = &found.estimate.cre.by_cell;
+    let total: f64 = of_bodies.iter().flatten().sum();
+    let row = |((body, given), squared): ((&Body<S>, &BodyCase<S>), &Vec<f64>)| {
+        let density = |t: &usize| squared[*t] / body.mesh().measure(*t);
+        let cells = 0..squared.len();
+        let largest = cells.max_by(|a, b| density(a).total_cmp(&density(b))).unwrap_or_default();
+        let middle = body.mesh().corners(largest).into_iter().sum::<S::Vector>() / (S::DIM + 1) as f64;
+        let mut sorted = squared.clone();
+        sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+        let own: f64 = squared.iter().sum();
+        let sums = sorted.iter().scan(0.0, |sum, e| Some(std::mem::replace(sum, *sum + e)));
+        let half = sums.take_while(|before| *before < 0.5 * own).count();
+        let share = if total > 0.0 { with_digits(100.0 * own / total, 3) } else { number(None) };
+        let place = middle.entries().iter().map(|x| with_digits(*x, 4)).collect::<Vec<_>>().join(", ");
+        vec![given.name.clone(), share, half.to_string(), squared.len().to_string(), format!("({place})")]
+    };
+    let rows = problem.bodies.iter().zip(&case.bodies).zip(of_bodies).map(row);
+    let heads =
+        ["body", "% of the squared error", "cells with half of the body's", "cells", "largest density at"];
+    table(page, "Where the error is", &heads, rows);
+    page.push_str(
+        "<p>Solids have no map of the error on this page: the `.vtu` file of each body has the error density of every \
+         cell. What was changed to make the given field admissible is not in it.</p>\n",
+    );
 }
 
 /// Writes the page.

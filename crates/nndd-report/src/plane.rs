@@ -1,6 +1,7 @@
 //! Reports of plane bodies.
 
 use crate::adapt;
+use crate::certify;
 use crate::convert;
 use crate::corners;
 use crate::curves;
@@ -20,6 +21,7 @@ use case_io::Case;
 use case_io::case::{Factors, MaterialLaw};
 use case_io::report::{ContactLine, ContactStretch, ContactSurface, LineResults, Report};
 use certified_contact::{PairResults, Results, SolveError};
+use cre_estimator::FieldCertificate;
 use fem_core::geometry::{Vector, norm, perpendicular, shown};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem};
 use fem_core::material::{Hypothesis, LinearElastic};
@@ -179,6 +181,15 @@ impl ReportSpace for Plane {
         };
         let measures = ends.iter().map(length).collect();
         DrawnFacets { measures, points, cells: VtuCells::Lines(ends), clamped: clamped_ends }
+    }
+
+    fn error_map(
+        case: &Case,
+        problem: &ContactProblem,
+        found: &FieldCertificate,
+        densities: &[Vec<f64>],
+    ) -> Option<Picture> {
+        Some(certify::map(case, problem, found, densities))
     }
 
     fn pictures(case: &Case, fields: &Fields<'_>, contact: &NamedRows<'_>, report: &Report) -> Vec<Picture> {

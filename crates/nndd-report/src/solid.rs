@@ -15,6 +15,7 @@ use case_io::Case;
 use case_io::case::{Factors, MaterialLaw};
 use case_io::report::{ContactLine, ContactSurface, LineResults, Report, SurfaceArea, SurfacePatch};
 use certified_contact::{PairResults, PatchResults, Results, SolveError};
+use cre_estimator::FieldCertificate;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactInterface, ContactPair, ContactPatch, ContactProblem};
 use fem_core::material::LinearElastic;
@@ -139,6 +140,15 @@ impl ReportSpace for Solid {
             measures: of.interface.facets().iter().map(|face| face.measure).collect(),
             clamped: Vec::new(),
         }
+    }
+
+    fn error_map(
+        _: &Case<Self>,
+        _: &ContactProblem<Self>,
+        _: &FieldCertificate<Self>,
+        _: &[Vec<f64>],
+    ) -> Option<Picture> {
+        None
     }
 
     fn pictures(_: &Case<Self>, _: &Fields<'_, Self>, _: &NamedRows<'_>, _: &Report) -> Vec<Picture> {

@@ -11,6 +11,7 @@ use case_io::case::{Dimension, Factors};
 use case_io::report::{ContactLine, ContactSurface, LineResults, Report};
 use case_io::table::ContactRow;
 use certified_contact::{ContactSpace, PairResults, Results, SolveError};
+use cre_estimator::FieldCertificate;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::material::LinearElastic;
 use mesh_io::vtu::VtuCells;
@@ -108,6 +109,16 @@ pub trait ReportSpace: ContactSpace + Dimension {
     fn friction_traction(normal: Self::Vector, tangential: f64) -> Self::Vector;
     /// Lists the facets of a contact interface.
     fn drawn_facets(fields: &Fields<'_, Self>, pair: usize) -> DrawnFacets<Self>;
+
+    /// Draws the error of a field that another program computed; `None` of solids, whose page has a table.
+    ///
+    /// * `densities`: of the squared error in the cells of each body.
+    fn error_map(
+        case: &Case<Self>,
+        problem: &ContactProblem<Self>,
+        found: &FieldCertificate<Self>,
+        densities: &[Vec<f64>],
+    ) -> Option<Picture>;
 
     /// Draws the figures of a solve.
     fn pictures(

@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 use nndd::{Acceleration, Method, NewtonSettings, NnddError, NnddSettings, NnddStatus, Weights};
 
 /// Numbers whose difference is below this part of them are equal: the judge computes in double precision.
-const ROUNDING: f64 = 1e-11;
+pub(super) const ROUNDING: f64 = 1e-11;
 /// Forces on a body balance to this part of their size.
 const BALANCE: f64 = 1e-12;
 /// The forces of an iteration with an error below this part of the energy norm are those of the discrete solution.
@@ -25,19 +25,31 @@ const CONVERGED: f64 = 1e-9;
 const FINEST: usize = 2_500;
 
 /// A certified run.
-struct Claim {
+pub(super) struct Claim {
     name: &'static str,
-    halved: u32,
-    displacement: Vec<Vec<Vector3<f64>>>,
-    e_cre: f64,
-    eta_nndd: f64,
-    norm: f64,
-    round_off: f64,
+    /// How often the cells are halved.
+    pub(super) halved: u32,
+    /// By body.
+    pub(super) displacement: Vec<Vec<Vector3<f64>>>,
+    /// The bound.
+    pub(super) e_cre: f64,
+    /// The bound of the distance to the solution on this mesh.
+    pub(super) eta_nndd: f64,
+    /// The energy norm.
+    pub(super) norm: f64,
+    /// The part of the bound that is rounding.
+    pub(super) round_off: f64,
+    /// How stresses were relaxed.
+    pub(super) relaxation: Relaxation,
     bounds: Bounds,
 }
 
 impl Claim {
-    fn new(name: &'static str, halved: u32, solution: &CertifiedSolution<Solid>) -> Option<Self> {
+    fn new(
+        name: &'static str,
+        halved: u32,
+        (settings, solution): (&Settings<Solid>, &CertifiedSolution<Solid>),
+    ) -> Option<Self> {
         let estimate = solution.estimate.as_ref().filter(|_| solution.is_certified())?;
         let found = estimate.unchecked();
         Some(Self {
@@ -48,6 +60,7 @@ impl Claim {
             eta_nndd: found.eta_nndd.max(solution.last().eta_nndd),
             norm: estimate.energy_norm(),
             round_off: estimate.round_off,
+            relaxation: settings.relaxation,
             bounds: solution.bounds?,
         })
     }
@@ -92,8 +105,8 @@ pub(super) fn random_settings(random: &mut Random) -> Settings<Solid> {
     settings.with_method(method.with_max_iterations(most))
 }
 
-/// Runs and judges a problem.
-pub(super) fn judge(problem: &Problem, trial: &mut Trial) {
+/// Runs and judges a problem; returns the certified runs, the last one by the exact method.
+pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Vec<Claim> {
     let mut exact = Settings::<Solid>::default().with_method(NewtonSettings::default());
     exact.relaxation = Relaxation::Steps(2);
     let mut runs = vec![
@@ -119,7 +132,7 @@ pub(super) fn judge(problem: &Problem, trial: &mut Trial) {
             Ok(solution) => {
                 held.push((name, None));
                 of_run(name, &solution, &settings, trial);
-                claims.extend(Claim::new(name, halved, &solution));
+                claims.extend(Claim::new(name, halved, (&settings, &solution)));
                 if name == "first" {
                     trial.ended = format!("{:?}", solution.nndd.status);
                 }
@@ -158,6 +171,7 @@ pub(super) fn judge(problem: &Problem, trial: &mut Trial) {
     let same = held.windows(2).all(|two| two[0].1.is_none() == two[1].1.is_none());
     trial.say(Promise::Status, same, || format!("held by one run and not by another: {held:?}"));
     together(problem, &claims, trial);
+    claims
 }
 
 /// Judges the numbers of one run.
@@ -324,7 +338,7 @@ fn together(problem: &Problem, claims: &[Claim], trial: &mut Trial) {
                 let meet = x[0] <= y[1] + slack && y[0] <= x[1] + slack;
                 trial.say(promise, meet, || format!("{names}: {x:?} and {y:?} are apart"));
             }
-            let Some(distance) = distance(problem, coarse, fine) else {
+            let Some(distance) = distance(problem, (&coarse.displacement, coarse.halved), fine) else {
                 trial.say(Promise::Error, false, || format!("{names}: no distance"));
                 continue;
             };
@@ -353,12 +367,18 @@ fn together(problem: &Problem, claims: &[Claim], trial: &mut Trial) {
     }
 }
 
-/// Computes the distance of two fields in the energy norm, on the finer mesh.
-fn distance(problem: &Problem, coarse: &Claim, fine: &Claim) -> Option<f64> {
+/// Computes the distance of a field from that of a run, in the energy norm, on the finer mesh of the run.
+///
+/// * `halved`: how often the cells of the field are.
+pub(super) fn distance(
+    problem: &Problem,
+    (field, halved): (&[Vec<Vector3<f64>>], u32),
+    fine: &Claim,
+) -> Option<f64> {
     let mut squared = 0.0;
-    let mut field = coarse.displacement.clone();
+    let mut field = field.to_vec();
     for (part, field) in problem.assembly.parts.iter().zip(&mut field) {
-        for halved in coarse.halved..fine.halved {
+        for halved in halved..fine.halved {
             *field = prolonged(part.cells.counts().map(|n| n << halved), field);
         }
     }

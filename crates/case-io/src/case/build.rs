@@ -4,6 +4,7 @@ use super::{Case, CurveCase, Dimension, MeshSource, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, did_you_mean};
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
+use fem_core::geometry::Point;
 use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
 use fem_core::material::MaterialError;
 use fem_core::mesh::{Mesh, MeshError};
@@ -24,7 +25,7 @@ impl<S: Dimension> Case<S> {
         if !faults.is_empty() {
             return Err(CaseError::new(faults));
         }
-        S::check_pieces(self, &bodies)?;
+        self.check_pieces(&bodies)?;
         Ok(bodies)
     }
 
@@ -34,6 +35,49 @@ impl<S: Dimension> Case<S> {
             let members = contact.bodies.iter().zip(&contact.surfaces);
             members.filter(move |(b, _)| **b == body).map(|(_, side)| side.as_str())
         })
+    }
+
+    /// Refuses a piece of one body that takes no part in any contact and lies inside another body.
+    fn check_pieces(&self, bodies: &[Body<S>]) -> Result<(), CaseError> {
+        for b in 0..bodies.len() {
+            let mesh = bodies[b].mesh();
+            let (piece_of, count) = mesh.topology().pieces();
+            if count < 2 {
+                continue;
+            }
+            let sides: Vec<_> = self.sides_of(b).filter_map(|side| mesh.group(side)).collect();
+            if sides.is_empty() {
+                continue;
+            }
+            let mut in_contact = vec![false; count];
+            for &facet in sides.into_iter().flatten() {
+                in_contact[piece_of[mesh.topology().facets()[facet][0]] as usize] = true;
+            }
+            let apart = |t: &u32| !in_contact[piece_of[mesh.cells()[*t as usize][0]] as usize];
+            let cells: Vec<u32> = (0..mesh.cells().len() as u32).filter(apart).collect();
+            let others = (0..bodies.len()).filter(|other| *other != b);
+            let overlap = |other: usize| Some((other, mesh.overlap_with(&cells, bodies[other].mesh())?));
+            let Some((other, found)) = others.filter_map(overlap).next() else { continue };
+            let element = |b: usize, t: usize| match self.element_numbers(b, bodies[b].mesh()) {
+                Some(numbers) => numbers.get(t).copied().unwrap_or_default(),
+                None => t as u64,
+            };
+            let message = format!(
+                "body \"{}\": a piece of it that has no contact {} lies inside body \"{}\": the elements {} and {} overlap at {}",
+                self.bodies[b].name,
+                S::WORDS.facet,
+                self.bodies[other].name,
+                element(b, found.cells[0]),
+                element(other, found.cells[1]),
+                Point::from(found.point)
+            );
+            let fault = self.diagnostic(code::MESH, &format!("body.{b}.mesh.file"), message);
+            let fault = fault.expected("bodies that cover no place twice");
+            return Err(fault
+                .fix("take this piece out of the region of the body, or give it to the other body")
+                .into());
+        }
+        Ok(())
     }
 
     /// Makes one body.
@@ -283,49 +327,6 @@ impl Case {
             .map_err(|error| CaseError::from(self.interface_diagnostic(contact, &error)))?;
         self.check_lambda(contact, bodies, &interface)?;
         Ok(interface)
-    }
-
-    /// Refuses a piece of one body that takes no part in any contact and lies inside another body.
-    pub(super) fn check_plane_pieces(&self, bodies: &[Body]) -> Result<(), CaseError> {
-        for b in 0..bodies.len() {
-            let mesh = bodies[b].mesh();
-            let (piece_of, count) = mesh.topology().pieces();
-            if count < 2 {
-                continue;
-            }
-            let sides: Vec<_> = self.sides_of(b).filter_map(|side| mesh.group(side)).collect();
-            if sides.is_empty() {
-                continue;
-            }
-            let mut in_contact = vec![false; count];
-            for &edge in sides.into_iter().flatten() {
-                in_contact[piece_of[mesh.topology().facets()[edge][0]] as usize] = true;
-            }
-            let apart = |t: &u32| !in_contact[piece_of[mesh.cells()[*t as usize][0]] as usize];
-            let cells: Vec<u32> = (0..mesh.cells().len() as u32).filter(apart).collect();
-            let others = (0..bodies.len()).filter(|other| *other != b);
-            let overlap = |other: usize| Some((other, mesh.overlap_with(&cells, bodies[other].mesh())?));
-            let Some((other, found)) = others.filter_map(overlap).next() else { continue };
-            let element = |b: usize, t: usize| match self.element_numbers(b, bodies[b].mesh()) {
-                Some(numbers) => numbers.get(t).copied().unwrap_or_default(),
-                None => t as u64,
-            };
-            let [x, y] = found.point.into();
-            let message = format!(
-                "body \"{}\": a piece of it that has no contact edge lies inside body \"{}\": the elements {} and {} overlap at \
-                 ({x}, {y})",
-                self.bodies[b].name,
-                self.bodies[other].name,
-                element(b, found.triangles[0]),
-                element(other, found.triangles[1])
-            );
-            let fault = self.diagnostic(code::MESH, &format!("body.{b}.mesh.file"), message);
-            let fault = fault.expected("bodies that cover no place twice");
-            return Err(fault
-                .fix("take this piece out of the region of the body, or give it to the other body")
-                .into());
-        }
-        Ok(())
     }
 }
 

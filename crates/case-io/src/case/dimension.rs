@@ -92,11 +92,6 @@ pub trait Dimension: Space {
     -> Result<Region<Self>, MeshFileError>;
     /// Says that no side of a region has a name.
     fn without_sides(region: &Region<Self>) -> Option<MeshFileError>;
-    /// Refuses what is wrong with a mesh of a file beyond what [`Mesh::new`] finds.
-    ///
-    /// # Errors
-    /// Cells that overlap.
-    fn sound(region: &Region<Self>, mesh: Mesh<Self>) -> Result<Mesh<Self>, MeshFileError>;
     /// Puts data along sides if a program gave data at nodes.
     ///
     /// # Errors
@@ -107,11 +102,6 @@ pub trait Dimension: Space {
     /// # Errors
     /// Sides that lie on no such curve.
     fn curved(body: Body<Self>, sides: &[CurvedSide]) -> Result<Body<Self>, BodyError>;
-    /// Refuses pieces of a body that lie inside another body.
-    ///
-    /// # Errors
-    /// Such a piece.
-    fn check_pieces(case: &Case<Self>, bodies: &[Body<Self>]) -> Result<(), CaseError>;
 
     /// Pairs the sides of bodies.
     ///

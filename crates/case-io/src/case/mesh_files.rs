@@ -165,7 +165,7 @@ impl<S: Dimension> Case<S> {
     /// Makes the mesh of a body whose file has been read.
     pub(super) fn mesh_of_file(&self, body: usize) -> Result<Mesh<S>, CaseError> {
         let Some(region) = self.meshes.region(body) else { return Err(self.unread_mesh(body)) };
-        let mesh = region.mesh().and_then(|mesh| S::sound(region, mesh));
+        let mesh = region.mesh().and_then(|mesh| region.without_overlaps(mesh));
         mesh.map_err(|error| self.mesh_file_diagnostic(body, error).into())
     }
 

@@ -1,80 +1,82 @@
-//! Finds the cells of a mesh at a point, and those that meet a triangle.
+//! Finds the cells of a mesh at a point, and those that meet another cell.
 
-use super::TriMesh;
-use super::overlap::{Cell, envelope, intersection, tree};
-use crate::geometry::{Vector, cross, norm};
-use rstar::RTree;
+use super::Mesh;
+use super::overlap::{CellBox, CellBoxes, common_part, envelope, tree};
+use crate::geometry::Coordinates;
+use crate::space::{Plane, Space};
 
 /// Boxes among which the nearest cell of a point outside of the mesh is looked for.
 const NEAREST: usize = 8;
 
 /// The cells of a mesh by their boxes: a search takes `O(log T)` for `T` cells.
-pub struct CellTree<'a> {
-    mesh: &'a TriMesh,
-    tree: RTree<Cell>,
+pub struct CellTree<'a, S: Space = Plane> {
+    mesh: &'a Mesh<S>,
+    tree: CellBoxes<S>,
 }
 
 /// A cell at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellAt {
-    /// The triangle, from 0.
-    pub triangle: usize,
+pub struct CellAt<S: Space = Plane> {
+    /// Its number, from 0.
+    pub cell: usize,
     /// The barycentric coordinates of the point, which sum to one; negative ones if it is outside.
-    pub weights: [f64; 3],
+    pub weights: S::Corners<f64>,
 }
 
-impl<'a> CellTree<'a> {
+impl<'a, S: Space> CellTree<'a, S> {
     /// Sorts the cells of a mesh.
-    pub fn new(mesh: &'a TriMesh) -> Self {
+    pub fn new(mesh: &'a Mesh<S>) -> Self {
         let all: Vec<u32> = (0..mesh.cells().len() as u32).collect();
         Self { mesh, tree: tree(mesh, &all) }
     }
 
     /// Returns the mesh.
-    pub fn mesh(&self) -> &'a TriMesh {
+    pub fn mesh(&self) -> &'a Mesh<S> {
         self.mesh
     }
 
     /// Lists the cells to which a point belongs, by ascending number.
     ///
-    /// * `width`: how far outside the point may be of a line through two corners, m: coordinates in files have few digits.
-    pub fn around(&self, point: Vector, width: f64) -> Vec<CellAt> {
-        let margin = Vector::repeat(width);
-        let near = self.tree.locate_in_envelope_intersecting(&envelope(&[point - margin, point + margin]));
-        let belongs = |at: &CellAt| {
-            let heights = self.heights(at.triangle);
-            at.weights.iter().zip(heights).all(|(weight, height)| weight * height >= -width)
+    /// * `width`: how far outside the point may be of a line or plane through a facet, m: coordinates in files have few digits.
+    pub fn around(&self, point: S::Vector, width: f64) -> Vec<CellAt<S>> {
+        let margin = S::Vector::of(|_| width);
+        let near =
+            self.tree.locate_in_envelope_intersecting(&envelope::<S>(&[point - margin, point + margin]));
+        let belongs = |at: &CellAt<S>| {
+            let heights = self.heights(at.cell);
+            at.weights.into_iter().zip(heights).all(|(weight, height)| weight * height >= -width)
         };
-        let mut found: Vec<CellAt> = near.map(|cell| self.at(cell.data, point)).filter(belongs).collect();
-        found.sort_by_key(|at| at.triangle);
+        let mut found: Vec<CellAt<S>> = near.map(|cell| self.at(cell.data, point)).filter(belongs).collect();
+        found.sort_by_key(|at| at.cell);
         found
     }
 
-    /// Returns the heights of a triangle over the sides opposite to its corners, m.
-    pub fn heights(&self, triangle: usize) -> [f64; 3] {
-        let [a, b, c] = self.mesh.corners(triangle);
-        let twice = cross(b - a, c - a);
-        [norm(c - b), norm(a - c), norm(b - a)].map(|side| twice / side)
+    /// Returns the heights of a cell over the facets opposite to its corners, m.
+    pub fn heights(&self, cell: usize) -> S::Corners<f64> {
+        let corners = self.mesh.corners(cell);
+        let product = S::DIM as f64 * S::measure(&corners);
+        S::corners(|k| {
+            let opposite = S::facet((k + 1) % (S::DIM + 1));
+            product / S::facet_measure(&S::axes(|i| corners[opposite[i]]))
+        })
     }
 
     /// Finds the cell in which a point lies, or for a point outside of the mesh one that is near; `None` without cells.
-    pub fn nearest(&self, point: Vector) -> Option<CellAt> {
+    pub fn nearest(&self, point: S::Vector) -> Option<CellAt<S>> {
         let deepest =
-            |a: &CellAt, b: &CellAt| a.least().total_cmp(&b.least()).then(b.triangle.cmp(&a.triangle));
+            |a: &CellAt<S>, b: &CellAt<S>| a.least().total_cmp(&b.least()).then(b.cell.cmp(&a.cell));
         self.around(point, 0.0).into_iter().max_by(deepest).or_else(|| {
-            let near = self.tree.nearest_neighbor_iter(&[point[0], point[1]]).take(NEAREST);
+            let near = self.tree.nearest_neighbor_iter(&S::place(point)).take(NEAREST);
             near.map(|cell| self.at(cell.data, point)).max_by(deepest)
         })
     }
 
-    /// Lists the cells that meet a triangle, by ascending number, each with the common area, m².
-    pub(crate) fn common_areas(&self, corners: [Vector; 3]) -> Vec<(usize, f64)> {
-        let near = self.tree.locate_in_envelope_intersecting(&envelope(&corners));
-        let common = |cell: &Cell| {
-            let polygon = intersection(corners, self.mesh.corners(cell.data))?;
-            let parts =
-                polygon[1..].windows(2).map(|pair| 0.5 * cross(pair[0] - polygon[0], pair[1] - polygon[0]));
-            Some((cell.data, parts.sum::<f64>())).filter(|(_, area)| *area > 0.0)
+    /// Lists the cells that meet another cell, by ascending number, each with the measure of the common part, m² or m³.
+    pub(crate) fn common_measures(&self, corners: S::Corners<S::Vector>) -> Vec<(usize, f64)> {
+        let near = self.tree.locate_in_envelope_intersecting(&envelope::<S>(corners.as_ref()));
+        let common = |cell: &CellBox<S>| {
+            let parts = common_part::<S>(corners, self.mesh.corners(cell.data));
+            Some((cell.data, parts.iter().map(S::measure).sum::<f64>())).filter(|(_, measure)| *measure > 0.0)
         };
         let mut found: Vec<(usize, f64)> = near.filter_map(common).collect();
         // The order of the tree is no order for a sum.
@@ -82,15 +84,17 @@ impl<'a> CellTree<'a> {
         found
     }
 
-    fn at(&self, triangle: usize, point: Vector) -> CellAt {
-        let [a, b, c] = self.mesh.corners(triangle);
-        let whole = cross(b - a, c - a);
-        let (s, r) = (cross(point - a, c - a) / whole, cross(b - a, point - a) / whole);
-        CellAt { triangle, weights: [1.0 - s - r, s, r] }
+    fn at(&self, cell: usize, point: S::Vector) -> CellAt<S> {
+        let corners = self.mesh.corners(cell);
+        let whole = S::measure(&corners);
+        let mut weights =
+            S::corners(|k| S::measure(&S::corners(|j| if j == k { point } else { corners[j] })) / whole);
+        weights[0] = (1..=S::DIM).fold(1.0, |rest, k| rest - weights[k]);
+        CellAt { cell, weights }
     }
 }
 
-impl CellAt {
+impl<S: Space> CellAt<S> {
     fn least(&self) -> f64 {
         self.weights.into_iter().fold(f64::INFINITY, f64::min)
     }
@@ -99,6 +103,7 @@ impl CellAt {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Vector, norm};
     use crate::mesh::generate::block;
 
     #[test]
@@ -107,7 +112,7 @@ mod tests {
         let tree = CellTree::new(&mesh);
         for point in [[0.3, 0.4], [0.0, 0.0], [2.0, 1.0], [1.1, 1.0]].map(Vector::from) {
             let found = tree.nearest(point).unwrap();
-            let corners = mesh.corners(found.triangle);
+            let corners = mesh.corners(found.cell);
             let again: Vector = corners.iter().zip(found.weights).map(|(p, w)| w * p).sum();
             assert!(norm(again - point) < 1e-14 && found.least() >= -1e-12, "{found:?}");
         }
@@ -118,15 +123,15 @@ mod tests {
         // One of the row beside the point, and three of the rows above and below, whose lines are as near.
         assert_eq!(tree.around(Vector::new(2.1, 0.5), 0.11).len(), 4);
         let beside = tree.nearest(Vector::new(2.01, 0.5)).unwrap();
-        assert!(mesh.corners(beside.triangle).iter().any(|p| p[0] == 2.0), "{beside:?}");
+        assert!(mesh.corners(beside.cell).iter().any(|p| p[0] == 2.0), "{beside:?}");
     }
 
     #[test]
-    fn common_areas_cover_a_triangle_once() {
+    fn common_measures_cover_a_triangle_once() {
         let mesh = block([0.0, 0.0], [2.0, 1.0], [7, 5]).unwrap();
         let tree = CellTree::new(&mesh);
         let corners = [[0.13, 0.21], [1.7, 0.3], [0.9, 0.95]].map(Vector::from);
-        let found = tree.common_areas(corners);
+        let found = tree.common_measures(corners);
         let area: f64 = found.iter().map(|(_, area)| area).sum();
         assert!((area / crate::geometry::signed_area(corners) - 1.0).abs() < 1e-13, "{area}");
         assert!(found.windows(2).all(|w| w[0].0 < w[1].0));

@@ -1,7 +1,8 @@
-//! Finds cells that overlap: a mesh may be valid edge by edge and still cover an area twice.
+//! Finds cells that overlap: a mesh may be valid facet by facet and still cover a place twice.
 
-use super::TriMesh;
-use crate::geometry::{self, Vector, clipped, cross, norm};
+use super::Mesh;
+use crate::geometry::{self, norm};
+use crate::space::{Plane, Space};
 use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -10,31 +11,33 @@ use rstar::{AABB, RTree};
 const WIDTH: f64 = 1e-6;
 /// An overlap that covers this fraction of the smaller cell counts, however small the cell is.
 const PART: f64 = 0.01;
-/// Triangles whose common box is compared with the cells first.
+/// Boxes that have less than this fraction of their smaller extent in common hold no overlap that counts as a part.
+const THIN: f64 = 1e-3;
+/// Cells whose common box is compared with the other cells first.
 const TOGETHER: usize = 64;
 
 /// Two cells that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct CellOverlap {
-    /// The two triangles, from 0: in one mesh the smaller number first, for two meshes one number of each mesh.
-    pub triangles: [usize; 2],
+pub struct CellOverlap<S: Space = Plane> {
+    /// The two cells, from 0: in one mesh the smaller number first, for two meshes one number of each mesh.
+    pub cells: [usize; 2],
     /// A point of both, m.
-    pub point: Vector,
-    /// Common area, m².
-    pub area: f64,
+    pub point: S::Vector,
+    /// The measure of their common part, m² or m³.
+    pub measure: f64,
 }
 
-impl TriMesh {
+impl<S: Space> Mesh<S> {
     /// Finds the two cells with the smallest numbers that overlap by more than rounding of their coordinates;
-    /// `None` if there is no overlap. Cells that touch along a line, such as the two faces of a slit, do not overlap.
+    /// `None` if there is no overlap. Cells that touch, such as the two faces of a slit, do not overlap.
     ///
     /// Only cells at the boundary are compared with the others. The number of cells over a point is the winding
-    /// number of the boundary there, so it changes only across boundary edges. If its maximum is above one, a
-    /// boundary edge bounds the region of the maximum, and the cell inside that edge overlaps another.
+    /// number of the boundary there, so it changes only across boundary facets. If its maximum is above one, a
+    /// boundary facet bounds the region of the maximum, and the cell inside that facet overlaps another.
     ///
     /// The time is proportional to `T log B` for `T` cells, `B` of them at the boundary.
-    pub fn overlapping_cells(&self) -> Option<CellOverlap> {
+    pub fn overlapping_cells(&self) -> Option<CellOverlap<S>> {
         let topology = self.topology();
         let boundary = topology.boundary_facets();
         let mut outer: Vec<u32> = boundary.iter().map(|&e| topology.facet_cells()[e][0]).collect();
@@ -43,115 +46,142 @@ impl TriMesh {
         let tree = tree(self, &outer);
         let width = WIDTH * self.diagonal();
         first_near(&tree, self, |t| {
-            let near = overlapping(&tree, self, self.corners(t), width);
-            let found = near.filter(|found| found.0 != t).map(|(other, point, area)| CellOverlap {
-                triangles: [t.min(other), t.max(other)],
-                point,
-                area,
-            });
-            found.min_by_key(|found| found.triangles)
+            let facets = topology.cell_facets()[t];
+            let is_outer = facets.into_iter().any(|f| topology.is_boundary(f));
+            // Of two cells at the boundary the first one finds the other. Neighbours lie on different sides of their facet.
+            let is_left_out = |other: usize| {
+                is_outer && other <= t
+                    || facets.into_iter().any(|f| topology.facet_cells()[f].contains(&(other as u32)))
+            };
+            let near = overlapping(&tree, self, self.corners(t), width, is_left_out);
+            let found = near
+                .map(|found| CellOverlap { cells: [t.min(found.cells[0]), t.max(found.cells[0])], ..found });
+            found.min_by_key(|found| found.cells)
         })
     }
 
     /// Finds one of the given cells that overlaps a cell of another mesh by more than rounding of their coordinates.
     ///
-    /// * `cells`: triangles of this mesh.
-    pub fn overlap_with(&self, cells: &[u32], other: &Self) -> Option<CellOverlap> {
+    /// * `cells`: numbers of cells of this mesh.
+    pub fn overlap_with(&self, cells: &[u32], other: &Self) -> Option<CellOverlap<S>> {
         let tree = tree(self, cells);
         let width = WIDTH * self.diagonal().min(other.diagonal());
         first_near(&tree, other, |t| {
-            let near = overlapping(&tree, self, other.corners(t), width);
-            let found = near.map(|(own, point, area)| CellOverlap { triangles: [own, t], point, area });
-            found.min_by_key(|found| found.triangles)
+            let near = overlapping(&tree, self, other.corners(t), width, |_| false);
+            let found = near.map(|found| CellOverlap { cells: [found.cells[0], t], ..found });
+            found.min_by_key(|found| found.cells)
         })
     }
 }
 
-/// Returns what is found first among the triangles of a mesh that are near the cells of a tree.
-fn first_near(
-    tree: &RTree<Cell>,
-    mesh: &TriMesh,
-    found: impl Fn(usize) -> Option<CellOverlap> + Sync,
-) -> Option<CellOverlap> {
+/// Returns what is found first among the cells of a mesh that are near the cells of a tree.
+fn first_near<S: Space>(
+    tree: &CellBoxes<S>,
+    mesh: &Mesh<S>,
+    found: impl Fn(usize) -> Option<CellOverlap<S>> + Sync,
+) -> Option<CellOverlap<S>> {
     let count = mesh.cells().len();
     (0..count.div_ceil(TOGETHER)).into_par_iter().find_map_first(|k| {
         let together = k * TOGETHER..count.min((k + 1) * TOGETHER);
         // Neighbours have numbers near each other: most of these boxes are away from all cells of the tree.
-        let corners: Vec<Vector> = together.clone().flat_map(|t| mesh.corners(t)).collect();
-        let mut near = tree.locate_in_envelope_intersecting(&envelope(&corners));
+        let corners: Vec<S::Vector> = together.clone().flat_map(|t| mesh.corners(t)).collect();
+        let mut near = tree.locate_in_envelope_intersecting(&envelope::<S>(&corners));
         near.next().and_then(|_| together.into_iter().find_map(&found))
     })
 }
 
 /// A cell by its bounding box.
-pub(super) type Cell = GeomWithData<Rectangle<[f64; 2]>, usize>;
+pub(super) type CellBox<S> = GeomWithData<Rectangle<<S as Space>::Place>, usize>;
 
-pub(super) fn tree(mesh: &TriMesh, cells: &[u32]) -> RTree<Cell> {
+/// Cells by their boxes.
+pub(super) type CellBoxes<S> = RTree<CellBox<S>>;
+
+pub(super) fn tree<S: Space>(mesh: &Mesh<S>, cells: &[u32]) -> CellBoxes<S> {
     let boxes = cells.iter().map(|&t| {
-        let [low, high] = geometry::bounding_box(&mesh.corners(t as usize)).map(Into::into);
+        let [low, high] = geometry::bounding_box(mesh.corners(t as usize).as_ref()).map(S::place);
         GeomWithData::new(Rectangle::from_corners(low, high), t as usize)
     });
     RTree::bulk_load(boxes.collect())
 }
 
-pub(super) fn envelope(points: &[Vector]) -> AABB<[f64; 2]> {
-    let [low, high] = geometry::bounding_box(points).map(Into::into);
+pub(super) fn envelope<S: Space>(points: &[S::Vector]) -> AABB<S::Place> {
+    let [low, high] = geometry::bounding_box(points).map(S::place);
     AABB::from_corners(low, high)
 }
 
-/// Lists the cells of a tree that overlap a triangle: number, a common point and the common area.
-fn overlapping<'a>(
-    tree: &'a RTree<Cell>,
-    mesh: &'a TriMesh,
-    corners: [Vector; 3],
+/// Lists the cells of a tree that overlap another cell.
+///
+/// * `is_left_out`: the cells that are not looked at.
+fn overlapping<'a, S: Space>(
+    tree: &'a CellBoxes<S>,
+    mesh: &'a Mesh<S>,
+    corners: S::Corners<S::Vector>,
     width: f64,
-) -> impl Iterator<Item = (usize, Vector, f64)> + 'a {
-    let near = tree.locate_in_envelope_intersecting(&envelope(&corners));
+    is_left_out: impl Fn(usize) -> bool + 'a,
+) -> impl Iterator<Item = CellOverlap<S>> + 'a {
+    let [low, high] = geometry::bounding_box(corners.as_ref());
+    let near = tree.locate_in_envelope_intersecting(&envelope::<S>(corners.as_ref()));
     near.filter_map(move |cell| {
-        let (point, area) = common(corners, mesh.corners(cell.data), width)?;
-        Some((cell.data, point, area))
+        let other = mesh.corners(cell.data);
+        let [other_low, other_high] = geometry::bounding_box(other.as_ref());
+        let is_thin = (0..S::DIM).any(|c| {
+            let least = (high[c] - low[c]).min(other_high[c] - other_low[c]);
+            high[c].min(other_high[c]) - low[c].max(other_low[c]) < width.min(THIN * least)
+        });
+        if is_thin || is_left_out(cell.data) {
+            return None;
+        }
+        let (point, measure) = common::<S>(corners, other, width)?;
+        Some(CellOverlap { cells: [cell.data; 2], point, measure })
     })
 }
 
-/// Computes the polygon that two triangles have in common, relative to the first corner of the first one.
-pub(super) fn intersection(a: [Vector; 3], b: [Vector; 3]) -> Option<Vec<Vector>> {
-    // So points far from the origin lose no digits.
-    let [a, b] = [a, b].map(|t| t.map(|p| p - a[0]));
-    let mut polygon = a.to_vec();
-    for k in 0..3 {
-        let (from, along) = (b[k], b[(k + 1) % 3] - b[k]);
-        polygon = clipped(&polygon, |p| cross(along, p - from));
-        if polygon.len() < 3 {
-            return None;
-        }
-    }
-    Some(polygon)
+/// Cuts the common part of two cells into cells, relative to the first corner of the first one: so points far from the origin lose no digits.
+pub(super) fn common_part<S: Space>(
+    a: S::Corners<S::Vector>,
+    b: S::Corners<S::Vector>,
+) -> Vec<S::Corners<S::Vector>> {
+    S::common_part(&S::corners(|k| a[k] - a[0]), &S::corners(|k| b[k] - a[0]))
 }
 
-/// Computes the centroid and the area of the intersection of two triangles, if it is wider than `width`.
-fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
-    let polygon = intersection(a, b)?;
-    let (mut area, mut moment, mut extent) = (0.0, Vector::zeros(), 0.0f64);
-    let first = polygon[0];
-    for pair in polygon[1..].windows(2) {
-        let [u, v] = [pair[0] - first, pair[1] - first];
-        let part = 0.5 * cross(u, v);
-        area += part;
-        moment += part / 3.0 * (u + v);
+/// Computes the centroid and the measure of the common part of two cells, if it is wider than `width`.
+fn common<S: Space>(
+    a: S::Corners<S::Vector>,
+    b: S::Corners<S::Vector>,
+    width: f64,
+) -> Option<(S::Vector, f64)> {
+    let parts = common_part::<S>(a, b);
+    let first = parts.first()?[0];
+    let (mut measure, mut moment, mut extent) = (0.0, S::Vector::default(), 0.0f64);
+    for part in &parts {
+        let of_part = S::measure(part);
+        measure += of_part;
+        let arms: S::Vector = part.into_iter().map(|p| p - first).sum();
+        moment += arms * (of_part / (S::DIM + 1) as f64);
     }
-    for (k, p) in polygon.iter().enumerate() {
-        extent = polygon[..k].iter().fold(extent, |e, q| e.max(norm(*p - *q)));
+    let is_wide = |extent: f64| measure > width * extent.powi(S::DIM as i32 - 1);
+    let is_large = measure > PART * S::measure(&a).min(S::measure(&b));
+    // Nearly all common parts are rounding, and thin already for a part of their extent.
+    let points: Vec<S::Vector> = parts.iter().flat_map(|part| *part).collect();
+    let from_first = points.iter().map(|p| norm(*p - first)).fold(0.0, f64::max);
+    if !is_large && is_wide(from_first) {
+        for (k, p) in points.iter().enumerate() {
+            extent = points[..k].iter().fold(extent, |e, q| e.max(norm(*p - *q)));
+        }
     }
-    let smaller = geometry::signed_area(a).min(geometry::signed_area(b));
-    let counts = area > width * extent || area > PART * smaller;
-    (counts && area > 0.0).then(|| (a[0] + (first + 1.0 / area * moment), area))
+    let counts = is_large || is_wide(from_first.max(extent));
+    (counts && measure > 0.0).then(|| (a[0] + (first + moment / measure), measure))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::generate::block;
+    use crate::geometry::Vector;
+    use crate::mesh::generate::{block, cuboid};
     use crate::mesh::id::NodeId;
+    use crate::mesh::{TetMesh, TriMesh};
+    use crate::space::Solid;
+    use nalgebra::{Rotation3, Vector3};
 
     /// Several meshes as one, without common nodes.
     fn together(parts: &[(Vec<Vector>, Vec<[NodeId; 3]>)]) -> TriMesh {
@@ -179,7 +209,7 @@ mod tests {
                 let other = piece([far + shift[0], shift[1]], [size, size], [1, 1]);
                 let found = together(&[main, other]).overlapping_cells();
                 let found = found.unwrap_or_else(|| panic!("nothing found at {far} {shift:?}"));
-                assert!(found.area > 0.0 && found.triangles[1] >= 168, "{found:?}");
+                assert!(found.measure > 0.0 && found.cells[1] >= 168, "{found:?}");
                 let [x, y] = [found.point[0] - far, found.point[1]];
                 assert!((0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y), "{found:?}");
             }
@@ -192,7 +222,7 @@ mod tests {
         let upper = together(&[main, extra]);
         let lower = block([0.0, 0.0], [1.0, 1.0], [5, 5]).unwrap();
         let found = upper.overlap_with(&[32, 33], &lower).unwrap();
-        assert!(found.triangles[0] >= 32 && found.point[1] < 0.7, "{found:?}");
+        assert!(found.cells[0] >= 32 && found.point[1] < 0.7, "{found:?}");
         // The other cells only touch.
         let others: Vec<u32> = (0..32).collect();
         assert_eq!(upper.overlap_with(&others, &lower), None);
@@ -233,5 +263,66 @@ mod tests {
         };
         assert_eq!(strip(359.0, 36).overlapping_cells(), None);
         assert!(strip(400.0, 36).overlapping_cells().is_some());
+    }
+
+    /// Boxes of tetrahedra as one mesh, without common nodes.
+    fn boxes(all: &[([f64; 3], [f64; 3], [usize; 3])]) -> TetMesh {
+        let (mut points, mut cells) = (Vec::new(), Vec::new());
+        for (origin, size, counts) in all {
+            let mesh = cuboid(*origin, *size, *counts).unwrap();
+            let first = points.len();
+            points.extend_from_slice(mesh.points());
+            cells.extend(mesh.cells().iter().map(|t| t.map(|n| NodeId::new(n.index() + first))));
+        }
+        TetMesh::new(points, cells, Vec::new()).unwrap()
+    }
+
+    #[test]
+    fn a_solid_piece_inside_another_is_found_wherever_it_lies() {
+        for far in [0.0, 1e9] {
+            for (at, size) in [
+                ([0.52, 0.51, 0.3], 1e-3),
+                ([0.9, 0.9, 0.9], 3.0),
+                ([-1.0, 0.3, 0.2], 1.2),
+                ([-3.0, -3.0, -3.0], 9.0),
+            ] {
+                let main = ([far, 0.0, 0.0], [1.0; 3], [7, 5, 4]);
+                let mesh = boxes(&[main, ([far + at[0], at[1], at[2]], [size; 3], [1; 3])]);
+                let found = mesh.overlapping_cells();
+                let found = found.unwrap_or_else(|| panic!("nothing found at {far} {at:?}"));
+                assert!(found.measure > 0.0 && found.cells[1] >= 840, "{found:?}");
+                let [x, y, z] = [found.point[0] - far, found.point[1], found.point[2]];
+                assert!([x, y, z].iter().all(|x| (0.0..=1.0).contains(x)), "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn solid_cells_that_touch_do_not_overlap() {
+        let whole = ([0.0; 3], [0.333_333_3, 1.0, 1.0], [2, 5, 4]);
+        for third in [1.0 / 3.0, 0.333_333_3] {
+            let right = ([third, 0.0, 0.0], [1.0 - third, 1.0, 1.0], [3, 7, 3]);
+            assert_eq!(boxes(&[whole, right]).overlapping_cells(), None, "{third}");
+        }
+        let deep = ([0.3333, 0.0, 0.0], [0.6, 1.0, 1.0], [3, 7, 3]);
+        assert!(boxes(&[whole, deep]).overlapping_cells().is_some());
+        // Turned about an axis that is not a coordinate's, and far away.
+        let mesh = cuboid([0.0; 3], [3.0, 1.0, 1.0], [12, 5, 4]).unwrap();
+        for (angle, far) in [(0.7, 0.0), (0.7, 1e6), (2.0, -1e9)] {
+            let turn = Rotation3::from_scaled_axis(Vector3::new(1.0, 2.0, 3.0).normalize() * angle);
+            let turned = mesh.points().iter().map(|p| turn * p + Vector3::repeat(far)).collect::<Vec<_>>();
+            let turned = TetMesh::new(turned, mesh.cells().to_vec(), Vec::new()).unwrap();
+            assert_eq!(turned.overlapping_cells(), None, "{angle} {far}");
+        }
+    }
+
+    #[test]
+    fn the_common_parts_of_cells_cover_a_tetrahedron_once() {
+        let mesh = cuboid([0.0; 3], [2.0, 1.0, 1.0], [5, 4, 3]).unwrap();
+        let corners =
+            [[0.13, 0.21, 0.1], [1.7, 0.3, 0.2], [0.9, 0.95, 0.3], [0.8, 0.5, 0.97]].map(Vector3::from);
+        let parts = |t: usize| common_part::<Solid>(corners, mesh.corners(t));
+        let volume: f64 = (0..mesh.cells().len()).flat_map(parts).map(|part| Solid::measure(&part)).sum();
+        assert!((volume / Solid::measure(&corners) - 1.0).abs() < 1e-13, "{volume}");
     }
 }

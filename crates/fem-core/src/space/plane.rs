@@ -2,7 +2,7 @@
 
 use super::{Item, Number, Space, TRANSLATION, Words};
 use crate::geometry::{
-    Coordinates, cross, perpendicular, right_normal, signed_area, smallest_angle, sure_area,
+    Coordinates, clipped, cross, perpendicular, right_normal, signed_area, smallest_angle, sure_area,
 };
 use crate::quadrature::GAUSS5;
 use crate::tensor::SymTensor2;
@@ -47,6 +47,7 @@ impl Space for Plane {
 
     type Vector = Vector2<f64>;
     type Tensor = SymTensor2;
+    type Place = [f64; 2];
     type Matrix = Matrix3<f64>;
     type Spin = f64;
     type Axes<T: Item> = [T; 2];
@@ -108,6 +109,22 @@ impl Space for Plane {
             let (a, b) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
             Vector2::new((a[1] - b[1]) * half, (b[0] - a[0]) * half)
         })
+    }
+
+    fn place(point: Vector2<f64>) -> [f64; 2] {
+        [point[0], point[1]]
+    }
+
+    fn common_part(a: &[Vector2<f64>; 3], b: &[Vector2<f64>; 3]) -> Vec<[Vector2<f64>; 3]> {
+        let mut polygon = a.to_vec();
+        for k in 0..3 {
+            let (from, along) = (b[k], b[(k + 1) % 3] - b[k]);
+            polygon = clipped(&polygon, |p| cross(along, p - from));
+            if polygon.len() < 3 {
+                return Vec::new();
+            }
+        }
+        polygon[1..].windows(2).map(|pair| [polygon[0], pair[0], pair[1]]).collect()
     }
 
     fn smallest_angle(corners: &[Vector2<f64>; 3]) -> f64 {

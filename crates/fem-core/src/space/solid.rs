@@ -30,6 +30,48 @@ fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
+/// A tetrahedron is beyond a face if its corners are, but for this fraction of their distance: rounding.
+const BEYOND: f64 = 1e-13;
+
+/// Tells whether a tetrahedron lies beyond face `k` of another one.
+fn is_beyond(of: &[Vector3<f64>; 4], k: usize, other: &[Vector3<f64>; 4]) -> bool {
+    let [p, q, r] = FACETS[k].map(|place| of[place]);
+    let normal = across(&[p, q, r]);
+    let rounding = BEYOND * BEYOND * normal.norm_squared();
+    other.iter().all(|x| {
+        let arm = x - p;
+        let height = arm.dot(&normal);
+        height >= 0.0 || height * height <= rounding * arm.norm_squared()
+    })
+}
+
+/// Cuts off the part of a tetrahedron in which `inside` is negative, and adds what remains to `kept`.
+///
+/// * `inside`: linear, such as the signed distance from a plane.
+fn cut(corners: [Vector3<f64>; 4], inside: &impl Fn(Vector3<f64>) -> f64, kept: &mut Vec<[Vector3<f64>; 4]>) {
+    let values = corners.map(inside);
+    halved(corners, values, kept);
+}
+
+/// [`cut`] with the values at the corners. An edge that is cut parts the tetrahedron in two; a new corner is 0, so this ends.
+fn halved(corners: [Vector3<f64>; 4], values: [f64; 4], kept: &mut Vec<[Vector3<f64>; 4]>) {
+    let inner = (0..4).find(|k| values[*k] > 0.0);
+    let outer = (0..4).find(|k| values[*k] < 0.0);
+    let (Some(inner), Some(outer)) = (inner, outer) else {
+        if inner.is_some() {
+            kept.push(corners);
+        }
+        return;
+    };
+    let share = values[inner] / (values[inner] - values[outer]);
+    let crossing = corners[inner] + (corners[outer] - corners[inner]) * share;
+    for replaced in [inner, outer] {
+        let (mut corners, mut values) = (corners, values);
+        (corners[replaced], values[replaced]) = (crossing, 0.0);
+        halved(corners, values, kept);
+    }
+}
+
 /// An edge of a face is cut in this many parts where the face is sampled, by a seven-point rule in each small triangle.
 const SAMPLED_PARTS: usize = 6;
 
@@ -53,6 +95,7 @@ impl Space for Solid {
 
     type Vector = Vector3<f64>;
     type Tensor = SymTensor3;
+    type Place = [f64; 3];
     type Matrix = Matrix6<f64>;
     type Spin = Vector3<f64>;
     type Axes<T: Item> = [T; 3];
@@ -124,6 +167,26 @@ impl Space for Solid {
         let [a, b, c] = [1, 2, 3].map(|k| corners[k] - corners[0]);
         let [one, two, three] = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|normal| normal * sixth);
         [-(one + two + three), one, two, three]
+    }
+
+    fn place(point: Vector3<f64>) -> [f64; 3] {
+        point.into()
+    }
+
+    fn common_part(a: &[Vector3<f64>; 4], b: &[Vector3<f64>; 4]) -> Vec<[Vector3<f64>; 4]> {
+        if (0..4).any(|k| is_beyond(a, k, b) || is_beyond(b, k, a)) {
+            return Vec::new();
+        }
+        let mut parts = vec![*a];
+        for [p, q, r] in FACETS {
+            let normal = across(&[b[p], b[q], b[r]]);
+            let mut kept = Vec::new();
+            for part in parts {
+                cut(part, &|x| (b[p] - x).dot(&normal), &mut kept);
+            }
+            parts = kept;
+        }
+        parts
     }
 
     fn smallest_angle(corners: &[Vector3<f64>; 4]) -> f64 {

@@ -2,26 +2,24 @@
 
 use super::{MeshFault, MeshFileError, MeshPlace, Region};
 use fem_core::geometry::Point;
-use fem_core::mesh::{Mesh, MeshError, TriMesh};
+use fem_core::mesh::{Mesh, MeshError};
 use fem_core::space::Space;
 
-impl Region {
+impl<S: Space> Region<S> {
     /// Refuses a mesh of this region if two of its cells overlap.
     ///
     /// # Errors
     /// The first two cells that overlap, with a point in both.
-    pub fn without_overlaps(&self, mesh: TriMesh) -> Result<TriMesh, MeshFileError> {
+    pub fn without_overlaps(&self, mesh: Mesh<S>) -> Result<Mesh<S>, MeshFileError> {
         let Some(found) = mesh.overlapping_cells() else { return Ok(mesh) };
-        let [a, b] = found.triangles.map(|t| self.cell_numbers.get(t).copied().unwrap_or_default());
-        let [x, y] = found.point.into();
-        let what = format!("{}: the elements {a} and {b} overlap at ({x}, {y})", self.title);
+        let [a, b] = found.cells.map(|t| self.cell_numbers.get(t).copied().unwrap_or_default());
+        let what =
+            format!("{}: the elements {a} and {b} overlap at {}", self.title, Point::from(found.point));
         Err(MeshFileError::new(MeshFault::Content, &self.file, MeshPlace::File, what)
-            .expected("cells that touch along their edges and cover no place twice")
+            .expected(format!("cells that touch along their {} and cover no place twice", S::WORDS.facets))
             .help("take one of the two parts out of the region, or make it a body of its own"))
     }
-}
 
-impl<S: Space> Region<S> {
     /// Makes the mesh.
     ///
     /// # Errors

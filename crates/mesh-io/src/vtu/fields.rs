@@ -2,18 +2,22 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use fem_core::geometry::Vector;
+use fem_core::geometry::Coordinates;
+use fem_core::space::{Plane, Space};
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use std::collections::HashMap;
 use thiserror::Error;
 
+/// The coordinates of a point in files of VTK.
+const VTK_AXES: usize = 3;
+
 /// A vector at each point of a grid.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PointVectors {
+pub struct PointVectors<S: Space = Plane> {
     /// The points, m.
-    pub points: Vec<Vector>,
+    pub points: Vec<S::Vector>,
     /// The vectors, in the order of the points.
-    pub values: Vec<Vector>,
+    pub values: Vec<S::Vector>,
     /// The line of each point in a table, from 1; empty for a grid.
     pub lines: Vec<usize>,
 }
@@ -43,8 +47,10 @@ pub enum FieldError {
         reason: String,
     },
     /// No array of the points has one of the names.
-    #[error("the points have no array of two or three components called {wanted}; their arrays are: {known}")]
+    #[error("the points have no array of {components} components called {wanted}; their arrays are: {known}")]
     NoSuchArray {
+        /// The numbers of components that would do.
+        components: String,
         /// The names looked for.
         wanted: String,
         /// The arrays of the points.
@@ -66,34 +72,38 @@ fn fault(reason: impl Into<String>) -> FieldError {
 
 /// Reads a vector at each point from the bytes of a `.vtu` file.
 ///
-/// * `names`: of the array; the first that is there is read. A third component is left out.
+/// * `names`: of the array; the first that is there is read. In the plane a third component is left out.
 ///
 /// # Errors
 /// See [`FieldError`].
-pub fn point_vectors(bytes: &[u8], names: &[&str]) -> Result<PointVectors, FieldError> {
+pub fn point_vectors<S: Space>(bytes: &[u8], names: &[&str]) -> Result<PointVectors<S>, FieldError> {
     let file = Document::new(bytes)?;
-    let mut all = PointVectors::default();
+    let mut all = PointVectors::<S>::default();
     for piece in &file.pieces {
         let points = piece.points.as_ref().ok_or_else(|| fault("a piece has no points"))?;
-        let fits = |array: &&Array| matches!(array.components, 2 | 3);
+        let fits = |array: &&Array| (S::DIM..=VTK_AXES).contains(&array.components);
         let named =
             |name: &&str| piece.arrays.iter().filter(fits).find(|a| a.name.eq_ignore_ascii_case(name));
         let Some(array) = names.iter().find_map(named) else {
             let known: Vec<&str> = piece.arrays.iter().map(|array| array.name.as_str()).collect();
-            return Err(FieldError::NoSuchArray { wanted: names.join(", "), known: known.join(", ") });
+            return Err(FieldError::NoSuchArray {
+                components: (S::DIM..=VTK_AXES).map(|n| n.to_string()).collect::<Vec<_>>().join(" or "),
+                wanted: names.join(", "),
+                known: known.join(", "),
+            });
         };
-        let expected = [3, array.components].map(|each| piece.count.saturating_mul(each));
+        let expected = [VTK_AXES, array.components].map(|each| piece.count.saturating_mul(each));
         let (places, values) = (file.numbers(points, expected[0])?, file.numbers(array, expected[1])?);
         if [places.len(), values.len()] != expected {
             let found = format!("{} coordinates and {} values", places.len(), values.len());
             return Err(fault(format!("it has {found} for {} points", piece.count)));
         }
-        all.points.extend(places.chunks_exact(3).map(|p| Vector::new(p[0], p[1])));
-        all.values.extend(values.chunks_exact(array.components).map(|v| Vector::new(v[0], v[1])));
+        all.points.extend(places.chunks_exact(VTK_AXES).map(|p| S::Vector::of(|c| p[c])));
+        all.values.extend(values.chunks_exact(array.components).map(|v| S::Vector::of(|c| v[c])));
     }
     for of in [&all.points, &all.values] {
         for (point, v) in of.iter().enumerate() {
-            if let Some(value) = v.iter().find(|x| !x.is_finite()) {
+            if let Some(value) = v.entries().iter().find(|x| !x.is_finite()) {
                 return Err(FieldError::NotFinite { point, value: *value });
             }
         }

@@ -255,7 +255,7 @@ class Certificate:
     missed_support: Optional[dict[str, Any]]
     #: The mesh of each body; contact surfaces that do not match were refined in common.
     meshes: list[Mesh]
-    #: Each triangle's part of the squared error over its area, Pa: (m,) by body.
+    #: Each cell's part of the squared error over its area or volume, Pa: (m,) by body.
     error_density: list[Floats]
 
 
@@ -450,7 +450,7 @@ def certify(
     ----------
     problem : Problem, dict or path
         The problem that the field should solve. Friction is refused.
-    displacements : sequence of (n, 2) array_like
+    displacements : sequence of (n, 2) array_like, of solids (n, 3)
         For each body the displacements of the nodes of its mesh, m, in the order of `Mesh.points`.
     pressures : sequence of (n,) array_like, optional
         For each contact the pressure at the nodes of the mesh of its first body, Pa; values away from the contact side do not
@@ -467,7 +467,7 @@ def certify(
     """
     if isinstance(displacements, np.ndarray) and displacements.ndim == 2:
         displacements = [displacements]
-    fields = [floats(u, f"displacements[{k}]", (None, 2)) for k, u in enumerate(displacements)]
+    fields = [floats(u, f"displacements[{k}]", (None, 2), (None, 3)) for k, u in enumerate(displacements)]
     given = None
     if pressures is not None:
         given = [floats(p, f"pressures[{k}]", (None,)) for k, p in enumerate(pressures)]

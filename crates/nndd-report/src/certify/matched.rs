@@ -1,7 +1,8 @@
 //! The field of a file on a mesh of a case.
 
-use fem_core::geometry::{Vector, norm};
-use fem_core::mesh::TriMesh;
+use crate::space::ReportSpace;
+use fem_core::geometry::norm;
+use fem_core::mesh::Mesh;
 use fem_core::mesh::cell_tree::{CellAt, CellTree};
 use fem_core::mesh::id::NodeId;
 use mesh_io::vtu::PointVectors;
@@ -15,10 +16,10 @@ const LINEAR: f64 = 1e-4;
 const SINGLE: f64 = 2e-7;
 
 /// Values at the nodes of a mesh, and the cells in which a file has further points with other values.
-pub(super) struct Matched<'a> {
-    pub(super) mesh: &'a TriMesh,
+pub(super) struct Matched<'a, S: ReportSpace> {
+    pub(super) mesh: &'a Mesh<S>,
     /// At the nodes of the mesh, m.
-    pub(super) field: Vec<Vector>,
+    pub(super) field: Vec<S::Vector>,
     /// `∫ |∇d|²` over the mesh is at most this, with the difference `d` between the file's field and the one of the nodes, m².
     pub(super) spread: f64,
 }
@@ -33,16 +34,19 @@ pub(super) enum Mismatch {
 
 /// Finds the values at the nodes, and checks that all other points in the mesh have the values of that field; else another field than that
 /// of the file would be certified. Points outside the mesh are left out.
-pub(super) fn matched<'a>(read: &PointVectors, mesh: &'a TriMesh) -> Result<Matched<'a>, Mismatch> {
+pub(super) fn matched<'a, S: ReportSpace>(
+    read: &PointVectors<S>,
+    mesh: &'a Mesh<S>,
+) -> Result<Matched<'a, S>, Mismatch> {
     let tree = CellTree::new(mesh);
     let width = SAME * mesh.diagonal();
-    let around: Vec<Vec<CellAt>> = read.points.iter().map(|point| tree.around(*point, width)).collect();
-    let corners = |at: &CellAt| mesh.cells()[at.triangle];
+    let around: Vec<Vec<CellAt<S>>> = read.points.iter().map(|point| tree.around(*point, width)).collect();
+    let corners = |at: &CellAt<S>| mesh.cells()[at.cell];
     // The nearest point of each node.
     let mut taken: Vec<Option<(f64, usize)>> = vec![None; mesh.points().len()];
     let mut node_of: Vec<Option<NodeId>> = vec![None; around.len()];
     for (k, (point, cells)) in read.points.iter().zip(&around).enumerate() {
-        let distance = |node: NodeId| norm(mesh.points()[node] - point);
+        let distance = |node: NodeId| norm(mesh.points()[node] - *point);
         let nodes = cells.iter().flat_map(corners).map(|node| (distance(node), node));
         let nearest = nodes.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let Some((distance, node)) = nearest.filter(|(distance, _)| *distance <= width) else { continue };
@@ -54,11 +58,11 @@ pub(super) fn matched<'a>(read: &PointVectors, mesh: &'a TriMesh) -> Result<Matc
     let value = |(node, found): (usize, &Option<(f64, usize)>)| {
         found.map(|(_, k)| read.values[k]).ok_or_else(|| {
             let point = mesh.points()[node];
-            let nearest = read.points.iter().map(|p| norm(p - point)).fold(f64::INFINITY, f64::min);
+            let nearest = read.points.iter().map(|p| norm(*p - point)).fold(f64::INFINITY, f64::min);
             Mismatch::Node { node, nearest }
         })
     };
-    let field = taken.iter().enumerate().map(value).collect::<Result<Vec<Vector>, Mismatch>>()?;
+    let field = taken.iter().enumerate().map(value).collect::<Result<Vec<S::Vector>, Mismatch>>()?;
     let others = (0..around.len()).filter(|k| {
         node_of[*k].is_none_or(|node| taken[node.index()].is_none_or(|(_, nearest)| nearest != *k))
     });
@@ -71,53 +75,53 @@ pub(super) fn matched<'a>(read: &PointVectors, mesh: &'a TriMesh) -> Result<Matc
 
 /// The difference of a value between the nodes from the linear field of a cell, `by` in m.
 struct Off {
-    triangle: usize,
+    cell: usize,
     by: f64,
 }
 
 /// Compares a further point with the field in the cells around it; `None` if it is another field.
-fn offsets(
-    mesh: &TriMesh,
-    field: &[Vector],
-    around: &[CellAt],
-    value: Vector,
+fn offsets<S: ReportSpace>(
+    mesh: &Mesh<S>,
+    field: &[S::Vector],
+    around: &[CellAt<S>],
+    value: S::Vector,
     node: Option<NodeId>,
 ) -> Option<Vec<Off>> {
     let mut found = Vec::with_capacity(around.len());
     for at in around {
-        let nodes = mesh.cells()[at.triangle];
-        let corners = nodes.map(|n| field[n]);
-        let linear = corners.iter().zip(at.weights).map(|(u, weight)| weight * u).sum();
+        let nodes = mesh.cells()[at.cell];
+        let corners = S::corners(|k| field[nodes[k]]);
+        let linear = corners.into_iter().zip(at.weights).map(|(u, weight)| u * weight).sum();
         let by = norm(value - node.map_or(linear, |node| field[node]));
-        let differences = [0, 1, 2].map(|k: usize| norm(corners[k] - corners[(k + 1) % 3]));
-        let [difference, size] =
-            [differences, corners.map(norm)].map(|all| all.into_iter().fold(0.0, f64::max));
+        let pairs = (0..=S::DIM).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let difference = pairs.map(|(i, j)| norm(corners[i] - corners[j])).fold(0.0, f64::max);
+        let size = corners.into_iter().map(norm).fold(0.0, f64::max);
         if !(by <= LINEAR * difference + SINGLE * size) {
             return None;
         }
-        found.push(Off { triangle: at.triangle, by });
+        found.push(Off { cell: at.cell, by });
     }
     Some(found)
 }
 
 /// Bounds `∫ |∇d|²`. In a cell with `k` points that are off by at most `D`, such as the middles of the sides of a quadratic element, `|∇d|` is at most
 /// `2 (k + 1) D` over the smallest height.
-fn spread(tree: &CellTree<'_>, mut off: Vec<Off>) -> f64 {
-    off.sort_by_key(|off| off.triangle);
+fn spread<S: ReportSpace>(tree: &CellTree<'_, S>, mut off: Vec<Off>) -> f64 {
+    off.sort_by_key(|off| off.cell);
     let in_cell = |all: &[Off]| {
-        let triangle = all[0].triangle;
+        let cell = all[0].cell;
         let by = all.iter().fold(0.0, |most: f64, off| most.max(off.by));
-        let [a, b, c] = tree.mesh().corners(triangle);
-        let height = tree.heights(triangle).into_iter().fold(f64::INFINITY, f64::min);
+        let height = tree.heights(cell).into_iter().fold(f64::INFINITY, f64::min);
         let slope = 2.0 * (all.len() + 1) as f64 * by / height;
-        fem_core::geometry::signed_area([a, b, c]) * slope * slope
+        tree.mesh().measure(cell) * slope * slope
     };
-    off.chunk_by(|a, b| a.triangle == b.triangle).map(in_cell).sum()
+    off.chunk_by(|a, b| a.cell == b.cell).map(in_cell).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fem_core::geometry::Vector;
     use fem_core::mesh::generate::block;
 
     #[test]

@@ -6,6 +6,7 @@ use crate::figures::Picture;
 use crate::html;
 use crate::paraview::write_vtu;
 use crate::plot::{self, BodyPicture, Field, Labels, Quantity};
+use crate::space::ReportSpace;
 use case_io::Case;
 use case_io::output::{OutputDirectory, ResultKind};
 use case_io::report::{CASE_HASH, SCHEMA};
@@ -15,7 +16,7 @@ use mesh_io::vtu::{VtuArray, VtuData, VtuMesh};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Writes report.json, report.html with a map of the error, and a `.vtu` file of each body with the error density and the admissible field.
+/// Writes report.json, report.html with a map of the error, of solids with tables, and a `.vtu` file of each body with the error density and the admissible field.
 /// Returns the names of the files.
 ///
 /// * `problem`, `notes`: see [`crate::run::build_last`]; `files`: with the field; `path`: the directory, which may hold something else if `force` is
@@ -23,10 +24,10 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// Files that cannot be written, a directory with another result.
-pub fn write(
-    case: &Case,
-    (problem, notes): (&ContactProblem, &[String]),
-    found: &FieldCertificate,
+pub fn write<S: ReportSpace>(
+    case: &Case<S>,
+    (problem, notes): (&ContactProblem<S>, &[String]),
+    found: &FieldCertificate<S>,
     files: &[PathBuf],
     (path, force): (&Path, bool),
 ) -> Result<Vec<String>, Failure> {
@@ -47,10 +48,12 @@ pub fn write(
         let name = format!("{}.vtu", case.bodies[b].file_stem());
         write_vtu(&mut directory, &name, &VtuMesh::from(problem.bodies[b].mesh()), &data)?;
     }
-    let picture = map(case, problem, found, &densities);
-    directory.write(&format!("figures/{}.svg", picture.name), picture.svg.as_bytes())?;
+    let picture = S::error_map(case, problem, found, &densities);
+    if let Some(picture) = &picture {
+        directory.write(&format!("figures/{}.svg", picture.name), picture.svg.as_bytes())?;
+    }
     let lines = verdict(case, found);
-    let page = html::of_field(case, &lines, found, &picture, &named);
+    let page = html::of_field(case, (problem, found), &lines, picture.as_ref(), &named);
     directory.write("report.html", page.as_bytes())?;
     let text = serde_json::to_string_pretty(&report(case, (problem, notes), found, (&lines, &named, &mark)));
     let text = text.map_err(|error| Failure::defect(error.to_string()))?;
@@ -61,7 +64,12 @@ pub fn write(
 }
 
 /// Draws the density of the squared error on the deformed bodies.
-fn map(case: &Case, problem: &ContactProblem, found: &FieldCertificate, densities: &[Vec<f64>]) -> Picture {
+pub(crate) fn map(
+    case: &Case,
+    problem: &ContactProblem,
+    found: &FieldCertificate,
+    densities: &[Vec<f64>],
+) -> Picture {
     let bodies = densities.iter().enumerate().map(|(b, density)| BodyPicture {
         name: &case.bodies[b].name,
         mesh: problem.bodies[b].mesh(),
@@ -82,16 +90,16 @@ fn map(case: &Case, problem: &ContactProblem, found: &FieldCertificate, densitie
 }
 
 /// Makes the contents of report.json.
-fn report(
-    case: &Case,
-    (problem, notes): (&ContactProblem, &[String]),
-    found: &FieldCertificate,
+fn report<S: ReportSpace>(
+    case: &Case<S>,
+    (problem, notes): (&ContactProblem<S>, &[String]),
+    found: &FieldCertificate<S>,
     (lines, files, mark): (&str, &[String], &str),
 ) -> Value {
     let valid = found.bound().is_some();
     let bodies = problem.bodies.iter().zip(&case.bodies).zip(&found.unknowns).map(|((body, given), unknowns)| {
         let mesh = body.mesh();
-        json!({ "name": given.name, "nodes": mesh.points().len(), "triangles": mesh.cells().len(), "unknowns": unknowns })
+        json!({ "name": given.name, "nodes": mesh.points().len(), (S::WORDS.cells): mesh.cells().len(), "unknowns": unknowns })
     });
     json!({
         "schema": SCHEMA,

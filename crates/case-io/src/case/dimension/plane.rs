@@ -180,20 +180,12 @@ impl Dimension for Plane {
         region.without_sides()
     }
 
-    fn sound(region: &Region, mesh: TriMesh) -> Result<TriMesh, MeshFileError> {
-        region.without_overlaps(mesh)
-    }
-
     fn evaluate_given(case: &mut Case) -> Result<(), CaseError> {
         case.evaluate_plane_given()
     }
 
     fn curved(body: Body, sides: &[CurvedSide]) -> Result<Body, BodyError> {
         body.with_curves(sides)
-    }
-
-    fn check_pieces(case: &Case, bodies: &[Body]) -> Result<(), CaseError> {
-        case.check_plane_pieces(bodies)
     }
 
     fn pair(bodies: Vec<Body>, contacts: &[Contact]) -> Result<Paired, PairingError> {

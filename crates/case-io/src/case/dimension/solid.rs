@@ -130,10 +130,6 @@ impl Dimension for Solid {
         region.without_sides()
     }
 
-    fn sound(_: &Region<Self>, mesh: TetMesh) -> Result<TetMesh, MeshFileError> {
-        Ok(mesh)
-    }
-
     fn evaluate_given(case: &mut Case<Self>) -> Result<(), CaseError> {
         case.refuse_given()
     }
@@ -141,10 +137,6 @@ impl Dimension for Solid {
     /// There are no curved sides to declare: the reader refuses them.
     fn curved(body: Body<Self>, _: &[CurvedSide]) -> Result<Body<Self>, BodyError> {
         Ok(body)
-    }
-
-    fn check_pieces(_: &Case<Self>, _: &[Body<Self>]) -> Result<(), CaseError> {
-        Ok(())
     }
 
     fn pair(bodies: Vec<Body<Self>>, contacts: &[Contact<Self>]) -> Result<Paired<Self>, PairingError> {
