@@ -46,6 +46,7 @@ mod reactions;
 mod recovered_pressure;
 mod refusals;
 mod resume;
+mod round_obstacles;
 mod rounded_punch;
 mod sharpness;
 mod solid_cases;

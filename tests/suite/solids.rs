@@ -191,8 +191,8 @@ fn a_stamp_that_may_tilt_presses_a_box_onto_a_fixed_plane() {
     let pressed = |force: f64, arm: f64| {
         let load = (Vector3::new(0.0, 0.0, -force), Vector3::zeros());
         let (below, above) = (plane(0.0, 1.0), plane(1.25, -1.0).stamp(motion, load, [1.0, 0.5 + arm, 1.25]));
-        let low = ContactInterface::against_plane(&body, "bottom", &below, None).unwrap();
-        let high = ContactInterface::against_plane(&body, "top", &above, None).unwrap();
+        let low = ContactInterface::against_obstacle(&body, "bottom", &below, None).unwrap();
+        let high = ContactInterface::against_obstacle(&body, "top", &above, None).unwrap();
         assert!(low.pairs().iter().all(|pair| pair.gap == 0.0));
         assert!(high.pairs().iter().all(|pair| pair.gap == 0.25));
         let problem =

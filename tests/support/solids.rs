@@ -2,7 +2,7 @@
 
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
 use fem_core::space::Solid;
@@ -183,4 +183,18 @@ pub fn cube(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
     let mesh = cuboid([0.0; 3], [1.0; 3], [n; 3])?;
     let body = Body::new(mesh, LinearElastic::isotropic_solid(1.0, 0.3)?, &conditions)?;
     Ok(ContactProblem::new(vec![body]))
+}
+
+/// A cube with two planes of symmetry is pressed onto a rigid sphere of radius 2 that touches it at a corner.
+pub fn on_sphere(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let mesh = cuboid([0.0; 3], [1.0; 3], [n; 3])?;
+    let conditions = Conditions::default()
+        .roller("left", 0.0)
+        .roller("front", 0.0)
+        .traction("top", [0.0.into(), 0.0.into(), (-20.0).into()]);
+    let body = Body::new(mesh, LinearElastic::isotropic_solid(1000.0, 0.3)?, &conditions)?;
+    let sphere = RigidLine::Circle { centre: Vector3::new(0.0, 0.0, -2.0), radius: 2.0, inside: false };
+    let sphere = Obstacle::fixed(sphere);
+    let interface = ContactInterface::against_obstacle(&body, "bottom", &sphere, None)?;
+    Ok(ContactProblem::new(vec![body]).obstacle(0, interface, sphere))
 }

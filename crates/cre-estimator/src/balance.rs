@@ -200,8 +200,8 @@ fn nearest<S: Recovery>(
     let cost = |pressure: &[f64]| -> f64 {
         let of_pair = |(k, p): (usize, Vec<f64>)| -> f64 {
             let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
-            let mean = |facet: &ContactFacet<S>| facet.mean_opening(opening);
-            let middle: Vec<f64> = interface.facets().iter().map(mean).collect();
+            let mean = |facet: &ContactFacet<S>| facet.mean_openings(opening);
+            let middle: Vec<f64> = interface.facets().iter().flat_map(mean).collect();
             let edge_pressure = pressure::facet_pressure(interface, &p);
             pressure::contact_terms(interface, &edge_pressure, opening, &middle).iter().sum()
         };

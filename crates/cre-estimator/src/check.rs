@@ -184,14 +184,14 @@ fn penetration<S: Recovery>(
     }
     // Between the pairs, where the normal changes.
     let middle = S::middle_openings(interface, displacement);
-    for ((edge, opening), stated) in interface.facets().iter().zip(middle).zip(&contact.middle_opening) {
-        if edge.bent {
-            let ends = edge.openings(&contact.opening);
-            penetration = larger(
-                penetration,
-                larger(lift::depth(opening, ends.as_ref()), lift::depth(*stated, ends.as_ref())),
-            );
-            penetration = larger(penetration, (opening - stated).abs());
+    let stated = lift::with_middles(interface, &contact.middle_opening);
+    for ((facet, middle), (_, stated)) in lift::with_middles(interface, &middle).zip(stated) {
+        if facet.bent {
+            let corners = facet.openings(&contact.opening);
+            penetration = larger(penetration, larger(S::depth(&corners, middle), S::depth(&corners, stated)));
+            for (opening, stated) in middle.iter().zip(stated) {
+                penetration = larger(penetration, (opening - stated).abs());
+            }
         }
     }
     relative(penetration, openings::size(interface, displacement))

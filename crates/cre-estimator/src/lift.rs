@@ -138,11 +138,16 @@ pub(crate) fn added<S: Recovery>(
 /// Computes by how much a bent edge penetrates between its ends, m: `−o_m − √(o_i o_j)`, negative if it does not.
 ///
 /// * `ends`: the openings at its ends.
-pub(crate) fn depth(middle: f64, ends: &[f64]) -> f64 {
-    match ends {
-        [a, b] => -middle - (a.max(0.0) * b.max(0.0)).sqrt(),
-        _ => 0.0,
-    }
+pub(crate) fn depth_of_edge(middle: f64, [a, b]: [f64; 2]) -> f64 {
+    -middle - (a.max(0.0) * b.max(0.0)).sqrt()
+}
+
+/// Lists the facets of a contact surface, each with the middle openings of its edges, m.
+pub(crate) fn with_middles<'a, S: Space>(
+    interface: &'a ContactInterface<S>,
+    middle: &'a [f64],
+) -> impl Iterator<Item = (&'a ContactFacet<S>, &'a [f64])> {
+    interface.facets().iter().zip(middle.chunks(ContactFacet::<S>::EDGES))
 }
 
 /// Computes `‖l‖²` of the lifts of all contact lines together, J/m: the lifts of two lines may move neighbouring nodes.
@@ -196,7 +201,8 @@ pub(crate) fn find<S: Recovery>(
     }
     let least: Vec<f64> = opening.iter().map(|o| if penetrates { (-o).max(0.0) } else { 0.0 }).collect();
     let mut moves: Vec<bool> = least.iter().map(|least| *least > 0.0).collect();
-    let negative = interface.facets().iter().zip(middle).filter(|(edge, middle)| edge.bent && **middle < 0.0);
+    let negative = with_middles(interface, middle)
+        .filter(|(facet, middle)| facet.bent && middle.iter().any(|middle| *middle < 0.0));
     for (edge, _) in negative {
         edge.pairs.as_ref().iter().for_each(|k| moves[*k as usize] = true);
     }
@@ -233,10 +239,10 @@ pub(crate) fn find<S: Recovery>(
     found.map_or_else(Lift::default, |found| found.0)
 }
 
-/// Computes the largest [`depth`] along the bent edges of a line, m.
+/// Computes the largest [`Recovery::depth`] of the bent facets of a contact surface, m.
 fn depth_between<S: Recovery>(interface: &ContactInterface<S>, opening: &[f64], middle: &[f64]) -> f64 {
-    let edges = interface.facets().iter().zip(middle).filter(|(edge, _)| edge.bent);
-    edges.fold(0.0, |most, (edge, middle)| larger(most, depth(*middle, edge.openings(opening).as_ref())))
+    let facets = with_middles(interface, middle).filter(|(facet, _)| facet.bent);
+    facets.fold(0.0, |most, (facet, middle)| larger(most, S::depth(&facet.openings(opening), middle)))
 }
 
 /// Returns the direction `d` in which the node of a body moves to open its pair, `d·n ≥ 1`, with the sign of the normal: the shortest one
@@ -320,19 +326,22 @@ fn by_pair<S: Recovery>(
     middle: &[f64],
 ) -> Vec<f64> {
     let mut lift = vec![0.0f64; directions.len()];
-    for (edge, &middle) in interface.facets().iter().zip(middle) {
-        if middle >= 0.0 || !edge.bent {
-            continue;
-        }
-        let gains = gains(interface, directions, edge);
-        // If one node cannot move, the other one moves by the whole amount.
-        let movable = gains.iter().filter(|g| **g > 0.0).count() as f64;
-        for (k, gain) in edge.pairs.as_ref().iter().zip(gains).filter(|(_, gain)| *gain > 0.0) {
-            let lift = &mut lift[*k as usize];
-            *lift = lift.max(-2.0 * middle / (movable * gain));
+    for (facet, middle) in with_middles(interface, middle).filter(|(facet, _)| facet.bent) {
+        for (ends, middle) in ends(facet).zip(middle).filter(|(_, middle)| !(**middle >= 0.0)) {
+            let gains = gains(interface, directions, ends);
+            // If one node cannot move, the other one moves by the whole amount.
+            let movable = gains.iter().filter(|g| **g > 0.0).count() as f64;
+            for (k, gain) in ends.iter().zip(gains).filter(|(_, gain)| *gain > 0.0) {
+                lift[*k] = lift[*k].max(-2.0 * middle / (movable * gain));
+            }
         }
     }
     lift
+}
+
+/// Lists the pairs at the ends of each edge of a facet.
+fn ends<S: Space>(facet: &ContactFacet<S>) -> impl Iterator<Item = [usize; 2]> {
+    ContactFacet::<S>::edges().map(|ends| ends.map(|corner| facet.pairs[corner] as usize))
 }
 
 /// Computes by how much the middle coefficient of an edge grows per lift of its ends, twice: it grows by `½ (ε_i d_i·n_j + ε_j d_j·n_i)`. Zero
@@ -340,14 +349,13 @@ fn by_pair<S: Recovery>(
 fn gains<S: Recovery>(
     interface: &ContactInterface<S>,
     directions: &[Option<S::Vector>],
-    edge: &ContactFacet<S>,
+    [i, j]: [usize; 2],
 ) -> [f64; 2] {
-    let [i, j] = [0, 1].map(|k| edge.pairs[k] as usize);
     [(i, j), (j, i)]
         .map(|(k, other)| directions[k].map_or(0.0, |d| d.times(&interface.pairs()[other].normal)))
 }
 
-/// Lessens a lift that makes all Bernstein coefficients non-negative to one with which no edge penetrates: it grows from its half where an edge
+/// Lessens a lift that makes all Bernstein coefficients non-negative to one with which no facet penetrates: it grows from its half if a facet
 /// still does.
 ///
 /// * `opening`, `middle`: without a lift, m; `least`: what nodes need that penetrate themselves; `most`: the lift.
@@ -361,12 +369,15 @@ fn sharpened<S: Recovery>(
         most.iter().zip(least).map(|(most, least)| (0.5 * most).max(*least).min(*most)).collect();
     loop {
         let mut grows = vec![false; lift.len()];
-        for (edge, middle) in interface.facets().iter().zip(middle).filter(|(edge, _)| edge.bent) {
-            let [i, j] = [0, 1].map(|k| edge.pairs[k] as usize);
-            let [gain_i, gain_j] = gains(interface, directions, edge);
-            let middle = middle + 0.5 * (lift[i] * gain_i + lift[j] * gain_j);
-            if depth(middle, &[i, j].map(|k| opening[k] + lift[k])) > 0.0 {
-                (grows[i], grows[j]) = (true, true);
+        for (facet, middle) in with_middles(interface, middle).filter(|(facet, _)| facet.bent) {
+            let lifted = ends(facet).zip(middle).map(|([i, j], middle)| {
+                let [gain_i, gain_j] = gains(interface, directions, [i, j]);
+                middle + 0.5 * (lift[i] * gain_i + lift[j] * gain_j)
+            });
+            let lifted: Vec<f64> = lifted.collect();
+            let opened = S::axes(|k| opening[facet.pairs[k] as usize] + lift[facet.pairs[k] as usize]);
+            if S::depth(&opened, &lifted) > 0.0 {
+                facet.pairs.as_ref().iter().for_each(|k| grows[*k as usize] = true);
             }
         }
         let mut grown = false;

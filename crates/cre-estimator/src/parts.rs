@@ -132,8 +132,8 @@ fn contact_terms<S: Recovery>(
     for (k, of) in problem.contacts.iter().enumerate() {
         let (interface, opening) = (&of.interface, state.contacts[k].opening);
         let found = S::middle_openings(interface, problem.places_of(of).map(|b| state.displacement[b]));
-        let middle = |facet: &ContactFacet<S>| facet.mean_opening(opening);
-        let linear: Vec<f64> = interface.facets().iter().map(middle).collect();
+        let middle = |facet: &ContactFacet<S>| facet.mean_openings(opening);
+        let linear: Vec<f64> = interface.facets().iter().flat_map(middle).collect();
         let terms = |middle: &[f64]| {
             pressure::contact_terms(interface, &pair.contacts[k].edge_pressure, opening, middle)
         };

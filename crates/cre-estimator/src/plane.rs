@@ -9,7 +9,7 @@ use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
 use crate::size::larger;
 use crate::star_relaxation::{StarRelaxation, bytes_of_stars, relax_with_stars};
-use crate::{cells, eet};
+use crate::{cells, eet, lift};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
@@ -107,8 +107,12 @@ impl Recovery for Plane {
         interface.facets().iter().map(|edge| interface.middle_opening(edge, jump)).collect()
     }
 
-    fn contact_work(edge: &ContactFacet, pressure: &[f64; 2], opening: &[f64; 2], middle: f64) -> f64 {
-        edge.work(*pressure, *opening, middle)
+    fn contact_work(edge: &ContactFacet, pressure: &[f64; 2], opening: &[f64; 2], middle: &[f64]) -> f64 {
+        edge.work(*pressure, *opening, middle[0])
+    }
+
+    fn depth([a, b]: &[f64; 2], middle: &[f64]) -> f64 {
+        lift::depth_of_edge(middle[0], [*a, *b])
     }
 
     fn edge_friction(

@@ -1,5 +1,6 @@
 //! The contact pressure of an admissible stress.
 
+use crate::lift::with_middles;
 use crate::recovery::Recovery;
 use crate::side::side_sign;
 use fem_core::body::FacetCondition;
@@ -84,15 +85,15 @@ fn places<S: Space>(
 /// Computes `2 ∫ p o ds` on every contact facet, J/m, see [`ContactFacet::work`]: the last term of (15).
 ///
 /// * `facet_pressure`: see [`facet_pressure`].
-/// * `opening`: at the pairs; `middle`: see [`fem_core::interface::ContactInterface::middle_opening`].
+/// * `opening`: at the pairs; `middle`: on the edges of the facets, see [`fem_core::interface::ContactInterface::middle_opening`].
 pub fn contact_terms<S: Recovery>(
     interface: &ContactInterface<S>,
     facet_pressure: &[S::Axes<f64>],
     opening: &[f64],
     middle: &[f64],
 ) -> Vec<f64> {
-    let term = |((facet, p), m): ((&ContactFacet<S>, &S::Axes<f64>), &f64)| {
-        2.0 * S::contact_work(facet, p, &facet.openings(opening), *m)
+    let term = |((facet, middle), p): ((&ContactFacet<S>, &[f64]), &S::Axes<f64>)| {
+        2.0 * S::contact_work(facet, p, &facet.openings(opening), middle)
     };
-    interface.facets().iter().zip(facet_pressure).zip(middle).map(term).collect()
+    with_middles(interface, middle).zip(facet_pressure).map(term).collect()
 }

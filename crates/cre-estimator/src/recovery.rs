@@ -85,22 +85,27 @@ pub trait Recovery: Space {
     fn twist(corners: &Self::Corners<Self::Vector>, displacement: &Self::Corners<Self::Vector>)
     -> Self::Spin;
 
-    /// Computes the middle Bernstein coefficient of the opening along every contact facet, m: counts on bent facets only.
+    /// Computes the middle Bernstein coefficients of the opening on every contact facet, m, one per edge of it, facet after facet: they count on bent
+    /// facets only.
     #[doc(hidden)]
-    fn middle_openings(interface: &ContactInterface<Self>, _displacement: [&[Self::Vector]; 2]) -> Vec<f64> {
-        vec![0.0; interface.facets().len()]
-    }
+    fn middle_openings(interface: &ContactInterface<Self>, displacement: [&[Self::Vector]; 2]) -> Vec<f64>;
 
     /// Computes `∫ p o` on a contact facet.
+    ///
+    /// * `opening`: at its corners, `middle`: on its edges, m.
     #[doc(hidden)]
     fn contact_work(
         facet: &ContactFacet<Self>,
         pressure: &Self::Axes<f64>,
         opening: &Self::Axes<f64>,
-        _middle: f64,
-    ) -> f64 {
-        facet.flat_work(pressure, opening)
-    }
+        middle: &[f64],
+    ) -> f64;
+
+    /// Computes by how much a bent facet penetrates between its corners, m; not positive if its opening is nowhere negative.
+    ///
+    /// * `opening`: at its corners, `middle`: on its edges, m.
+    #[doc(hidden)]
+    fn depth(opening: &Self::Axes<f64>, middle: &[f64]) -> f64;
 
     /// Takes friction and slip of a pair, see [`EdgeFriction`]; none in space.
     #[doc(hidden)]

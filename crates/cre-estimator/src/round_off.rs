@@ -195,11 +195,11 @@ pub(crate) fn allowance<'a, S: Recovery>(
 fn work_of_penetration<S: Recovery>(interface: &ContactInterface<S>, contact: &AdmissibleContact<S>) -> f64 {
     let pairs = interface.pairs().iter().zip(&contact.opening).zip(&contact.pressure);
     let at_pairs: f64 = pairs.map(|((of, o), p)| (-o).max(0.0) * p.abs() * of.weight).sum();
-    let edges = interface.facets().iter().zip(&contact.middle_opening).zip(&contact.edge_pressure);
-    let between: f64 = edges
-        .filter(|((edge, _), _)| edge.bent)
-        .map(|((edge, o), p)| {
-            lift::depth(*o, edge.openings(&contact.opening).as_ref()).max(0.0) * p[0].abs() * edge.measure
+    let facets = lift::with_middles(interface, &contact.middle_opening).zip(&contact.edge_pressure);
+    let between: f64 = facets
+        .filter(|((facet, _), _)| facet.bent)
+        .map(|((facet, middle), p)| {
+            S::depth(&facet.openings(&contact.opening), middle).max(0.0) * p[0].abs() * facet.measure
         })
         .sum();
     at_pairs + between

@@ -7,6 +7,7 @@ mod cell;
 mod clusters;
 mod eet;
 mod energy;
+mod face_opening;
 mod forces;
 mod potentials;
 mod relaxation;
@@ -24,6 +25,7 @@ use cell::{CellMap, CellMoments, CellStress};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
+use fem_core::interface::{ContactFacet, ContactInterface};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::TetMesh;
 use fem_core::norm::sum_over_cells;
@@ -120,6 +122,27 @@ impl Recovery for Solid {
         // √54 in a sixth of a cube.
         let flatness = larger(1.0, longest * largest / (54.0f64.sqrt() * volume));
         Shape { boundary: faces.iter().sum(), largest, flatness }
+    }
+
+    fn middle_openings(interface: &ContactInterface<Self>, displacement: [&[Vector3<f64>]; 2]) -> Vec<f64> {
+        let jump = |k: usize| {
+            let [a, b] = interface.pairs()[k].nodes;
+            displacement[0][a.index()] - displacement[1][b.index()]
+        };
+        interface.middle_openings(jump)
+    }
+
+    fn contact_work(
+        facet: &ContactFacet<Self>,
+        pressure: &[f64; 3],
+        opening: &[f64; 3],
+        middle: &[f64],
+    ) -> f64 {
+        facet.work(pressure, opening, middle)
+    }
+
+    fn depth(opening: &[f64; 3], middle: &[f64]) -> f64 {
+        face_opening::depth(*opening, [middle[0], middle[1], middle[2]])
     }
 
     fn twist(corners: &[Vector3<f64>; 4], displacement: &[Vector3<f64>; 4]) -> Vector3<f64> {

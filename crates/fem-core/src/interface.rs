@@ -20,6 +20,7 @@ mod pairing;
 mod partner;
 mod problem;
 mod profile;
+mod quadratic;
 mod refinement;
 mod roles;
 mod side;
@@ -58,8 +59,8 @@ pub struct NodePair<S: Space = Plane> {
     /// stretch ends and another begins is in two pairs.
     pub nodes: [NodeId; 2],
     /// Normal `n` out of the first body, into the second. Its length is one at the nodes of the first meshes. Between these the
-    /// normal is linear, so it is shorter if the line is bent. If one side is a declared arc, it is the arm from the centre over the
-    /// radius.
+    /// normal is linear, so it is shorter if the line is bent. If one side is a declared arc, or a solid touches a sphere or a cylinder, it is the arm
+    /// from the centre over the radius.
     pub normal: S::Vector,
     /// Initial gap `g ≥ 0`, m: the distance along the normal times `|n|`.
     pub gap: f64,
@@ -123,11 +124,20 @@ impl<S: Space> ContactFacet<S> {
         corners
     }
 
-    /// Computes the mean of the openings at its corners, m.
+    /// The number of edges of a facet: one in the plane, three of a triangle.
+    pub const EDGES: usize = S::DIM * (S::DIM - 1) / 2;
+
+    /// Lists the edges by the corners at their ends: in the plane the edge itself, and 01, 02, 12 of a triangle.
+    pub fn edges() -> impl Iterator<Item = [usize; 2]> {
+        (0..S::DIM).flat_map(|i| (i + 1..S::DIM).map(move |j| [i, j]))
+    }
+
+    /// Lists the means of the openings at the ends of each edge, m: the middle coefficients of a linear opening.
     ///
     /// * `by_pair`: opening of each pair, m.
-    pub fn mean_opening(&self, by_pair: &[f64]) -> f64 {
-        self.openings(by_pair).as_ref().iter().sum::<f64>() / S::DIM as f64
+    pub fn mean_openings(&self, by_pair: &[f64]) -> impl Iterator<Item = f64> + use<S> {
+        let openings = self.openings(by_pair);
+        Self::edges().map(move |[i, j]| 0.5 * (openings[i] + openings[j]))
     }
 
     /// Lists the corners that are pairs, by number: all, or those that are not clamped.

@@ -4,7 +4,7 @@
 
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::interface::{ContactInterface, Gap, InterfaceError, Obstacle, RigidLine};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap, InterfaceError, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
 use fem_core::mesh::{Mesh, TetMesh};
@@ -144,26 +144,79 @@ fn surfaces_that_are_held_or_loaded_are_refused_in_the_words_of_solids() {
 }
 
 #[test]
-fn a_side_is_paired_with_a_plane_and_not_with_a_sphere() {
+fn a_side_is_paired_with_a_plane() {
     // A side that bulges to the plane: linear between its nodes, with their distances as gaps.
     let body = body(0.0, &free(), |x| x - Vector::z() * (0.1 * x[0] * (2.0 - x[0]) * (1.0 - x[2])));
     let plane = RigidLine::Plane { point: Vector::new(0.0, 0.0, -0.1), normal: Vector::new(0.0, 0.0, 3.0) };
     let plane = Obstacle::fixed(plane);
-    let interface = ContactInterface::against_plane(&body, "bottom", &plane, None).unwrap();
+    let interface = ContactInterface::against_obstacle(&body, "bottom", &plane, None).unwrap();
     for pair in interface.pairs() {
         let point = body.mesh().points()[pair.nodes[0]];
         assert!((pair.gap - point[2] - 0.1).abs() < 1e-15 && pair.normal == -Vector::z());
     }
     assert!(interface.measure() > 3.0);
     let refused = |surface: &str, line: RigidLine<Solid>| {
-        ContactInterface::against_plane(&body, surface, &Obstacle::fixed(line), None).unwrap_err()
+        ContactInterface::against_obstacle(&body, surface, &Obstacle::fixed(line), None).unwrap_err()
     };
     assert!(matches!(refused("left", plane.line), InterfaceError::NotFacing { .. }));
     let high = RigidLine::Plane { point: Vector::zeros(), normal: Vector::z() };
     let deepest = refused("bottom", high);
     assert!(matches!(deepest, InterfaceError::Overlap { depth, .. } if (depth - 0.1).abs() < 1e-15));
-    let sphere = RigidLine::Circle { centre: Vector::new(1.0, 0.5, -3.0), radius: 2.0, inside: false };
-    assert_eq!(refused("bottom", sphere), InterfaceError::RoundObstacle);
+}
+
+#[test]
+fn normals_against_round_obstacles_are_arms_over_the_radius_and_gaps_are_distances() {
+    let body = body(0.0, &free(), |x| x);
+    let (centre, radius) = (Vector::new(1.0, 0.5, -3.0), 2.5);
+    let sphere = |inside| RigidLine::Circle { centre, radius, inside };
+    let axis = Vector::new(0.0, 3.0, 0.0);
+    let cylinder = |inside| RigidLine::Cylinder { point: centre, axis, radius, inside };
+    // Above the obstacle, and below the top of a hollow.
+    for (side, inside, radius) in [("bottom", false, 2.5), ("top", true, 5.0)] {
+        let round = |line: RigidLine<Solid>| match line {
+            RigidLine::Circle { centre, inside, .. } => RigidLine::Circle { centre, radius, inside },
+            RigidLine::Cylinder { point, axis, inside, .. } => {
+                RigidLine::Cylinder { point, axis, radius, inside }
+            }
+            line => line,
+        };
+        for line in [round(sphere(inside)), round(cylinder(inside))] {
+            let obstacle = Obstacle::fixed(line);
+            let found = ContactInterface::against_obstacle(&body, side, &obstacle, None).unwrap();
+            for pair in found.pairs() {
+                let mut arm = body.mesh().points()[pair.nodes[0]] - centre;
+                if let RigidLine::Cylinder { .. } = line {
+                    arm[1] = 0.0;
+                }
+                let sign = if inside { 1.0 } else { -1.0 };
+                assert!((pair.normal - arm * (sign / radius)).norm() < 1e-15, "{pair:?}");
+                let distance = sign * (radius - arm.norm());
+                assert!((pair.gap - distance * pair.normal_length()).abs() < 1e-14, "{pair:?}");
+            }
+            assert!(found.has_bent_facets());
+            let problem = ContactProblem::new(vec![body.clone()]).obstacle(0, found, obstacle);
+            let gap = problem.interpolated_solid_gaps()[0].unwrap();
+            assert!(gap.largest > 1e-3 && gap.largest < 0.2, "{gap:?}");
+            let interface = &problem.contacts[0].interface;
+            // Rotations about the centre open nothing, neither at the nodes nor between them.
+            for spin in [Vector::x(), Vector::y(), Vector::z()] {
+                let spin = if let RigidLine::Cylinder { .. } = line { Vector::y() } else { spin };
+                let turned =
+                    |k: usize| spin.cross(&(body.mesh().points()[interface.pairs()[k].nodes[0]] - centre));
+                let still = interface.middle_openings(|_| Vector::zeros());
+                for (still, turned) in still.iter().zip(interface.middle_openings(turned)) {
+                    assert!((still - turned).abs() < 1e-14, "{still} {turned}");
+                }
+            }
+        }
+    }
+    let refused =
+        |line| ContactInterface::against_obstacle(&body, "bottom", &Obstacle::fixed(line), None).unwrap_err();
+    let small = RigidLine::Circle { centre: Vector::new(1.2, 0.6, -0.11), radius: 0.1, inside: false };
+    assert!(matches!(refused(small), InterfaceError::CoarseFace { degrees, .. } if degrees > 60.0));
+    assert!(matches!(refused(sphere(true)), InterfaceError::NotFacing { .. }));
+    let deep = RigidLine::Circle { centre, radius: 3.25, inside: false };
+    assert!(matches!(refused(deep), InterfaceError::Overlap { depth, .. } if (depth - 0.25).abs() < 1e-12));
 }
 
 #[test]

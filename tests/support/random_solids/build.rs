@@ -1,6 +1,6 @@
 //! The contact problem of a drawn assembly, on its own mesh or on halved cells.
 
-use super::grid::{Cells, Grid, Patch, SIDES};
+use super::grid::{Cells, Grid, Patch, SIDES, prolonged};
 use crate::model::Made;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData};
@@ -29,6 +29,18 @@ impl Linear {
     }
 }
 
+/// A rigid sphere or cylinder, in axes of the grid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Round {
+    pub(super) centre: Vector3<f64>,
+    /// Of a cylinder.
+    pub(super) axis: Option<Vector3<f64>>,
+    pub(super) radius: f64,
+    pub(super) inside: bool,
+    /// The given gap; `None`: the distance.
+    pub(super) gap: Option<Linear>,
+}
+
 /// How a plane moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Drive {
@@ -51,6 +63,8 @@ pub(super) enum Condition {
     Rigid([Option<f64>; 6], Vector3<f64>, Vector3<f64>),
     /// A rigid plane along the side, with a gap.
     Plane(Linear, Drive),
+    /// A rigid sphere or cylinder.
+    Round(Round, Drive),
 }
 
 /// A body.
@@ -126,7 +140,7 @@ impl Assembly {
         let mut conditions = BoundaryConditions::<Solid>::default().body_force(self.turn * part.weight);
         for (side, name) in SIDES.into_iter().enumerate().filter(|(side, _)| self.is_free(b, *side)) {
             conditions = match part.sides[side] {
-                Condition::Free | Condition::Plane(..) => conditions,
+                Condition::Free | Condition::Plane(..) | Condition::Round(..) => conditions,
                 Condition::Fixed => conditions.fix(name),
                 Condition::Roller(value) => conditions.roller(name, self.linear(value)),
                 Condition::Imposed(values) => conditions.components(name, self.vector(values).map(Some)),
@@ -170,27 +184,74 @@ impl Assembly {
             problem = problem.contact([a, b], interface);
         }
         for (b, side) in (0..self.parts.len()).flat_map(|b| (0..6).map(move |side| (b, side))) {
-            let Condition::Plane(gap, drive) = self.parts[b].sides[side] else { continue };
+            let (round, drive) = match self.parts[b].sides[side] {
+                Condition::Plane(_, drive) => (None, drive),
+                Condition::Round(round, drive) => (Some(round), drive),
+                _ => continue,
+            };
             if !self.is_free(b, side) {
                 continue;
             }
             let into = Vector3::ith(side % 3, if side < 3 { 1.0 } else { -1.0 });
             let middle = self.grid.middle(&self.parts[b].cells.side(side));
             let normal = self.turn * into;
-            let plane = Obstacle::fixed(RigidLine::Plane { point: self.turn * middle, normal });
-            let plane = match drive {
-                Drive::Moved(by) => plane.moved(normal * by),
+            let line = match round {
+                None => RigidLine::Plane { point: self.turn * middle, normal },
+                Some(Round { centre, axis, radius, inside, .. }) => match axis {
+                    None => RigidLine::Circle { centre: self.turn * centre, radius, inside },
+                    Some(axis) => {
+                        let (point, axis) = (self.turn * centre, self.turn * axis);
+                        RigidLine::Cylinder { point, axis, radius, inside }
+                    }
+                },
+            };
+            let obstacle = match drive {
+                Drive::Moved(by) => Obstacle::fixed(line).moved(normal * by),
                 Drive::Force(force, at) => {
                     // It moves along its normal and tilts; its motion is given along the axes of the space.
                     let free = |k: usize| k == side % 3 || k >= 3 && k != 3 + side % 3;
                     let motion = [0, 1, 2, 3, 4, 5].map(|k| if free(k) { None } else { Some(0.0) });
-                    plane.stamp(motion, (into * force, Vector3::zeros()), at)
+                    Obstacle::fixed(line).stamp(motion, (into * force, Vector3::zeros()), at)
                 }
             };
-            let gap = Gap::Given(self.linear(gap));
-            let interface = ContactInterface::against_plane(&bodies[b], SIDES[side], &plane, Some(&gap))?;
-            problem = problem.obstacle(b, interface, plane);
+            let interface = match self.parts[b].sides[side] {
+                Condition::Plane(gap, _) => {
+                    let gap = Gap::Given(self.linear(gap));
+                    ContactInterface::against_obstacle(&bodies[b], SIDES[side], &obstacle, Some(&gap))?
+                }
+                _ => self.against_round((b, side), round.and_then(|round| round.gap), &obstacle, halved)?,
+            };
+            problem = problem.obstacle(b, interface, obstacle);
         }
         Ok(problem)
+    }
+
+    /// Pairs a side with a round obstacle. The gap of the coarse mesh is a linear vector on its faces: finer meshes have the same.
+    fn against_round(
+        &self,
+        (b, side): (usize, usize),
+        given: Option<Linear>,
+        obstacle: &Obstacle<Solid>,
+        halved: u32,
+    ) -> Made<ContactInterface<Solid>> {
+        let gap = given.map(|gap| Gap::Given(self.linear(gap)));
+        let coarse = self.body(b, 0)?;
+        let mut found = ContactInterface::against_obstacle(&coarse, SIDES[side], obstacle, gap.as_ref())?;
+        if halved == 0 {
+            return Ok(found);
+        }
+        let mut gaps = vec![Vector3::zeros(); coarse.mesh().points().len()];
+        for pair in found.pairs() {
+            gaps[pair.nodes[0].index()] = pair.normal * (pair.gap / pair.normal.norm_squared());
+        }
+        for k in 0..halved {
+            gaps = prolonged(self.parts[b].cells.counts().map(|n| n << k), &gaps);
+        }
+        // Distances are not refused as given gaps may be.
+        found = ContactInterface::against_obstacle(&self.body(b, halved)?, SIDES[side], obstacle, None)?;
+        let along: Vec<f64> =
+            found.pairs().iter().map(|pair| gaps[pair.nodes[0].index()].dot(&pair.normal).max(0.0)).collect();
+        found.replace_gaps(&along);
+        Ok(found)
     }
 }

@@ -1,6 +1,6 @@
 //! Random assemblies of boxes: layouts, supports, loads, materials, cells.
 
-use super::build::{Assembly, Condition, Drive, Linear, Part, Touch};
+use super::build::{Assembly, Condition, Drive, Linear, Part, Round, Touch};
 use super::grid::{Cells, Grid};
 use crate::model::Made;
 use crate::random::Random;
@@ -51,14 +51,14 @@ impl Draw {
         };
         let r = &mut random;
         // A force moves a plane along the axes of the space.
-        let turned = family != "plane driven by a force" && r.unit() < 0.4;
+        let turned = !family.contains("driven by a force") && r.unit() < 0.4;
         let angles = [0; 3].map(|_| 3.0 * r.signed());
         let turn = match turned {
             true => Rotation3::from_euler_angles(angles[0], angles[1], angles[2]),
             false => Rotation3::identity(),
         };
         let strain = 10f64.powf(-4.0 + 2.0 * r.unit());
-        let floating = family == "floating bodies";
+        let floating = family == "floating bodies" || family == "floating on round obstacles";
         Self { random, family, length, stress, strain, contrast, turn, floating }
     }
 
@@ -314,8 +314,46 @@ impl Draw {
         }
     }
 
-    fn plane(&mut self, grid: &Grid, side: &Cells, by: f64) -> Condition {
+    fn plane(&mut self, grid: &Grid, (number, side): (usize, &Cells), by: f64) -> Condition {
+        if self.family.contains("round obstacle") && self.random.unit() < 0.8 {
+            return self.round(grid, (number, side), Drive::Moved(by));
+        }
         Condition::Plane(self.gap(grid, side), Drive::Moved(by))
+    }
+
+    /// A sphere or a cylinder that touches a side: with little distances from it and a given gap, or with its own distances.
+    fn round(&mut self, grid: &Grid, (number, side): (usize, &Cells), drive: Drive) -> Condition {
+        let (normal, sizes) = (number % 3, grid.sizes(side));
+        let out = if number < 3 { -1.0 } else { 1.0 };
+        let diagonal = sizes.norm();
+        let mut centre = grid.middle(side);
+        let across: Vec<usize> = (0..3).filter(|a| *a != normal).collect();
+        // Sometimes above a corner, with faces that are symmetric to nothing.
+        for a in &across {
+            centre[*a] += sizes[*a] * [0.0, 0.3 * self.random.signed(), 0.5][self.count(0, 2)];
+        }
+        let axis = match self.count(0, 2) {
+            0 => None,
+            1 => Some(Vector3::ith(across[self.count(0, 1)], 1.0)),
+            _ => Some(Vector3::from_fn(|a, _| if a == normal { 0.0 } else { 0.1 + self.random.unit() })),
+        };
+        let inside = self.random.unit() < 0.4;
+        // Bodies deform by little: their faces have to be near to touch.
+        let flat = self.random.unit() < 0.5;
+        let far = if flat { self.between(20.0, 200.0) } else { self.between(1.0, 3.0) } * diagonal;
+        centre[normal] += if inside { -out * far } else { out * far };
+        // The distance of the corner that is farthest from it, or of the tangent plane.
+        let corner = |k: usize| {
+            let place = |a: usize| [side.low[a], side.high[a]][k >> a & 1];
+            let arm = Vector3::from_fn(|a, _| grid.planes[a][place(a)]) - centre;
+            axis.map_or(arm, |axis| arm - axis * (arm.dot(&axis) / axis.norm_squared())).norm()
+        };
+        let radius = if inside { (0..8).map(corner).fold(0.0, f64::max) } else { far };
+        let gap = match flat && self.random.unit() < 0.5 {
+            true => Some(self.gap(grid, side)),
+            false => None,
+        };
+        Condition::Round(Round { centre, axis, radius, inside, gap }, drive)
     }
 
     /// Draws supports at the smallest coordinates, and loads on the others.
@@ -359,7 +397,7 @@ impl Draw {
         let by = if self.random.unit() < 0.2 { size * self.random.unit() } else { 0.0 };
         if self.floating || in_corner && self.random.unit() < 0.8 {
             return match side == 2 || self.random.unit() < 0.7 {
-                true => self.plane(grid, flat, by),
+                true => self.plane(grid, (side, flat), by),
                 false => Condition::Free,
             };
         }
@@ -372,10 +410,10 @@ impl Draw {
             }
             2 if choice < 0.55 => Condition::Rigid([Some(0.0); 6], Vector3::zeros(), Vector3::zeros()),
             2 if choice < 0.75 => Condition::Roller(Linear::constant(0.0)),
-            2 => self.plane(grid, flat, by),
+            2 => self.plane(grid, (side, flat), by),
             _ if choice < 0.35 => Condition::Free,
             _ if choice < 0.85 => Condition::Roller(Linear::constant(0.0)),
-            _ => self.plane(grid, flat, by),
+            _ => self.plane(grid, (side, flat), by),
         }
     }
 
@@ -387,10 +425,14 @@ impl Draw {
         let area: f64 = grid.sizes(flat).iter().filter(|s| **s > 0.0).product();
         let straight = self.turn == Rotation3::identity();
         let inwards = |amount: f64| Vector3::ith(side % 3, -amount);
-        if side == 5 && straight && self.on(0.1, "plane driven by a force") {
+        let round = self.family == "round obstacle driven by a force";
+        if side == 5 && straight && (round || self.on(0.1, "plane driven by a force")) {
             let offset = Vector3::from_fn(|a, _| 0.25 * self.random.signed() * grid.sizes(flat)[a]);
-            let gap = self.gap(grid, flat);
-            return Condition::Plane(gap, Drive::Force(pressure * area, grid.middle(flat) + offset));
+            let drive = Drive::Force(pressure * area, grid.middle(flat) + offset);
+            if round {
+                return self.round(grid, (side, flat), drive);
+            }
+            return Condition::Plane(self.gap(grid, flat), drive);
         }
         if side == 5 && self.on(0.08, "rigid side") {
             if self.random.unit() < 0.3 {
@@ -415,7 +457,7 @@ impl Draw {
             }
             () if choice < 0.6 => Condition::Pressure(self.linear(grid, flat, pressure, 1.2)),
             () if choice < 0.8 => Condition::Roller(self.linear(grid, flat, -push, 0.9)),
-            () => self.plane(grid, flat, push),
+            () => self.plane(grid, (side, flat), push),
         }
     }
 }

@@ -108,16 +108,27 @@ pub enum Shape<S: Dimension = Plane> {
         /// On which side of it the body is.
         side: CircleSide,
     },
+    /// A cylinder without ends, for solids.
+    Cylinder {
+        /// A point of its axis, m.
+        point: S::Axes<f64>,
+        /// Along its axis; of any length except zero.
+        axis: S::Axes<f64>,
+        /// Radius, m.
+        radius: f64,
+        /// On which side of it the body is.
+        side: CircleSide,
+    },
 }
 
-/// The side of a circle on which a body is.
+/// The side of a circle, a sphere or a cylinder on which a body is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CircleSide {
-    /// The body is outside; the obstacle is a disc.
+    /// The body is outside; the obstacle is a disc, a ball or a round bar.
     #[default]
     Outside,
-    /// The body is inside; the obstacle is a hole.
+    /// The body is inside; the obstacle is a hole, a hollow or a bore.
     Inside,
 }
 
@@ -189,6 +200,13 @@ impl<S: Dimension> Serialize for Shape<S> {
                 map.serialize_entry("radius", radius)?;
                 map.serialize_entry("side", side)?;
             }
+            Self::Cylinder { point, axis, radius, side } => {
+                map.serialize_entry("kind", "cylinder")?;
+                map.serialize_entry("point", point.as_ref())?;
+                map.serialize_entry("axis", axis.as_ref())?;
+                map.serialize_entry("radius", radius)?;
+                map.serialize_entry("side", side)?;
+            }
         }
         map.end()
     }
@@ -203,6 +221,12 @@ impl<S: Dimension> Shape<S> {
             }
             Self::Circle { centre, radius, side } => RigidLine::Circle {
                 centre: S::vector(centre),
+                radius: *radius,
+                inside: *side == CircleSide::Inside,
+            },
+            Self::Cylinder { point, axis, radius, side } => RigidLine::Cylinder {
+                point: S::vector(point),
+                axis: S::vector(axis),
                 radius: *radius,
                 inside: *side == CircleSide::Inside,
             },

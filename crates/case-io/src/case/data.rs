@@ -79,7 +79,7 @@ impl<S: Dimension> Case<S> {
                 (false, _) => format!(" = {}", quoted(Some(&given.gap))),
             };
             let words = match measured {
-                true => measured_gap(&said, worst(given)),
+                true => measured_gap::<S>(&said, worst(given)),
                 false => note::<S>(&said, difference),
             };
             let key = if measured && given.obstacle.is_some() { "obstacle" } else { "gap" };
@@ -175,11 +175,14 @@ impl<S: Dimension> Case<S> {
     }
 }
 
-fn measured_gap(what: &str, difference: Difference) -> String {
+fn measured_gap<S: Dimension>(what: &str, difference: Difference) -> String {
     format!(
-        "{what} is not linear along the edges, so the bound is for a gap that differs from it by at most {:.1e} of its largest \
-         value ({:.1e} in the mean); finer edges make this smaller by the square of their length",
-        difference.largest, difference.mean
+        "{what} is not linear {}, so the bound is for a gap that differs from it by at most {:.1e} of its largest \
+         value ({:.1e} in the mean); finer {} make this smaller by the square of their length",
+        S::ALONG,
+        difference.largest,
+        difference.mean,
+        S::WORDS.facets
     )
 }
 

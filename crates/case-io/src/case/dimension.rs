@@ -46,6 +46,8 @@ pub trait Dimension: Space {
     const ALONG: &'static str;
     /// The word for the points at one distance from another.
     const CIRCLE: &'static str;
+    /// Whether obstacles may be cylinders.
+    const CYLINDERS: bool;
 
     /// Returns `[model]` as the case file has it.
     fn model_json(model: &Self::Model) -> Json;

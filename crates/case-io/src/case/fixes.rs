@@ -104,7 +104,10 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
         InterfaceError::NotFlat { .. } => {
             ("two flat surfaces", "choose a flat part of the side, or make the surface flat")
         }
-        InterfaceError::RoundObstacle => ("a plane", "approximate it by a plane"),
+        InterfaceError::CoarseFace { .. } => (
+            "faces that are smaller than the obstacle",
+            "refine the contact side there, or end it before the place",
+        ),
         InterfaceError::HeldNode { .. } => (
             "contact nodes that can move along the normal",
             "end the contact surface or the support one face earlier",

@@ -295,8 +295,9 @@ fn obstacle<S: Keys>(mut r: Reader<'_>) -> Option<Obstacle<S>> {
     if refuse_foreign::<S>(&mut r, "obstacle") {
         return None;
     }
-    let kinds: [(&'static str, Kind<S>); 2] = [("plane", plane), (S::CIRCLE, circle)];
-    let shape = r.choice("kind", &kinds).and_then(|read| read(&mut r));
+    let kinds: [(&'static str, Kind<S>); 3] = [("plane", plane), (S::CIRCLE, circle), ("cylinder", cylinder)];
+    let kinds = if S::CYLINDERS { &kinds[..] } else { &kinds[..2] };
+    let shape = r.choice("kind", kinds).and_then(|read| read(&mut r));
     let rigid = rigid(&mut r);
     r.finish();
     Some(Obstacle { shape: shape?, rigid })
@@ -323,6 +324,19 @@ fn circle<S: Keys>(r: &mut Reader<'_>) -> Option<Shape<S>> {
     let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
     let side = r.choice("side", SIDES).unwrap_or_default();
     Some(Shape::Circle { centre: centre?, radius: radius?, side })
+}
+
+fn cylinder<S: Keys>(r: &mut Reader<'_>) -> Option<Shape<S>> {
+    r.require(&["point", "axis", "radius"]);
+    let (point, axis) = (r.axes::<S>("point"), r.axes::<S>("axis"));
+    if axis == Some(S::axes(|_| 0.0)) {
+        let message = format!("`{}` has no direction", r.path_of("axis"));
+        let fix = format!("write it as in `axis = {}`", up::<S>());
+        r.refuse("axis", message, "a direction along the axis of the cylinder", &fix);
+    }
+    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
+    let side = r.choice("side", SIDES).unwrap_or_default();
+    Some(Shape::Cylinder { point: point?, axis: axis?, radius: radius?, side })
 }
 
 /// Reads the motion and the load of something rigid.

@@ -76,6 +76,21 @@ impl Sum {
         (corners, values): (&S::Axes<S::Vector>, &S::Axes<f64>),
         function: impl Fn(S::Vector) -> f64,
     ) {
+        let linear =
+            |at: &S::Axes<f64>| (1..S::DIM).fold(at[0] * values[0], |sum, k| sum + at[k] * values[k]);
+        self.facet_with::<S>(samples, corners, linear, function);
+    }
+
+    /// Adds a facet: a function against another one.
+    ///
+    /// * `made`: by the barycentric coordinates of a point.
+    pub(crate) fn facet_with<S: Space>(
+        &mut self,
+        samples: &[(S::Axes<f64>, f64)],
+        corners: &S::Axes<S::Vector>,
+        made: impl Fn(&S::Axes<f64>) -> f64,
+        function: impl Fn(S::Vector) -> f64,
+    ) {
         let measure = S::facet_measure(corners);
         self.length += measure;
         // The largest value may be at a corner, and no sample is there.
@@ -84,8 +99,7 @@ impl Sum {
         }
         for (at, weight) in samples {
             let exact = function(between::<S>(corners, at));
-            let made = (1..S::DIM).fold(at[0] * values[0], |sum, k| sum + at[k] * values[k]);
-            self.add(exact, made, weight * measure);
+            self.add(exact, made(at), weight * measure);
         }
     }
 

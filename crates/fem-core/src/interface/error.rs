@@ -211,9 +211,16 @@ pub enum InterfaceError {
         /// Its distance, m.
         distance: f64,
     },
-    /// An obstacle of a solid is not a plane.
-    #[error("a round obstacle touches bodies of the plane only; an obstacle of a solid is a plane")]
-    RoundObstacle,
+    /// The normal of a round obstacle turns too much along a face of a solid.
+    #[error(
+        "the normal of the obstacle turns by {degrees:.0} degrees along the contact face at {point}, and at most 60 are allowed"
+    )]
+    CoarseFace {
+        /// The middle of the face.
+        point: Point,
+        /// The angle between the normals at two of its corners.
+        degrees: f64,
+    },
     /// A support holds a contact node of a solid along the normal, or supports hold both nodes of a pair.
     #[error(
         "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or in all \

@@ -1,11 +1,11 @@
-//! Pairs two flat contact surfaces of solids that match node by node, and a side of a solid with a plane.
+//! Pairs two flat contact surfaces of solids that match node by node, and a side of a solid with an obstacle.
 
 use super::geometric_gap::{GeometricGap, Surfaces};
 use super::matching::{TOLERANCE, nearest};
 use super::normals::SUPPORT;
 use super::obstacle::{change, check_apart, faces, pair_with};
 use super::{
-    ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, Obstacle, RigidLine, facet_size, pairing,
+    ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, Obstacle, SAME_NORMAL, facet_size, pairing,
 };
 use crate::body::Body;
 use crate::geometry::{FLAT_SIDE, norm};
@@ -15,6 +15,9 @@ use std::collections::{BTreeSet, HashMap};
 
 /// Cosine of the smallest angle between the outward normals of two facing facets: 120 degrees.
 const FACING: f64 = -0.5;
+
+/// Cosine of the largest angle between the normals of an obstacle at the corners of a face: 60 degrees.
+const TURN: f64 = 0.5;
 
 type Vector = <Solid as Space>::Vector;
 
@@ -65,25 +68,24 @@ impl ContactInterface<Solid> {
         Ok(Self { gap_change, ..Self::of(pairs, facets, gap.clone()) })
     }
 
-    /// Pairs a side of a solid with a rigid plane: each node with its projection. Faces that do not face the plane, by more than 60 degrees, are free;
-    /// the side need not be flat.
+    /// Pairs a side of a solid with a rigid obstacle: each node with its nearest point. Faces that do not face the obstacle, by more than 60 degrees,
+    /// are free; the side need not be flat. Against a sphere or a cylinder the normals are `±(x − c)/R`, with the radius `R` of the obstacle, and linear
+    /// on the faces; the distances at the nodes are exact, and between them the gap is the one of [`Self::middle_openings`].
     ///
     /// * `surface`: the face group; `obstacle`: the one that the pair is made with.
-    /// * `gap`: overrides the distance from the plane, which is then at most 5 % of the size of a face; `None`: the distance, ≥ 0 to rounding of
+    /// * `gap`: overrides the distance from the obstacle, which is then at most 5 % of the size of a face; `None`: the distance, ≥ 0 to rounding of
     ///   the mesh.
     ///
     /// # Errors
-    /// An obstacle that is round, a side that does not face the plane, overlaps it, or is held or loaded, see [`InterfaceError`].
-    pub fn against_plane(
+    /// A side that does not face the obstacle, overlaps it, or is held or loaded, faces along which the normal turns by more than 60 degrees, see
+    /// [`InterfaceError`].
+    pub fn against_obstacle(
         body: &Body<Solid>,
         surface: &str,
         obstacle: &Obstacle<Solid>,
         gap: Option<&Gap<Solid>>,
     ) -> Result<Self, InterfaceError> {
         let line = &obstacle.line;
-        if !matches!(line, RigidLine::Plane { .. }) {
-            return Err(InterfaceError::RoundObstacle);
-        }
         let (mesh, all) = (body.mesh(), pairing::group(body, 0, surface)?);
         let group: Vec<FacetId> = all.iter().copied().filter(|f| faces(body, line, *f)).collect();
         if group.is_empty() {
@@ -93,22 +95,23 @@ impl ContactInterface<Solid> {
         check_apart(body, line, &group, gap)?;
         let mut pairs = Vec::new();
         for (k, node) in nodes(body, &group).into_iter().enumerate() {
-            let pair = pair_with(body, line, [node, NodeId::new(k)], gap)?;
+            let mut pair = pair_with(body, line, [node, NodeId::new(k)], gap)?;
             let constraint = &body.node_constraints()[node];
             if constraint.rigid_side.is_some() || norm(constraint.held.components(pair.normal)) > SUPPORT {
                 return Err(InterfaceError::HeldNode { body: 0, point: mesh.points()[node].into() });
             }
+            pair.normal = line.frozen_normal(mesh.points()[node]);
+            pair.gap *= pair.normal_length();
             pairs.push(pair);
         }
         let number = numbers(&pairs);
-        let facet = |facet: &FacetId| ContactFacet {
-            pairs: mesh.topology().facets()[*facet].map(|node| number[&node]),
-            facets: [*facet; 2],
-            measure: mesh.facet_measure(*facet),
-            bent: false,
-            clamped: None,
-        };
-        let facets: Vec<_> = group.iter().map(facet).collect();
+        let mut facets = Vec::with_capacity(group.len());
+        for &facet in &group {
+            let corners = mesh.topology().facets()[facet].map(|node| number[&node]);
+            let bent = turns(corners.map(|k| pairs[k as usize].normal), mesh.facet_middle(facet))?;
+            let measure = mesh.facet_measure(facet);
+            facets.push(ContactFacet { pairs: corners, facets: [facet; 2], measure, bent, clamped: None });
+        }
         weigh(&mut pairs, &facets);
         let gap_change = gap.and_then(|_| change(body, line, &pairs));
         let gap = gap.cloned().unwrap_or(Gap::Geometric);
@@ -128,6 +131,23 @@ impl ContactInterface<Solid> {
             whole: None,
         }
     }
+}
+
+/// Tells whether the normal turns along a face by more than round-off.
+///
+/// * `normals`: at its corners; `middle`: of the face, m.
+///
+/// # Errors
+/// A turn of more than 60 degrees.
+fn turns(normals: [Vector; 3], middle: Vector) -> Result<bool, InterfaceError> {
+    let edges = || ContactFacet::<Solid>::edges().map(|ends| ends.map(|corner| normals[corner]));
+    let cosine = |[a, b]: [Vector; 2]| a.dot(&b) / (norm(a) * norm(b));
+    let worst = edges().map(cosine).fold(1.0, |least, cosine| if cosine >= least { least } else { cosine });
+    if !(worst >= TURN) {
+        let degrees = worst.clamp(-1.0, 1.0).acos().to_degrees();
+        return Err(InterfaceError::CoarseFace { point: middle.into(), degrees });
+    }
+    Ok(edges().any(|[a, b]| norm(a - b) > SAME_NORMAL))
 }
 
 /// Lists the nodes of facets, ascending.

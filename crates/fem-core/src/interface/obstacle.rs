@@ -38,6 +38,17 @@ pub enum RigidLine<S: Space = Plane> {
         /// True if the body is inside, so that the obstacle is a hole.
         inside: bool,
     },
+    /// An endless cylinder in space; in the plane a strip.
+    Cylinder {
+        /// A point of its axis, m.
+        point: S::Vector,
+        /// The direction of its axis, of any length except zero.
+        axis: S::Vector,
+        /// Its radius, m.
+        radius: f64,
+        /// True if the body is inside, so that the obstacle is a bore.
+        inside: bool,
+    },
 }
 
 impl<S: Space> RigidLine<S> {
@@ -49,14 +60,40 @@ impl<S: Space> RigidLine<S> {
                 let out = normal / norm(normal);
                 ((point - origin).times(&out), -out)
             }
-            Self::Circle { centre, radius, inside } => {
-                let arm = point - centre;
-                let length = norm(arm);
-                let out = if length > 0.0 { arm * (1.0 / length) } else { S::AXES[0] };
-                if inside { (radius - length, out) } else { (length - radius, -out) }
+            Self::Circle { centre, radius, inside } => round::<S>(point - centre, radius, inside),
+            Self::Cylinder { point: start, axis, radius, inside } => {
+                round::<S>(across::<S>(point - start, axis), radius, inside)
             }
         }
     }
+
+    /// Computes the frozen normal of a body at a point, into the obstacle: `±(x − c)/R` if it is round, from its centre or its axis, and of length
+    /// one if it is a plane. With one `R` for all nodes, `n_i·(ω × x_j) + n_j·(ω × x_i) = 0`: rotations about the centre or the axis open nothing.
+    pub(super) fn frozen_normal(&self, point: S::Vector) -> S::Vector {
+        let out =
+            |arm: S::Vector, radius: f64, inside: bool| arm * (if inside { 1.0 } else { -1.0 } / radius);
+        match *self {
+            Self::Plane { .. } => self.distance(point).1,
+            Self::Circle { centre, radius, inside } => out(point - centre, radius, inside),
+            Self::Cylinder { point: start, axis, radius, inside } => {
+                out(across::<S>(point - start, axis), radius, inside)
+            }
+        }
+    }
+}
+
+/// Computes the part of an arm across an axis.
+fn across<S: Space>(arm: S::Vector, axis: S::Vector) -> S::Vector {
+    arm - axis * (arm.times(&axis) / axis.times(&axis))
+}
+
+/// Computes distance and normal of a round obstacle, see [`RigidLine::distance`].
+///
+/// * `arm`: from its centre or its axis.
+fn round<S: Space>(arm: S::Vector, radius: f64, inside: bool) -> (f64, S::Vector) {
+    let length = norm(arm);
+    let out = if length > 0.0 { arm * (1.0 / length) } else { S::AXES[0] };
+    if inside { (radius - length, out) } else { (length - radius, -out) }
 }
 
 /// A rigid obstacle in a pair with one body: each component of its motion is imposed, or free under its load.
@@ -81,7 +118,7 @@ impl<S: Space> Obstacle<S> {
     /// Creates a fixed obstacle.
     pub fn fixed(line: RigidLine<S>) -> Self {
         let about = match line {
-            RigidLine::Plane { point, .. } => point,
+            RigidLine::Plane { point, .. } | RigidLine::Cylinder { point, .. } => point,
             RigidLine::Circle { centre, .. } => centre,
         };
         Self {
@@ -146,8 +183,13 @@ impl<S: Space> Obstacle<S> {
         constraint.is_clamped().then(|| [constraint.displacement(), facing()])
     }
 
+    /// Returns the nearest point to a node; the node itself if its normal is not of length one. Both move alike along the normal, and between
+    /// nodes a rotation about the centre then opens nothing.
     fn point_facing(&self, body: &Body<S>, pair: &NodePair<S>) -> S::Vector {
         let point = body.mesh().points()[pair.nodes[0]];
+        if pair.normal_length() != 1.0 {
+            return point;
+        }
         point + pair.normal * self.line.distance(point).0
     }
 
@@ -356,7 +398,7 @@ pub(super) fn change<S: Space>(
     let points = body.mesh().points();
     let change = |pair: &NodePair<S>| {
         let point = points[pair.nodes[0]];
-        GapChange { point, drawn: line.distance(point).0, used: pair.gap }
+        GapChange { point, drawn: line.distance(point).0, used: pair.gap / pair.normal_length() }
     };
     let size = |c: &GapChange<S>| (c.used - c.drawn).abs();
     let largest = pairs.iter().map(change).max_by(|a, b| size(a).total_cmp(&size(b)));

@@ -1,8 +1,8 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
 use super::{
-    ContactInterface, Friction, Gap, InterfaceError, InterfaceSide, NodePair, Obstacle, Partner, Retained,
-    RigidLine, Roles, SlipBefore,
+    ContactFacet, ContactInterface, Friction, Gap, InterfaceError, InterfaceSide, NodePair, Obstacle,
+    Partner, Retained, RigidLine, Roles, SlipBefore,
 };
 use crate::body::{Body, BodyError, ConditionPlace, Difference, DifferenceSum, RigidMotion};
 use crate::space::{Plane, Solid, Space};
@@ -372,16 +372,33 @@ impl ContactProblem {
 
 impl ContactProblem<Solid> {
     /// Measures for each pair the difference between the initial gap and the one on the contact faces, relative to its largest value. `None` if
-    /// the two are equal to round-off; drawn gaps between flat sides, and distances from planes, are linear.
-    pub fn interpolated_flat_gaps(&self) -> Vec<Option<Difference>> {
+    /// the two are equal to round-off; drawn gaps between flat sides, and distances from planes, are linear. The distance from a sphere or a cylinder
+    /// is not: the faces are flat, see [`ContactInterface::middle_openings`].
+    pub fn interpolated_solid_gaps(&self) -> Vec<Option<Difference>> {
         let samples = Solid::facet_samples();
         let of_pair = |pair: &ContactPair<Solid>| {
-            let Gap::Given(gap) = &pair.interface.gap else { return None };
+            let round = |line: &&RigidLine<Solid>| !matches!(line, RigidLine::Plane { .. });
+            let line = self.obstacle_of(pair).map(|obstacle| &obstacle.line).filter(round);
+            let meant = |x| match (&pair.interface.gap, line) {
+                (Gap::Given(gap), _) => Some(gap.at(x)),
+                (Gap::Geometric, Some(line)) => Some(line.distance(x).0),
+                (Gap::Geometric, None) | (Gap::Touching, _) => None,
+            };
             let points = self.bodies[pair.body].mesh().points();
             let sum = DifferenceSum::of(pair.interface.facets(), |sum, facet| {
                 let nodes = facet.pairs.map(|k| &pair.interface.pairs()[k as usize]);
                 let corners = nodes.map(|node| points[node.nodes[0]]);
-                sum.facet::<Solid>(&samples, (&corners, &nodes.map(|node| node.gap)), |x| gap.at(x));
+                if meant(corners[0]).is_none() {
+                    return;
+                }
+                let meant = |x| meant(x).unwrap_or_default();
+                match line {
+                    None => sum.facet::<Solid>(&samples, (&corners, &nodes.map(|node| node.gap)), meant),
+                    Some(_) => {
+                        let made = |at: &[f64; 3]| ContactFacet::<Solid>::gap(nodes, at);
+                        sum.facet_with::<Solid>(&samples, &corners, made, meant);
+                    }
+                }
             });
             sum.difference()
         };

@@ -69,6 +69,8 @@ impl ObstaclePicture<'_> {
                 let more = beyond(to - from);
                 [from - more, to + more].map(|s| point + s * along).to_vec()
             }
+            // Cases of the plane have no cylinders.
+            RigidLine::Cylinder { .. } => return vec![],
             RigidLine::Circle { centre, radius, .. } => {
                 let mut angles: Vec<f64> =
                     points().map(|p| (p[1] - centre[1]).atan2(p[0] - centre[0])).collect();

@@ -100,6 +100,7 @@ impl Dimension for Plane {
     const EXTENT: &'static str = "length";
     const ALONG: &'static str = "along the edges";
     const CIRCLE: &'static str = "circle";
+    const CYLINDERS: bool = false;
 
     fn model_json(model: &Model) -> Json {
         let hypothesis = HYPOTHESES.iter().find(|(_, h)| *h == model.hypothesis).map_or("", |(name, _)| name);

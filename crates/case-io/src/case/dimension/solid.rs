@@ -66,6 +66,7 @@ impl Dimension for Solid {
     const EXTENT: &'static str = "area";
     const ALONG: &'static str = "on the faces";
     const CIRCLE: &'static str = "sphere";
+    const CYLINDERS: bool = true;
 
     fn model_json((): &()) -> Json {
         json!({ "hypothesis": HYPOTHESIS })
@@ -146,7 +147,7 @@ impl Dimension for Solid {
                     ContactInterface::pair_flat(&bodies[*a], &bodies[*b], [first, second], gap)
                 }
                 Sides::Obstacle { body, surface, obstacle, gap } => {
-                    ContactInterface::against_plane(&bodies[*body], surface, obstacle, gap.as_ref())
+                    ContactInterface::against_obstacle(&bodies[*body], surface, obstacle, gap.as_ref())
                 }
             };
             found.map_err(|error| PairingError::Interface { pair, error })
@@ -177,7 +178,7 @@ impl Dimension for Solid {
     }
 
     fn interpolated_gaps(problem: &ContactProblem<Self>) -> Vec<Option<Difference>> {
-        problem.interpolated_flat_gaps()
+        problem.interpolated_solid_gaps()
     }
 
     fn cells_written(count: usize) -> report::CellCount {
@@ -303,8 +304,6 @@ impl Keys for Solid {
             "surfaces of solids have to match so far",
             "mesh the two sides alike, and take it out",
         ),
-        later_word("obstacle.kind", "sphere", "solids touch planes only so far", "\"plane\""),
-        later_word("obstacle.kind", "cylinder", "solids touch planes only so far", "\"plane\""),
         later(
             ".adapt",
             "meshes of tetrahedra are not refined yet",
