@@ -92,8 +92,8 @@ pub fn contact_terms<S: Recovery>(
     opening: &[f64],
     middle: &[f64],
 ) -> Vec<f64> {
-    let term = |((facet, middle), p): ((&ContactFacet<S>, &[f64]), &S::Axes<f64>)| {
-        2.0 * S::contact_work(facet, p, &facet.openings(opening), middle)
-    };
-    with_middles(interface, middle).zip(facet_pressure).map(term).collect()
+    let facets = with_middles(interface, middle).zip(facet_pressure);
+    let terms =
+        facets.map(|((facet, middle), p)| 2.0 * S::contact_work(facet, p, &facet.openings(opening), middle));
+    terms.collect()
 }
