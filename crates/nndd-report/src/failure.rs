@@ -119,7 +119,8 @@ impl Failure {
         Self::plain(LIMIT, message)
     }
 
-    pub(crate) fn invalid(message: impl Into<String>) -> Self {
+    /// Makes the failure of an invalid input: what was found, what was expected, and one fix, a line each.
+    pub fn invalid(message: impl Into<String>) -> Self {
         Self::plain(INVALID_INPUT, message)
     }
 

@@ -336,6 +336,7 @@ fn decoded(text: &[u8]) -> Result<Vec<u8>, FieldError> {
 mod tests {
     use super::*;
     use crate::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, three, write};
+    use fem_core::geometry::Vector;
 
     fn read(bytes: &[u8]) -> Result<PointVectors, FieldError> {
         point_vectors(bytes, &["displacement", "u"])
