@@ -39,6 +39,12 @@ pub trait Recovery: Space {
     /// Computes von Mises' equivalent stress, Pa; `None` if a component out of the plane is unknown.
     fn von_mises(material: &LinearElastic<Self>, stress: Self::Tensor) -> Option<f64>;
 
+    /// Counts the holes of a body, in space those that go through, from the closed parts of its boundary.
+    ///
+    /// * `counts`: nodes and facets of the boundary; `parts`: its connected parts; `pieces`: of the body.
+    #[doc(hidden)]
+    fn holes(counts: [usize; 2], parts: usize, pieces: usize) -> usize;
+
     /// Counts the bytes of the relaxation of a body.
     fn bytes_of_relaxation(mesh: &Mesh<Self>) -> usize;
 
@@ -136,23 +142,4 @@ impl<S: Recovery> EquilibratedStress<S> {
     pub fn distance_squared(&self, body: &Body<S>) -> f64 {
         S::distance_squared(body, self)
     }
-}
-
-/// Relaxes an equilibrated stress in place: steps of
-/// ```math
-/// min_φ ‖τ_EET + R ∇²φ Rᵀ − σ̂‖²,   φ of Hsieh, Clough and Tocher     (21)
-/// ```
-/// in the plane, and in space with bars and wrenches instead of `φ`.
-///
-/// * `stress`: as recovered by EET; on return with the facet moments of the last iterate, in exact equilibrium
-///   with the same loads and given tractions.
-///
-/// If no reduction is possible (a body at rest, a uniform stress), it is not changed. To relax several stresses of
-/// one body of the plane under the same kind of conditions, prepare a [`crate::StarRelaxation`] once.
-pub fn relax<S: Recovery>(
-    body: &Body<S>,
-    stress: &mut EquilibratedStress<S>,
-    relaxation: Relaxation,
-) -> RelaxationReport {
-    S::relax_with(body, stress, relaxation, &mut None, None)
 }

@@ -3,7 +3,7 @@
 use crate::atomic_slots::AtomicSlots;
 
 /// A gain below this fraction of the energies at hand is round-off: the gradient has vanished.
-const ROUND_OFF: f64 = 1e-28;
+pub(crate) const ROUND_OFF: f64 = 1e-28;
 
 /// All further steps are expected to lower `‖τ − σ̂‖²` by this many times what the second half of the steps did.
 ///
@@ -69,8 +69,12 @@ pub struct RelaxationReport {
     /// Number of steps.
     pub steps: usize,
     /// `‖τ − σ̂‖²` before the first step and after each, J/m; never increasing. The steps compute their gain in single
-    /// precision: to about 1e-6 of the remaining value. [`crate::cre`] computes the bound from the stress itself.
+    /// precision: to about 1e-6 of the remaining value. [`crate::cre`] computes the bound from the stress itself. The last one includes what the
+    /// columns gained after the last step.
     pub energy_history: Vec<f64>,
+    /// Number of columns: stresses that no step reaches, since they pass wrenches between supports or around holes. The minimum over them
+    /// follows the last step.
+    pub columns: usize,
     /// Whether it ended because the gradient vanished: the stress is the best of its space to round-off.
     pub stationary: bool,
 }

@@ -1,10 +1,11 @@
 //! The admissible pair with relaxed stresses, and the stresses for a frozen λ.
 
 use crate::admissible::{AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal};
+use crate::columns::{Columns, relax_body};
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::error::EstimatorError;
 use crate::measures::Accuracy;
-use crate::recovery::{Recovery, relax};
+use crate::recovery::Recovery;
 use crate::relaxation::{LEAST, Relaxation};
 use fem_core::interface::{ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;
@@ -57,13 +58,15 @@ pub(crate) fn pair_and_frozen<'a, S: Recovery>(
 /// their memory, because the first access to new memory is slow, and most problems have one estimate.
 pub(crate) struct KeptStars<'a, S: Recovery> {
     of_body: Vec<Option<S::Stars<'a>>>,
+    /// What the stars of each body do not reach.
+    columns: Vec<Columns<S>>,
     /// True after the first estimate.
     estimated: bool,
 }
 
 impl<S: Recovery> Default for KeptStars<'_, S> {
     fn default() -> Self {
-        Self { of_body: Vec::new(), estimated: false }
+        Self { of_body: Vec::new(), columns: Vec::new(), estimated: false }
     }
 }
 
@@ -77,12 +80,16 @@ impl<S: Recovery> KeptStars<'_, S> {
 /// Bodies with no more vertices than this are relaxed at the same time, each by one thread: their bands are too few for several.
 const SMALL: usize = 2048;
 
-/// The stars of a body, if it has any, and what the relaxation added to the facet moments of its stress.
-pub(crate) type Found<'s, 'b, S> = (&'s mut Option<<S as Recovery>::Stars<'b>>, FacetMoments<S>);
+/// The stars of a body, if it has any, its columns, and what the relaxation added to the facet moments of its stress.
+pub(crate) type Found<'s, 'b, S> =
+    (&'s mut Option<<S as Recovery>::Stars<'b>>, &'s mut Columns<S>, FacetMoments<S>);
 
 /// The function that [`relax_bodies`] calls with a body and its stars.
 type Then<'t, 'a, S> =
     dyn Fn(usize, &AdmissibleBody<S>, Found<'_, 'a, S>) -> Option<EquilibratedStress<S>> + Sync + 't;
+
+/// The stars of a body, if they are known, and its columns.
+type Of<'s, 'b, S> = (&'s mut Option<<S as Recovery>::Stars<'b>>, &'s mut Columns<S>);
 
 /// Relaxes the stresses of each body, and calls `then` with it. Large bodies follow one after the other, each in parallel.
 fn relax_bodies<'a, S: Recovery>(
@@ -95,24 +102,31 @@ fn relax_bodies<'a, S: Recovery>(
     let problem = prepared.problem();
     let is_small = |b: usize| problem.bodies[b].mesh().points().len() <= SMALL;
     kept.of_body.resize_with(problem.bodies.len(), || None);
-    // Relaxes one body with its stars, which are made if they are missing.
-    let relax = |b: usize, fields: &mut AdmissibleBody<S>, stars: &mut Option<S::Stars<'a>>, used| {
-        let before = fields.equilibrated.facet_moments.clone();
-        fields.relaxation =
-            S::relax_with(&problem.bodies[b], &mut fields.equilibrated, relaxation, stars, used);
+    kept.columns.resize_with(problem.bodies.len(), Columns::default);
+    // Relaxes one body with its stars and columns, which are made if they are missing.
+    let relax = |b: usize, fields: &mut AdmissibleBody<S>, (stars, columns): Of<'_, 'a, S>, used| {
+        let (body, stress) = (&problem.bodies[b], &mut fields.equilibrated);
+        let before = stress.facet_moments.clone();
+        fields.relaxation = S::relax_with(body, stress, relaxation, stars, used);
+        let of_body = (body, Some(&prepared.bodies()[b]));
+        columns.lower(of_body, (stress, &mut fields.relaxation), relaxation, stars);
         let mut added = before;
         let moments = added.iter_mut().flat_map(|of| of.as_mut());
         let now = fields.equilibrated.facet_moments.iter().flat_map(|of| of.as_ref());
         moments.zip(now).for_each(|(m, now)| *m = *now - *m);
-        then(b, fields, (stars, added))
+        then(b, fields, (stars, columns, added))
     };
-    let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).enumerate();
-    let small =
-        bodies.map(|(b, (fields, stars))| if is_small(b) { relax(b, fields, stars, None) } else { None });
+    let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).zip(&mut kept.columns).enumerate();
+    let small = bodies.map(
+        |(b, ((fields, stars), columns))| {
+            if is_small(b) { relax(b, fields, (stars, columns), None) } else { None }
+        },
+    );
     let mut frozen: FrozenStresses<S> = small.collect();
     let mut used = None;
     for b in problem.by_role().into_iter().rev().filter(|b| !is_small(*b)) {
-        frozen[b] = relax(b, &mut pair.bodies[b], &mut kept.of_body[b], used.take());
+        let of_body = (&mut kept.of_body[b], &mut kept.columns[b]);
+        frozen[b] = relax(b, &mut pair.bodies[b], of_body, used.take());
         if !kept.estimated {
             used = kept.of_body[b].take();
         }
@@ -159,16 +173,17 @@ pub(crate) fn frozen_stress<'a, S: Recovery>(
         fixed => fixed,
     };
     match found {
-        Some((stars, added)) => {
+        Some((stars, columns, added)) => {
             if let Relaxation::Tolerance { .. } = relaxation {
                 let moments = recovered.facet_moments.iter_mut().flat_map(|of| of.as_mut());
                 let added = added.iter().flat_map(|of| of.as_ref());
                 moments.zip(added).for_each(|(moment, added)| *moment += *added);
             }
-            S::relax_with(body, &mut recovered, relaxation, stars, None);
+            let mut report = S::relax_with(body, &mut recovered, relaxation, stars, None);
+            columns.lower((body, Some(condensed)), (&mut recovered, &mut report), relaxation, stars);
         }
         None => {
-            relax(body, &mut recovered, relaxation);
+            relax_body((body, Some(condensed)), &mut recovered, relaxation);
         }
     }
     recovered

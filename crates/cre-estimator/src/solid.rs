@@ -69,6 +69,11 @@ impl Recovery for Solid {
         Some(stress.von_mises())
     }
 
+    fn holes([nodes, faces]: [usize; 2], parts: usize, _: usize) -> usize {
+        // Half of 2 − V + E − F for each part; each edge belongs to two faces.
+        (2 * parts + faces / 2).saturating_sub(nodes) / 2
+    }
+
     fn bytes_of_relaxation(mesh: &TetMesh) -> usize {
         relaxation::bytes(mesh)
     }

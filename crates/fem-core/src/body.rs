@@ -271,6 +271,13 @@ impl<S: Space> Body<S> {
         Ok(Self { curves: self.curves.clone(), inserted: self.inserted.clone(), ..body })
     }
 
+    /// Creates the same body without its body force.
+    pub fn weightless(&self) -> Self {
+        let mut body = self.clone();
+        body.conditions.body_force = S::Vector::default();
+        body
+    }
+
     /// Tells whether nothing but contact holds the body: no support, no rigid side, and it is one piece.
     pub(crate) fn has_no_support(&self) -> bool {
         self.node_constraints.iter().all(|constraint| constraint.held.is_none())
