@@ -262,7 +262,7 @@ def test_fields_to_certify() -> None:
     for wrong, words in (
         ([zeros[0]], "found 1, and the case has 2"),
         ([zeros[0], np.zeros((27, 2))], "found 27, and the case has 28"),
-        ([zeros[0], np.zeros((28, 3))], "the shape is (28, 3)"),
+        ([zeros[0], np.zeros((28, 3))], "rows of 3 numbers"),
         ([zeros[0], np.full((28, 2), NAN)], "nan"),
         ([zeros[0], np.zeros((28, 2), dtype=complex)], "complex128"),
     ):
