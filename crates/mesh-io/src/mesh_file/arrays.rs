@@ -207,7 +207,7 @@ impl MeshFile {
         self.check_facets(&faces, of_sides, (2, triangles))
     }
 
-    /// Refuses facets of sides that are none of the cells.
+    /// Refuses facets of sides that no cell has.
     ///
     /// * `there`: the facets of the cells, each by its nodes in ascending order.
     /// * `dimension`, `first`: of the groups, and the number of the first facet in them.
