@@ -278,7 +278,7 @@ impl Case {
     /// # Errors
     /// All independent faults together, each with the key as its place; a case of solids.
     pub fn of_table(root: Table, name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        AnyCase::of_table(root, name, overrides)?.into_plane()
+        AnyCase::of_table(root, name, overrides, false)?.into_plane()
     }
 
     /// Reads a case file from its bytes, see [`Case::parse`].

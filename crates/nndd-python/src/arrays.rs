@@ -78,38 +78,51 @@ fn of_rows<T: numpy::Element + Copy + Default, const N: usize, R>(
     Ok(array.rows().into_iter().map(row).collect())
 }
 
-/// A mesh of the package: points (n, 2) or (n, 3), triangles (m, 3), edges (k, 2) by side, numbers of triangles by region. Its
-/// arrays cannot be written to, and are not copied.
+/// Reads the nodes of cells or facets.
+fn of_nodes<const N: usize>(py: Python<'_>, array: &Py<PyArray2<i64>>) -> PyResult<Vec<[u64; N]>> {
+    of_rows(py, array.bind(py), |nodes: [i64; N]| nodes.map(number))
+}
+
+/// Makes a number of a node or a cell; a negative one becomes one that no mesh has.
+fn number(n: i64) -> u64 {
+    u64::try_from(n).unwrap_or(u64::MAX)
+}
+
+/// A mesh of the package: points (n, 2) or (n, 3), triangles (m, 3) or tetrahedra (m, 4), edges (k, 2) or faces (k, 3) by side, numbers
+/// of cells by region. Its arrays cannot be written to, and are not copied.
 #[derive(FromPyObject)]
 pub(crate) struct GivenMesh {
     points: Py<PyArray2<f64>>,
-    triangles: Py<PyArray2<i64>>,
+    #[pyo3(attribute("_cells"))]
+    cells: Py<PyArray2<i64>>,
     sides: BTreeMap<String, Py<PyArray2<i64>>>,
     regions: BTreeMap<String, Py<PyArray1<i64>>>,
 }
 
 impl GivenMesh {
     pub(crate) fn read(&self, py: Python<'_>) -> PyResult<MeshArrays> {
-        // A negative number becomes one that no mesh has.
-        let number = |n: i64| u64::try_from(n).unwrap_or(u64::MAX);
         let points = self.points.bind(py);
         let points = match points.dims()[1] {
             2 => of_rows(py, points, |[x, y]| [x, y, 0.0])?,
             _ => of_rows(py, points, |point: [f64; 3]| point)?,
         };
-        let sides = self.sides.iter().map(|(name, edges)| {
-            Ok((name.clone(), of_rows(py, edges.bind(py), |edge: [i64; 2]| edge.map(number))?))
-        });
         let regions = self.regions.iter().map(|(name, cells)| {
             let cells = cells.bind(py).try_readonly()?;
             Ok((name.clone(), cells.as_array().iter().map(|cell| number(*cell)).collect()))
         });
-        Ok(MeshArrays {
-            points,
-            triangles: of_rows(py, self.triangles.bind(py), |corners: [i64; 3]| corners.map(number))?,
-            sides: sides.collect::<PyResult<_>>()?,
-            regions: regions.collect::<PyResult<_>>()?,
-        })
+        let regions = regions.collect::<PyResult<_>>()?;
+        let mut made = MeshArrays { points, regions, ..MeshArrays::default() };
+        let sides = self.sides.iter();
+        if self.cells.bind(py).dims()[1] == 4 {
+            made.tetrahedra = of_nodes(py, &self.cells)?;
+            let faces = sides.map(|(name, nodes)| Ok((name.clone(), of_nodes(py, nodes)?)));
+            made.faces = faces.collect::<PyResult<_>>()?;
+        } else {
+            made.triangles = of_nodes(py, &self.cells)?;
+            let edges = sides.map(|(name, nodes)| Ok((name.clone(), of_nodes(py, nodes)?)));
+            made.sides = edges.collect::<PyResult<_>>()?;
+        }
+        Ok(made)
     }
 }
 

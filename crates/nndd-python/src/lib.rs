@@ -16,7 +16,7 @@ mod tree;
 use arrays::Rows;
 use case_io::case::{AnyCase, is_solid_generator, mesh_of_generator, solid_mesh_of_generator};
 use fem_core::body::Body;
-use fem_core::space::Plane;
+use fem_core::space::{Plane, Solid};
 use json::loads;
 use mesh_io::{MeshFile, RegionOptions};
 use nndd_report::run::{self, Source};
@@ -203,40 +203,40 @@ fn mesh_of<S: ReportSpace>(
     arrays::mesh(py, &job::run(py, 1, None, move |_| Ok(case.mesh_of(body)?))?)
 }
 
-/// Reads a mesh file: points (n, 2), triangles (m, 3), edges by side, numbers of triangles by region, and notes.
+/// Reads a mesh file: points, triangles or tetrahedra, edges or faces by side, numbers of cells by region; and notes.
 #[pyfunction]
 fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyDict>, Vec<String>)> {
+    let file = job::run(py, 1, None, move |_| Ok(mesh_io::read(&path)?))?;
+    if file.has_volumes() { whole::<Solid>(py, file) } else { whole::<Plane>(py, file) }
+}
+
+/// Takes all cells of a mesh file that are in a group; all cells if there is no group.
+fn whole<S: ReportSpace>(py: Python<'_>, file: MeshFile) -> PyResult<(Bound<'_, PyDict>, Vec<String>)> {
     let (region, regions) = job::run(py, 1, None, move |_| {
-        let file = mesh_io::read(&path)?;
-        let names: Vec<String> = file.group_names(2).map(str::to_owned).collect();
-        let region = whole(&file, &names)?;
-        let cells: Vec<(String, Vec<i64>)> = names
-            .into_iter()
-            .map(|name| {
-                let numbers = file.cells_of_group(2, &name).unwrap_or_default();
-                let is_inside = |t: &usize| numbers.binary_search(&region.cell_numbers()[*t]).is_ok();
-                let inside = (0..region.cells().len()).filter(is_inside);
-                (name, inside.map(|t| t as i64).collect())
-            })
-            .collect();
+        let dimension = S::DIM as u8;
+        let names: Vec<&str> = file.group_names(dimension).collect();
+        let region = S::region(&file, &names, RegionOptions::default())?;
+        let cells = names.iter().map(|name| {
+            let numbers = file.cells_of_group(dimension, name).unwrap_or_default();
+            let is_inside = |t: &usize| numbers.binary_search(&region.cell_numbers()[*t]).is_ok();
+            let inside = (0..region.cells().len()).filter(is_inside);
+            ((*name).to_owned(), inside.map(|t| t as i64).collect())
+        });
+        let cells: Vec<(String, Vec<i64>)> = cells.collect();
         Ok((region, cells))
     })?;
-    let numbers = |nodes: &[u32]| nodes.iter().map(|n| i64::from(*n)).collect();
-    let sides = region.sides().map(|(name, edges)| (name, numbers(edges.as_flattened())));
-    let triangles = numbers(region.cells().as_flattened());
-    let made = arrays::of_parts::<Plane>(py, region.points(), triangles, sides)?;
+    let sides = region.sides().map(|(name, facets)| {
+        (name, facets.iter().flat_map(|facet| facet.as_ref().iter().copied().map(i64::from)).collect())
+    });
+    let corners =
+        region.cells().iter().flat_map(|cell| cell.as_ref().iter().copied().map(i64::from)).collect();
+    let made = arrays::of_parts::<S>(py, region.points(), corners, sides)?;
     let cells = PyDict::new(py);
     for (name, numbers) in regions {
         cells.set_item(name, PyArray1::from_vec(py, numbers))?;
     }
     made.set_item("regions", cells)?;
     Ok((made, region.notes().to_vec()))
-}
-
-/// Takes all cells of a mesh file that are in a group; all cells if there is no group.
-fn whole(file: &MeshFile, names: &[String]) -> Result<mesh_io::Region, Failure> {
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    Ok(file.regions(&names, RegionOptions::default())?)
 }
 
 /// The native module.

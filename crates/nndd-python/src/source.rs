@@ -11,7 +11,7 @@ use nndd_report::ReportSpace;
 use nndd_report::failure::COMMAND_LINE;
 use nndd_report::run::Source;
 use pyo3::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The keys of a case with the meshes that they name.
@@ -21,26 +21,21 @@ pub(crate) struct Keys {
 }
 
 impl Source for Keys {
-    fn parse(&self, overrides: &[(String, String)], _: bool) -> Result<AnyCase, Failure> {
-        Ok(AnyCase::of_table(self.table.clone(), "problem", overrides)?)
+    fn parse(&self, overrides: &[(String, String)], volumes: bool) -> Result<AnyCase, Failure> {
+        Ok(AnyCase::of_table(self.table.clone(), "problem", overrides, volumes)?)
     }
 
     fn read(&self, overrides: &[(String, String)]) -> Result<AnyCase, Failure> {
-        let mut case = match self.parse(overrides, false)? {
-            AnyCase::Plane(case) => case,
-            solid @ AnyCase::Solid(_) => return Ok(solid),
-        };
         // Arrays of Python are read with the lock on the interpreter, which the thread that called can take.
         let meshes = Arc::clone(&self.meshes);
         let arrays =
             job::ask(move |py| meshes.iter().map(|(_, mesh)| mesh.read(py)).collect::<PyResult<Vec<_>>>());
         let arrays = arrays.ok_or_else(|| Failure::plain(COMMAND_LINE, "a mesh cannot be read"))?;
-        let name = |k: usize| self.meshes[k].0.as_str();
-        let made = fem_core::try_each_body(arrays.len(), |k| MeshFile::of_arrays(name(k), &arrays[k]))?;
-        made.into_iter().enumerate().for_each(|(k, mesh)| case.give_mesh(name(k), mesh));
+        let name = |k: usize| self.meshes[k].0.clone();
+        let made = fem_core::try_each_body(arrays.len(), |k| MeshFile::of_arrays(&name(k), &arrays[k]))?;
         drop(arrays);
-        case.read_mesh_files(Path::new(""))?;
-        Ok(AnyCase::Plane(case))
+        let made = made.into_iter().enumerate().map(|(k, mesh)| (name(k), mesh)).collect();
+        Ok(AnyCase::read_table(self.table.clone(), "problem", overrides, made)?)
     }
 }
 

@@ -1,10 +1,11 @@
 //! A case of the plane or of solids: which of the two follows from its bodies.
 
 use super::dimension::Keys;
-use super::{Case, read};
+use super::{Case, Dimension, read};
 use crate::case_file::{self, At, Document, NodeValue, Table};
 use crate::diagnostic::{CaseError, code};
 use fem_core::space::{Plane, Solid};
+use mesh_io::MeshFile;
 use std::path::Path;
 
 /// A case of the plane or of solids. Nothing else asks which of the two it is.
@@ -31,12 +32,33 @@ impl AnyCase {
 
     /// Takes the keys of a program instead of those of a case file, see [`Self::parse`].
     ///
-    /// * `name`: the name that a case file would have.
+    /// * `name`: the name that a case file would have; `volumes`: see [`Self::parse_as`].
     ///
     /// # Errors
     /// All independent faults together, each with the key as its place.
-    pub fn of_table(root: Table, name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        Self::of_document(&Document::new(root, At::of_key("", ""), overrides)?, name, false)
+    pub fn of_table(
+        root: Table,
+        name: &str,
+        overrides: &[(String, String)],
+        volumes: bool,
+    ) -> Result<Self, CaseError> {
+        Self::of_document(&Document::new(root, At::of_key("", ""), overrides)?, name, volumes)
+    }
+
+    /// Takes the keys of a program as [`Self::of_table`] does, and the mesh files that its bodies name, see [`Self::read`].
+    ///
+    /// * `meshes`: names and meshes that take the place of files.
+    ///
+    /// # Errors
+    /// See [`Self::of_table`] and [`Case::read_mesh_files`].
+    pub fn read_table(
+        root: Table,
+        name: &str,
+        overrides: &[(String, String)],
+        meshes: Vec<(String, MeshFile)>,
+    ) -> Result<Self, CaseError> {
+        let document = Document::new(root, At::of_key("", ""), overrides)?;
+        Self::read_document(&document, name, meshes, Path::new(""))
     }
 
     /// Reads a case file from its bytes, see [`Self::parse`].
@@ -88,19 +110,25 @@ impl AnyCase {
         folder: &Path,
     ) -> Result<Self, CaseError> {
         let document = case_file::parse(case_file::decode(bytes, file_name)?, file_name, overrides)?;
-        let first = first_mesh_file(&document.root).filter(|_| !is_solid(&document.root));
+        Self::read_document(&document, file_name, Vec::new(), folder)
+    }
+
+    fn read_document(
+        document: &Document,
+        name: &str,
+        meshes: Vec<(String, MeshFile)>,
+        folder: &Path,
+    ) -> Result<Self, CaseError> {
+        let given = meshes.iter().any(|(_, mesh)| mesh.has_volumes());
+        let is_file = |file: &String| !given && meshes.iter().all(|(other, _)| other != file);
+        let first = first_mesh_file(&document.root).filter(|file| is_file(file) && !is_solid(&document.root));
         // A file that cannot be read is reported with all others.
-        let mesh = first.and_then(|name| Some((mesh_io::read(&folder.join(&name)).ok()?, name)));
-        let volumes = mesh.as_ref().is_some_and(|(mesh, _)| mesh.has_volumes());
-        let mut case = Self::of_document(&document, file_name, volumes)?;
-        if let Some((mesh, name)) = mesh {
-            match &mut case {
-                Self::Plane(case) => case.meshes.keep(&name, mesh),
-                Self::Solid(case) => case.meshes.keep(&name, mesh),
-            }
+        let mesh = first.and_then(|file| Some((mesh_io::read(&folder.join(&file)).ok()?, file)));
+        let volumes = given || mesh.as_ref().is_some_and(|(mesh, _)| mesh.has_volumes());
+        match Self::of_document(document, name, volumes)? {
+            Self::Plane(case) => Ok(Self::Plane(Box::new(case.with_meshes(meshes, mesh, folder)?))),
+            Self::Solid(case) => Ok(Self::Solid(Box::new(case.with_meshes(meshes, mesh, folder)?))),
         }
-        case.read_mesh_files(folder)?;
-        Ok(case)
     }
 
     /// Reads the mesh files that the bodies name, see [`Case::read_mesh_files`].
@@ -136,6 +164,23 @@ impl AnyCase {
                     .into())
             }
         }
+    }
+}
+
+impl<S: Dimension> Case<S> {
+    /// Reads the mesh files that the bodies name.
+    ///
+    /// * `given`: take the place of files; `kept`: was read already.
+    fn with_meshes(
+        mut self,
+        given: Vec<(String, MeshFile)>,
+        kept: Option<(MeshFile, String)>,
+        folder: &Path,
+    ) -> Result<Self, CaseError> {
+        given.into_iter().for_each(|(name, mesh)| self.give_mesh(&name, mesh));
+        kept.into_iter().for_each(|(mesh, name)| self.meshes.keep(&name, mesh));
+        self.read_mesh_files(folder)?;
+        Ok(self)
     }
 }
 

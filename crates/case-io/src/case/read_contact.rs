@@ -297,7 +297,9 @@ fn obstacle<S: Keys>(mut r: Reader<'_>) -> Option<Obstacle<S>> {
     }
     let kinds: [(&'static str, Kind<S>); 3] = [("plane", plane), (S::CIRCLE, circle), ("cylinder", cylinder)];
     let kinds = if S::CYLINDERS { &kinds[..] } else { &kinds[..2] };
-    let shape = r.choice("kind", kinds).and_then(|read| read(&mut r));
+    // The other keys are those of the kind.
+    let read = r.choice("kind", kinds)?;
+    let shape = read(&mut r);
     let rigid = rigid(&mut r);
     r.finish();
     Some(Obstacle { shape: shape?, rigid })

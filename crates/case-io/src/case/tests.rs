@@ -8,6 +8,7 @@ mod mesh_files;
 
 mod numbers;
 mod sides;
+mod solids;
 
 use super::*;
 use fem_core::material::Hypothesis;

@@ -102,7 +102,7 @@ impl Region<Solid> {
 }
 
 /// The faces of a tetrahedron, each by its nodes in ascending order.
-fn faces_of(corners: &[u32; 4]) -> [[u32; 3]; 4] {
+pub(super) fn faces_of(corners: &[u32; 4]) -> [[u32; 3]; 4] {
     std::array::from_fn(|k| {
         let mut face = Solid::facet(k).map(|corner| corners[corner]);
         face.sort_unstable();

@@ -1,4 +1,4 @@
-"""Contact between elastic bodies in the plane, with a guaranteed bound of the error.
+"""Contact between elastic bodies of the plane or solid ones, with a guaranteed bound of the error.
 
 Three levels: `solve`, `check` and `sweep` take a case file or a dict of the same keys; `Problem` and its parts make the keys of
 objects and arrays; `certify` bounds the error of a field from anywhere. Results are arrays of NumPy.

@@ -14,8 +14,12 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Function = Callable[[Floats, Floats], npt.ArrayLike]
 Pair = Union[tuple[float, float], Sequence[float], npt.NDArray[Any]]
-#: A number, an expression in ``x`` and ``y``, an array with a value at each node of the body's mesh, or a function of the two
-#: coordinates, which is called once with arrays.
+#: A point or a vector: two numbers, of solids three.
+Vector = Union[Sequence[float], npt.NDArray[Any]]
+#: A rotation or a moment: a number, of solids three.
+Spin = Union[float, Vector]
+#: A number, an expression in ``x``, ``y`` and of solids ``z``; in the plane also an array with a value at each node of the body's
+#: mesh, or a function of the two coordinates, which is called once with arrays.
 Datum = Union[float, str, npt.ArrayLike, Function]
 
 

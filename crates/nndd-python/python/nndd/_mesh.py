@@ -10,23 +10,25 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _nndd
-from ._data import Floats, Integers, Pair, floats, integers
-from ._errors import refusing
+from ._data import Floats, Integers, Pair, Vector, floats, integers
+from ._errors import refuse, refusing
 
 
 class Mesh:
-    """A mesh of triangles with named sides and regions. Its arrays cannot be written to.
+    """A mesh of triangles or tetrahedra with named sides and regions. Its arrays cannot be written to.
 
     Parameters
     ----------
     points : (n, 2) or (n, 3) array_like of float
-        Coordinates of the nodes, m. A third column must be the same everywhere.
+        Coordinates of the nodes, m. The third column of a mesh of triangles must be the same everywhere.
     triangles : (m, 3) array_like of int
         The nodes of each triangle, from 0, in either direction.
-    sides : mapping of str to (k, 2) array_like of int, optional
-        Edges by their two nodes, for supports, loads and contact.
+    sides : mapping of str to (k, 2) or (k, 3) array_like of int, optional
+        Edges of triangles by their two nodes, faces of tetrahedra by their three nodes, for supports, loads and contact.
     regions : mapping of str to (k,) array_like of int, optional
-        Numbers of triangles, for `Body` and `Body.region`.
+        Numbers of cells, for `Body` and `Body.region`.
+    tetrahedra : (m, 4) array_like of int
+        Instead of triangles, the nodes of each tetrahedron, from 0, in any order.
 
     Examples
     --------
@@ -38,15 +40,21 @@ class Mesh:
     def __init__(
         self,
         points: npt.ArrayLike,
-        triangles: npt.ArrayLike,
+        triangles: Optional[npt.ArrayLike] = None,
         sides: Optional[Mapping[str, npt.ArrayLike]] = None,
         regions: Optional[Mapping[str, npt.ArrayLike]] = None,
+        *,
+        tetrahedra: Optional[npt.ArrayLike] = None,
     ) -> None:
-        self._points = _fixed(floats(points, "points", (None, 2), (None, 3)))
-        self._triangles = _fixed(integers(triangles, "triangles", (None, 3)))
-        self._sides = {name: _fixed(integers(edges, f"sides[{name!r}]", (None, 2))) for name, edges in (sides or {}).items()}
+        if (triangles is None) == (tetrahedra is None):
+            given = "neither triangles nor" if triangles is None else "triangles and"
+            refuse("mesh", f"{given} tetrahedra", "one of the two", "write Mesh(points, triangles) or tetrahedra=…")
+        axes = 2 if tetrahedra is None else 3
+        what, cells = ("triangles", triangles) if tetrahedra is None else ("tetrahedra", tetrahedra)
+        self._points = _fixed(floats(points, "points", *[(None, columns) for columns in range(axes, 4)]))
+        self._cells: Integers = _fixed(integers(cells, what, (None, axes + 1)))
+        self._sides = {name: _fixed(integers(nodes, f"sides[{name!r}]", (None, axes))) for name, nodes in (sides or {}).items()}
         self._regions = {name: _fixed(integers(cells, f"regions[{name!r}]", (None,))) for name, cells in (regions or {}).items()}
-        self._tetrahedra: Optional[Integers] = None
         self._generator: Optional[dict[str, Any]] = None
 
     @classmethod
@@ -54,8 +62,8 @@ class Mesh:
     def read(cls, path: Union[str, os.PathLike[str]]) -> Mesh:
         """Read a mesh file of Gmsh (.msh) or in the style of Abaqus (.inp).
 
-        Nodes and triangles are counted from 0, in the order of the file's numbers. Quadrilaterals are split, quadratic cells
-        reduced to their corners, and nodes without a cell left out.
+        Nodes and cells are counted from 0, in the order of the file's numbers. Quadrilaterals are split, quadratic cells
+        reduced to their corners, and nodes without a cell left out. A file with tetrahedra is a mesh of tetrahedra.
 
         Parameters
         ----------
@@ -65,7 +73,8 @@ class Mesh:
         Returns
         -------
         Mesh
-            Physical curves, sets of nodes and surfaces are its sides, physical surfaces and sets of elements its regions.
+            Physical curves, sets of nodes and surfaces are its sides, physical surfaces and sets of elements its regions. Of
+            tetrahedra, physical surfaces are sides, and physical volumes regions.
         """
         arrays, _notes = _nndd.read_mesh(path)
         return cls._of(arrays)
@@ -77,12 +86,12 @@ class Mesh:
         Parameters
         ----------
         mesh : meshio.Mesh
-            With triangles or quadrilaterals, linear or quadratic. Its cell sets, or Gmsh's physical groups, become sides (of
-            lines) and regions (of cells).
+            With triangles or quadrilaterals, or with tetrahedra; linear or quadratic. Its cell sets, or Gmsh's physical groups,
+            become sides (of lines, of tetrahedra those of triangles) and regions (of cells).
         """
         from ._meshio import arrays
 
-        return cls(*arrays(mesh))
+        return cls(**arrays(mesh))
 
     @classmethod
     def block(cls, origin: Pair, size: Pair, cells: Sequence[int]) -> Mesh:
@@ -154,7 +163,7 @@ class Mesh:
         return cls._generated(kind="half_disc", pole=pole, radius=radius, facing=facing, half_width=half_width, cells=cells)
 
     @classmethod
-    def box(cls, origin: Sequence[float], size: Sequence[float], cells: Sequence[int]) -> Mesh:
+    def box(cls, origin: Vector, size: Vector, cells: Sequence[int]) -> Mesh:
         """Generate a box of tetrahedra with the sides left, right, front, back, bottom, top.
 
         Parameters
@@ -187,16 +196,12 @@ class Mesh:
     @property
     def triangles(self) -> Integers:
         """The nodes of each triangle: (m, 3); none in a mesh of tetrahedra."""
-        return self._triangles
+        return self._cells if self.tetrahedra is None else np.zeros((0, 3), dtype=np.int64)
 
     @property
     def tetrahedra(self) -> Optional[Integers]:
         """The nodes of each tetrahedron: (m, 4); `None` in a mesh of triangles."""
-        return self._tetrahedra
-
-    @property
-    def _cells(self) -> Integers:
-        return self._triangles if self._tetrahedra is None else self._tetrahedra
+        return self._cells if self._cells.shape[1] == 4 else None
 
     @property
     def sides(self) -> dict[str, Integers]:
@@ -205,23 +210,19 @@ class Mesh:
 
     @property
     def regions(self) -> dict[str, Integers]:
-        """The numbers of the triangles of each region: (k,)."""
+        """The numbers of the cells of each region: (k,)."""
         return dict(self._regions)
 
     @classmethod
     def _of(cls, arrays: Mapping[str, Any]) -> Mesh:
         """Take arrays of the library, which nobody else has: they are not copied."""
-        if "tetrahedra" in arrays:
-            made = cls(arrays["points"], np.zeros((0, 3), dtype=np.int64))
-            made._tetrahedra = _fixed(arrays["tetrahedra"])
-            made._sides = {name: _fixed(faces) for name, faces in arrays["sides"].items()}
-            return made
-        for array in (arrays["points"], arrays["triangles"]):
-            array.flags.writeable = False
-        return cls(arrays["points"], arrays["triangles"], arrays["sides"], arrays.get("regions"))
+        for array in arrays.values():
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
+        return cls(**arrays)
 
     def __repr__(self) -> str:
-        cells = "triangles" if self._tetrahedra is None else "tetrahedra"
+        cells = "triangles" if self.tetrahedra is None else "tetrahedra"
         text = f"<Mesh: {len(self._points)} nodes, {len(self._cells)} {cells}"
         for what, names in (("sides", self._sides), ("regions", self._regions)):
             text += f", {what}: {', '.join(names)}" if names else ""

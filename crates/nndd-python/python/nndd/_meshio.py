@@ -9,37 +9,41 @@ import numpy as np
 from ._data import Floats, Integers
 from ._errors import refuse
 
-#: Corners of the kinds of cells that are taken.
-_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4, "line": 2, "line3": 2}
+#: Dimension and corners of the kinds of cells that are taken.
+_KINDS = {
+    **dict.fromkeys(("line", "line3"), (1, 2)),
+    **dict.fromkeys(("triangle", "triangle6", "triangle7"), (2, 3)),
+    **dict.fromkeys(("quad", "quad8", "quad9"), (2, 4)),
+    **dict.fromkeys(("tetra", "tetra10"), (3, 4)),
+}
 _PHYSICAL = "gmsh:physical"
 
 
-def arrays(mesh: Any) -> tuple[Floats, Integers, dict[str, Integers], dict[str, Integers]]:
-    """Return points, triangles, sides and regions of a mesh of meshio."""
+def arrays(mesh: Any) -> dict[str, Any]:
+    """Return points, triangles or tetrahedra, sides and regions of a mesh of meshio."""
     points = np.asarray(mesh.points, dtype=np.float64)
-    triangles: list[Integers] = []
-    edges: list[Integers] = []
-    # For each block: its dimension and the numbers of the triangles or edges of each of its cells.
+    # By dimension the edges, triangles and tetrahedra.
+    every: dict[int, list[Integers]] = {1: [], 2: [], 3: []}
+    # For each block: its dimension and the numbers of the edges, triangles or tetrahedra of each of its cells.
     places: list[tuple[int, list[Integers]]] = []
-    count = {1: 0, 2: 0}
     for block in mesh.cells:
-        corners = _CORNERS.get(block.type)
-        if corners is None:
+        dimension, corners = _KINDS.get(block.type, (0, 0))
+        if dimension == 0:
             places.append((0, []))
             continue
         cells = np.asarray(block.data, dtype=np.int64)[:, :corners]
-        parts = [cells] if corners < 4 else _halves(points, cells)
-        dimension = 1 if corners == 2 else 2
-        first = count[dimension] + np.arange(len(cells), dtype=np.int64)
+        parts = _halves(points, cells) if (dimension, corners) == (2, 4) else [cells]
+        first = sum(map(len, every[dimension])) + np.arange(len(cells), dtype=np.int64)
         places.append((dimension, [first + k * len(cells) for k in range(len(parts))]))
-        count[dimension] += len(cells) * len(parts)
-        (edges if dimension == 1 else triangles).extend(parts)
-    if not triangles:
-        refuse("mesh", "no triangles and no quadrilaterals", "a mesh of the plane", "look at mesh.cells")
+        every[dimension].extend(parts)
+    if not every[2] and not every[3]:
+        refuse("mesh", "no triangles, quadrilaterals or tetrahedra", "a mesh of cells that are read", "look at mesh.cells")
+    dimension, what = (3, "tetrahedra") if every[3] else (2, "triangles")
     named = _groups(mesh, places)
-    every_edge = np.concatenate(edges) if edges else np.zeros((0, 2), dtype=np.int64)
-    sides = {name: every_edge[cells] for name, cells in named[1].items()}
-    return (*_used(points, np.concatenate(triangles), sides), named[2])
+    facets = np.concatenate(every[dimension - 1] or [np.zeros((0, dimension), dtype=np.int64)])
+    sides = {name: facets[numbers] for name, numbers in named[dimension - 1].items()}
+    points, cells, sides = _used(points, np.concatenate(every[dimension]), sides)
+    return {"points": points, what: cells, "sides": sides, "regions": named[dimension]}
 
 
 def _halves(points: Floats, quads: Integers) -> list[Integers]:
@@ -52,8 +56,8 @@ def _halves(points: Floats, quads: Integers) -> list[Integers]:
 
 
 def _groups(mesh: Any, places: list[tuple[int, list[Integers]]]) -> dict[int, dict[str, Integers]]:
-    """Collect the named groups of edges (1) and triangles (2)."""
-    found: dict[int, dict[str, list[Integers]]] = {1: {}, 2: {}}
+    """Collect the named groups of edges (1), triangles (2) and tetrahedra (3)."""
+    found: dict[int, dict[str, list[Integers]]] = {1: {}, 2: {}, 3: {}}
 
     def add(name: str, block: int, cells: Any) -> None:
         dimension, parts = places[block]
@@ -74,10 +78,10 @@ def _groups(mesh: Any, places: list[tuple[int, list[Integers]]]) -> dict[int, di
     return {d: {name: np.unique(np.concatenate(all_)) for name, all_ in of.items() if all_} for d, of in found.items()}
 
 
-def _used(points: Floats, triangles: Integers, sides: dict[str, Integers]) -> tuple[Floats, Integers, dict[str, Integers]]:
-    """Leave out the nodes that no triangle has, such as those in the middle of quadratic cells."""
-    nodes = np.unique(triangles)
+def _used(points: Floats, cells: Integers, sides: dict[str, Integers]) -> tuple[Floats, Integers, dict[str, Integers]]:
+    """Leave out the nodes that no cell has, such as those in the middle of quadratic cells."""
+    nodes = np.unique(cells)
     number = np.full(len(points), -1, dtype=np.int64)
     number[nodes] = np.arange(len(nodes))
-    kept = {name: number[edges] for name, edges in sides.items()}
-    return points[nodes], number[triangles], {name: edges[(edges >= 0).all(axis=1)] for name, edges in kept.items()}
+    kept = {name: number[facets] for name, facets in sides.items()}
+    return points[nodes], number[cells], {name: facets[(facets >= 0).all(axis=1)] for name, facets in kept.items()}

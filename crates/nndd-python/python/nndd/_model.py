@@ -3,18 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Optional, TypedDict, Union
 
 import numpy.typing as npt
 
 from ._case import Progress, native
-from ._data import Datum, Pair, floats
+from ._data import Datum, Pair, Spin, Vector, floats
 from ._errors import refuse
 from ._mesh import Mesh
 from ._solution import Check, Solution, Sweep, check, solve, sweep
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
 Sides = Union[str, Sequence[str]]
 Range = Mapping[str, Pair]
+
+
+class Motion(TypedDict, total=False):
+    """Motion and load of an obstacle."""
+
+    ux: float
+    uy: float
+    uz: float
+    rotation: Spin
+    force: Vector
+    moment: Spin
+    about: Vector
 
 
 class Material:
@@ -51,12 +66,16 @@ class Material:
         young_1: float,
         young_2: float,
         poisson_12: float,
-        shear: float,
+        shear: Optional[float] = None,
         *,
-        angle: float = 0.0,
+        angle: Optional[float] = None,
         young_3: Optional[float] = None,
         poisson_13: Optional[float] = None,
         poisson_23: Optional[float] = None,
+        shear_12: Optional[float] = None,
+        shear_13: Optional[float] = None,
+        shear_23: Optional[float] = None,
+        axes: Optional[npt.ArrayLike] = None,
         name: Optional[str] = None,
     ) -> Material:
         """Make an orthotropic material.
@@ -64,13 +83,17 @@ class Material:
         Parameters
         ----------
         young_1, young_2, young_3 : float
-            Moduli along the axes, Pa; the third one for plane strain.
+            Moduli along the axes, Pa; the third one for plane strain and solids.
         poisson_12, poisson_13, poisson_23 : float
-            Poisson's ratios; the last two for plane strain.
+            Poisson's ratios; the last two for plane strain and solids.
         shear : float
-            Shear modulus in the plane, Pa.
-        angle : float
-            From x to the first axis, degrees.
+            In the plane: shear modulus, Pa.
+        angle : float, optional
+            In the plane: from x to the first axis, degrees; 0 by default.
+        shear_12, shear_13, shear_23 : float
+            Of solids: shear moduli, Pa.
+        axes : (2, 3) array_like
+            Of solids: vectors along axes 1 and 2.
         name : str, optional
             Its name.
         """
@@ -83,21 +106,26 @@ class Material:
             "young_3": young_3,
             "poisson_13": poisson_13,
             "poisson_23": poisson_23,
+            "shear_12": shear_12,
+            "shear_13": shear_13,
+            "shear_23": shear_23,
+            "axes": None if axes is None else floats(axes, "axes", (2, 3)),
         }
         return cls._of(name, keys)
 
     @classmethod
     def of_stiffness(cls, stiffness: npt.ArrayLike, *, name: Optional[str] = None) -> Material:
-        """Make a material of the stiffness of the plane problem.
+        """Make a material of the stiffness of the plane problem, or of a solid.
 
         Parameters
         ----------
-        stiffness : (3, 3) array_like
-            From the strains (xx, yy, 2 xy) to the stresses (xx, yy, xy), Pa.
+        stiffness : (3, 3) or (6, 6) array_like
+            From the strains (xx, yy, 2 xy) to the stresses (xx, yy, xy), Pa; of solids from (xx, yy, zz, 2 yz, 2 xz, 2 xy) to
+            (xx, yy, zz, yz, xz, xy).
         name : str, optional
             Its name.
         """
-        return cls._of(name, {"stiffness": floats(stiffness, "stiffness", (3, 3))})
+        return cls._of(name, {"stiffness": floats(stiffness, "stiffness", (3, 3), (6, 6))})
 
     def __repr__(self) -> str:
         given = ", ".join(f"{key}={value}" for key, value in self._keys.items() if value is not None)
@@ -107,7 +135,8 @@ class Material:
 class Body:
     """A body: mesh, material, supports and loads. Its methods return the body, so that they can be chained.
 
-    Sides that are not named are free. A `part` is ``{"x": (low, high)}``, ``{"y": …}`` or both: only the edges within count. A
+    A body of tetrahedra is a solid: its vectors have three numbers, and its data are numbers or expressions. Sides that are not
+    named are free. A `part` is ``{"x": (low, high)}``, also with ``"y"`` and ``"z"``: only the edges or faces within count. A
     `name` of a condition is what load steps call it.
 
     Parameters
@@ -119,9 +148,9 @@ class Body:
     name : str, optional
         Its name in messages, reports and files.
     region : str or sequence of str, optional
-        The regions of the mesh that it is made of; all triangles by default.
-    body_force : (2,) array_like, optional
-        Force per area and thickness, N/m³.
+        The regions of the mesh that it is made of; all cells by default.
+    body_force : (2,) or (3,) array_like, optional
+        Force per volume, N/m³.
     merge : bool
         Whether nodes at one place become one node.
     duplicate_interface : bool
@@ -141,7 +170,7 @@ class Body:
         name: Optional[str] = None,
         *,
         region: Optional[Sides] = None,
-        body_force: Optional[Pair] = None,
+        body_force: Optional[Vector] = None,
         merge: bool = False,
         duplicate_interface: bool = False,
     ) -> None:
@@ -162,7 +191,7 @@ class Body:
         return self
 
     def fix(self, on: Sides, *, part: Optional[Range] = None, name: Optional[str] = None) -> Body:
-        """Hold both components of a side.
+        """Hold all components of a side.
 
         Parameters
         ----------
@@ -179,6 +208,7 @@ class Body:
         *,
         ux: Optional[Datum] = None,
         uy: Optional[Datum] = None,
+        uz: Optional[Datum] = None,
         normal: Optional[Datum] = None,
         part: Optional[Range] = None,
         name: Optional[str] = None,
@@ -189,14 +219,14 @@ class Body:
         ----------
         on : str or sequence of str
             The side, or several.
-        ux, uy : number, expression, (n,) array or function, optional
-            Components, m.
+        ux, uy, uz : number, expression, (n,) array or function, optional
+            Components, m; `uz` of solids.
         normal : number, expression, (n,) array or function, optional
             Instead, the component along the outward normal, m: 0 is a roller.
         part, name : optional
             See `Body`.
         """
-        return self._add("displacement", name=name, on=on, part=part, ux=ux, uy=uy, normal=normal)
+        return self._add("displacement", name=name, on=on, part=part, ux=ux, uy=uy, uz=uz, normal=normal)
 
     def load(
         self,
@@ -214,7 +244,7 @@ class Body:
         on : str or sequence of str
             The side, or several.
         vector : two of number, expression, (n,) array or function; or (n, 2) array; optional
-            Traction, Pa.
+            Traction, Pa. Of solids three of number or expression.
         pressure : number, expression, (n,) array or function, optional
             Instead, a pressure onto the body, Pa.
         part, name : optional
@@ -228,10 +258,11 @@ class Body:
         *,
         ux: Optional[float] = None,
         uy: Optional[float] = None,
-        rotation: Optional[float] = None,
-        force: Optional[Pair] = None,
-        moment: Optional[float] = None,
-        about: Optional[Pair] = None,
+        uz: Optional[float] = None,
+        rotation: Optional[Spin] = None,
+        force: Optional[Vector] = None,
+        moment: Optional[Spin] = None,
+        about: Optional[Vector] = None,
         part: Optional[Range] = None,
         name: Optional[str] = None,
     ) -> Body:
@@ -241,20 +272,24 @@ class Body:
         ----------
         on : str or sequence of str
             The side, or several.
-        ux, uy, rotation : float, optional
-            Imposed motion of the point `about`, m and radians.
-        force, moment : (2,) array_like and float, optional
-            Resultant, N/m, and moment about `about`, N.
-        about : (2,) array_like, optional
+        ux, uy, uz : float, optional
+            Imposed motion of the point `about`, m; `uz` of solids.
+        rotation : float, of solids (3,) array_like, optional
+            Imposed rotation, radians.
+        force : (2,) or (3,) array_like, optional
+            Resultant, N/m, of solids N.
+        moment : float, of solids (3,) array_like, optional
+            Moment about `about`, N, of solids N m.
+        about : (2,) or (3,) array_like, optional
             A point, m; the centroid of the side by default.
         part, name : optional
             See `Body`.
         """
-        keys = {"ux": ux, "uy": uy, "rotation": rotation, "force": force, "moment": moment, "about": about}
+        keys = {"ux": ux, "uy": uy, "uz": uz, "rotation": rotation, "force": force, "moment": moment, "about": about}
         return self._add("rigid", name=name, on=on, part=part, **keys)
 
     def curve(self, on: Sides, kind: str) -> Body:
-        """Say that new nodes of a side on finer meshes lie on a curve.
+        """Say that new nodes of a side on finer meshes lie on a curve, in the plane.
 
         Parameters
         ----------
@@ -270,28 +305,32 @@ class Body:
         name: str,
         *,
         box: Optional[Range] = None,
-        facing: Optional[Pair] = None,
+        facing: Optional[Vector] = None,
         within: Optional[float] = None,
-        circle: Optional[tuple[Pair, float]] = None,
-        point: Optional[Pair] = None,
+        circle: Optional[tuple[Vector, float]] = None,
+        sphere: Optional[tuple[Vector, float]] = None,
+        point: Optional[Vector] = None,
     ) -> Body:
-        """Name the boundary edges at some place; all conditions that are given count.
+        """Name the boundary edges or faces at some place; all conditions that are given count.
 
         Parameters
         ----------
         name : str
             The name.
         box : mapping, optional
-            Both ends lie in ``{"x": (low, high), "y": (low, high)}``, m.
-        facing, within : (2,) array_like and float, optional
-            The outward normal is within this angle of the direction, degrees; 30 by default.
-        circle : (centre, radius), optional
-            Both ends lie on it, m.
-        point : (2,) array_like, optional
+            All corners lie in ``{"x": (low, high), "y": (low, high)}``, of solids also ``"z"``, m.
+        facing : (2,) or (3,) array_like, optional
+            A direction of the outward normal.
+        within : float, optional
+            The angle from it, at most, degrees; 30 by default.
+        circle, sphere : (centre, radius), optional
+            All corners lie on it, m: a circle in the plane, of solids a sphere.
+        point : (2,) or (3,) array_like, optional
             Instead of these, the boundary node there, for `fix` and `displace`.
         """
-        of_circle = None if circle is None else {"centre": circle[0], "radius": circle[1]}
-        return self._add("side", name=name, box=box, facing=facing, within=within, circle=of_circle, point=point)
+        round_ = {"circle": circle, "sphere": sphere}
+        on = {key: given and {"centre": given[0], "radius": given[1]} for key, given in round_.items()}
+        return self._add("side", name=name, box=box, facing=facing, within=within, **on, point=point)
 
     def region(self, material: Material, *, group: Optional[str] = None, box: Optional[Range] = None) -> Body:
         """Give a part of the body another material.
@@ -303,7 +342,7 @@ class Body:
         group : str, optional
             A region of the mesh.
         box : mapping, optional
-            Instead, the triangles with their centroids in ``{"x": (low, high), "y": (low, high)}``, m.
+            Instead, the cells with their centroids in ``{"x": (low, high), "y": (low, high)}``, of solids also ``"z"``, m.
         """
         return self._add("region", material=material, group=group, box=box)
 
@@ -314,55 +353,37 @@ class Body:
 
 
 class Obstacle:
-    """A rigid line that a body touches. Make it with `plane` or `circle`."""
+    """A rigid line or surface that a body touches.
+
+    Make it with `plane` or `circle`, for solids with `plane`, `sphere` or `cylinder`. It is fixed, unless one of these
+    arguments is given; what is then neither imposed nor loaded is free.
+
+    - `ux`, `uy`, of solids `uz`: imposed motion, m
+    - `rotation`: imposed rotation, radians; of solids (3,) array_like
+    - `force`: (2,) array_like, N/m; of solids (3,) array_like, N
+    - `moment`: N; of solids (3,) array_like, N m
+    - `about`: (2,) or (3,) array_like, the point about which it rotates, m
+    """
 
     def __init__(self, keys: dict[str, Any]) -> None:
         self._keys = keys
 
     @classmethod
-    def plane(
-        cls,
-        point: Pair,
-        normal: Pair,
-        *,
-        ux: Optional[float] = None,
-        uy: Optional[float] = None,
-        rotation: Optional[float] = None,
-        force: Optional[Pair] = None,
-        moment: Optional[float] = None,
-        about: Optional[Pair] = None,
-    ) -> Obstacle:
-        """Make a straight line.
+    def plane(cls, point: Vector, normal: Vector, **motion: Unpack[Motion]) -> Obstacle:
+        """Make a straight line, of solids a plane.
 
         Parameters
         ----------
-        point, normal : (2,) array_like
+        point, normal : (2,) or (3,) array_like
             A point of it, m, and its normal out of the obstacle.
-        ux, uy, rotation : float, optional
-            Imposed motion, m and radians. Without any of these arguments it is fixed.
-        force, moment : (2,) array_like and float, optional
-            Its load, N/m and N; what is neither imposed nor loaded is free.
-        about : (2,) array_like, optional
-            The point about which it rotates, m.
+        **motion
+            See `Obstacle`.
         """
-        rigid = {"ux": ux, "uy": uy, "rotation": rotation, "force": force, "moment": moment, "about": about}
-        return cls({"kind": "plane", "point": point, "normal": normal, **rigid})
+        return cls({"kind": "plane", "point": point, "normal": normal, **motion})
 
     @classmethod
-    def circle(
-        cls,
-        centre: Pair,
-        radius: float,
-        *,
-        side: str = "outside",
-        ux: Optional[float] = None,
-        uy: Optional[float] = None,
-        rotation: Optional[float] = None,
-        force: Optional[Pair] = None,
-        moment: Optional[float] = None,
-        about: Optional[Pair] = None,
-    ) -> Obstacle:
-        """Make a circle.
+    def circle(cls, centre: Vector, radius: float, *, side: str = "outside", **motion: Unpack[Motion]) -> Obstacle:
+        """Make a circle, in the plane.
 
         Parameters
         ----------
@@ -370,11 +391,42 @@ class Obstacle:
             m.
         side : {"outside", "inside"}
             On which side of it the body is.
-        ux, uy, rotation, force, moment, about : optional
-            See `plane`.
+        **motion
+            See `Obstacle`.
         """
-        rigid = {"ux": ux, "uy": uy, "rotation": rotation, "force": force, "moment": moment, "about": about}
-        return cls({"kind": "circle", "centre": centre, "radius": radius, "side": side, **rigid})
+        return cls({"kind": "circle", "centre": centre, "radius": radius, "side": side, **motion})
+
+    @classmethod
+    def sphere(cls, centre: Vector, radius: float, *, side: str = "outside", **motion: Unpack[Motion]) -> Obstacle:
+        """Make a sphere, for solids.
+
+        Parameters
+        ----------
+        centre, radius : (3,) array_like and float
+            m.
+        side : {"outside", "inside"}
+            On which side of it the body is.
+        **motion
+            See `Obstacle`.
+        """
+        return cls({"kind": "sphere", "centre": centre, "radius": radius, "side": side, **motion})
+
+    @classmethod
+    def cylinder(cls, point: Vector, axis: Vector, radius: float, *, side: str = "outside", **motion: Unpack[Motion]) -> Obstacle:
+        """Make a cylinder without ends, for solids.
+
+        Parameters
+        ----------
+        point, axis : (3,) array_like
+            A point of its axis, m, and the direction of its axis.
+        radius : float
+            m.
+        side : {"outside", "inside"}
+            On which side of it the body is.
+        **motion
+            See `Obstacle`.
+        """
+        return cls({"kind": "cylinder", "point": point, "axis": axis, "radius": radius, "side": side, **motion})
 
     def __repr__(self) -> str:
         given = ", ".join(f"{key}={value!r}" for key, value in self._keys.items() if value is not None)
@@ -421,19 +473,19 @@ class Contact:
     first : Body
         A body.
     second : Body or Obstacle
-        Another body, or a rigid line.
+        Another body, or a rigid line or surface.
     surfaces : str or sequence
         A side of each of the bodies; each may be a list of sides.
     gap : number, expression, (n,) array, function or "geometric", optional
         Initial gap, m: an array has a value at each node of the first body's mesh; "geometric" is measured between the meshes. By
         default the surfaces must touch.
     friction : Friction, optional
-        The law; by default the surfaces slide freely.
+        The law, in the plane; by default the surfaces slide freely.
     normal : (2,) array_like, optional
-        One direction of contact, out of the first body; averaged at the nodes by default.
+        One direction of contact, out of the first body, in the plane; averaged at the nodes by default.
     imposed : {"first", "second", "auto"}, optional
         The body of this pair that carries λ.
-    motion : (2,) array_like, optional
+    motion : (2,) or (3,) array_like, optional
         Moves the obstacle, m.
     name : str, optional
         Its name in messages, reports and files.
@@ -449,7 +501,7 @@ class Contact:
         friction: Optional[Friction] = None,
         normal: Optional[Pair] = None,
         imposed: Optional[str] = None,
-        motion: Optional[Pair] = None,
+        motion: Optional[Vector] = None,
         name: Optional[str] = None,
     ) -> None:
         for body in (first, second):
@@ -505,20 +557,20 @@ class Step:
 
 
 class Problem:
-    """A contact problem.
+    """A contact problem, of the plane or of solids.
 
     Parameters
     ----------
     bodies : iterable of Body
-        The bodies; those without a name are called body1, body2, …
+        The bodies, all of triangles or all of tetrahedra; those without a name are called body1, body2, …
     contacts : iterable of Contact
         The pairs; may be empty.
     steps : iterable of Step
-        Load steps; one step from rest by default.
-    hypothesis : {"plane_strain", "plane_stress"}
-        How the third direction behaves.
+        Load steps, in the plane; one step from rest by default.
+    hypothesis : {"plane_strain", "plane_stress"}, optional
+        How the third direction of the plane behaves; plane strain by default.
     thickness : float, optional
-        m; it only converts results in report.html.
+        Of the plane, m; it only converts results in report.html.
     title : str, optional
         One line.
     units : (length, force), optional
@@ -541,7 +593,7 @@ class Problem:
         contacts: Iterable[Contact] = (),
         *,
         steps: Iterable[Step] = (),
-        hypothesis: str = "plane_strain",
+        hypothesis: Optional[str] = None,
         thickness: Optional[float] = None,
         title: Optional[str] = None,
         units: Optional[tuple[str, str]] = None,
@@ -608,8 +660,8 @@ class Problem:
         Parameters
         ----------
         target : float, optional
-            Refine the meshes until this relative error is certified, such as 0.02. With Coulomb friction it is the relative
-            residual, which bounds no error.
+            Refine the meshes until this relative error is certified, such as 0.02; in the plane. With Coulomb friction it is the
+            relative residual, which bounds no error.
         on_iteration, threads, **overrides
             See `nndd.solve`.
 

@@ -114,7 +114,7 @@ class Solution:
 
     @property
     def certified_error(self) -> Optional[float]:
-        """The bound of the error in the energy norm, √(J/m); `None` unless `valid`."""
+        """The bound of the error in the energy norm, √(J/m), of solids √J; `None` unless `valid`."""
         return self._certificate.get("e_cre")
 
     @property
@@ -178,7 +178,7 @@ class Solution:
 
     @refusing
     def plot(self, *, scale: Optional[float] = None) -> Any:
-        """Draw the deformed bodies by their von Mises stress, and the contact pressure, with matplotlib.
+        """Draw the deformed bodies by their von Mises stress, and the contact pressure, with matplotlib; in the plane only.
 
         Parameters
         ----------
@@ -193,7 +193,7 @@ class Solution:
         return draw(self.bodies, self.contacts, scale)
 
     def to_meshio(self) -> Any:
-        """Return one meshio.Mesh of all bodies, with all fields; ``body_id`` says which triangle is whose."""
+        """Return one meshio.Mesh of all bodies, with all fields; ``body_id`` says which cell is whose."""
         return to_meshio(self.bodies)
 
     def to_pyvista(self) -> Any:
@@ -210,14 +210,15 @@ class Solution:
 
     def _repr_html_(self) -> str:
         lines = [html.escape(line) for line in self._native.verdict().splitlines()]
-        rows = [("body", "nodes", "triangles", "")]
-        rows += [(b["name"], b["nodes"], b["triangles"], "") for b in self._report["bodies"]]
+        cells = "triangles" if "triangles" in self._report["bodies"][0] else "tetrahedra"
+        rows = [("body", "nodes", cells, "")]
+        rows += [(b["name"], b["nodes"], b[cells], "") for b in self._report["bodies"]]
         rows.append(("contact", "pairs", "largest pressure", "contact force"))
         for pair in self._report["contact"]:
             numbers = ["" if pair[key] is None else f"{pair[key]:.4g}" for key in ("max_pressure", "contact_force")]
             rows.append((pair["name"], pair["pairs"], numbers[0], numbers[1]))
-        cells = "".join("<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
-        return f"<p><b>{lines[0]}</b></p>" + "".join(f"<p>{line}</p>" for line in lines[1:]) + f"<table>{cells}</table>"
+        table = "".join("<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
+        return f"<p><b>{lines[0]}</b></p>" + "".join(f"<p>{line}</p>" for line in lines[1:]) + f"<table>{table}</table>"
 
 
 @dataclass(frozen=True)
@@ -225,7 +226,7 @@ class Certificate:
     """The bound of the error of displacements that another code computed.
 
     The field is made admissible first: supported nodes that nearly have their displacements get them, and nodes that penetrate
-    move back. The bound is that of the changed field, and the energy norm of the change is added.
+    move back. The bound is that of the changed field, and the energy norm of the change is added. Norms of solids are in √J.
     """
 
     #: Whether the checks hold.
@@ -263,9 +264,9 @@ class Certificate:
 class Check:
     """What is known of a case before it is solved."""
 
-    #: For each body its name, numbers of nodes and triangles, sides with their numbers of edges, supports, loads.
+    #: For each body its name, numbers of nodes and cells, sides with their numbers of edges or faces, supports, loads.
     bodies: list[dict[str, Any]]
-    #: For each pair its name, bodies, surfaces, number of pairs of nodes and length, m.
+    #: For each pair its name, bodies, surfaces, number of pairs of nodes and length, m, of solids area, m².
     contacts: list[dict[str, Any]]
     #: Estimate of the memory that solving it needs, bytes.
     memory: int
@@ -323,8 +324,8 @@ def solve(
     Parameters
     ----------
     case : path, dict or Problem
-        A case file, or a dict of the same keys. In a dict, ``mesh`` or ``mesh["file"]`` may be a `Mesh`, and data on sides may
-        be arrays with a value at each node of the body's mesh, or functions of the arrays x and y, which are called once.
+        A case file, or a dict of the same keys. In a dict, ``mesh`` or ``mesh["file"]`` may be a `Mesh`, and data on sides in
+        the plane may be arrays with a value at each node of the body's mesh, or functions of the arrays x and y, called once.
     on_iteration : callable, optional
         Is called with a dict after each iteration (``event = "iteration"``), mesh of an adaptive run (``"mesh"``) and load step
         (``"load_step"``). If it raises, the run ends and the exception passes through.

@@ -273,13 +273,17 @@ impl Keys for Plane {
         rows: of_rows,
         entries: of_entries,
     };
-    const REFUSED: &'static [Refused] = &[Refused {
-        key: "body.surface",
-        word: None,
-        why: "the sides of plane bodies are lines",
-        expected: "[[body.curve]], which declares a curved line",
-        fix: "write [[body.curve]] with `kind = \"arc\"` or `kind = \"smooth\"`",
-    }];
+    const REFUSED: &'static [Refused] = &[
+        Refused {
+            key: "body.surface",
+            word: None,
+            why: "the sides of plane bodies are lines",
+            expected: "[[body.curve]], which declares a curved line",
+            fix: "write [[body.curve]] with `kind = \"arc\"` or `kind = \"smooth\"`",
+        },
+        solid_obstacle("sphere", "spheres touch solid bodies, and this case is plane"),
+        solid_obstacle("cylinder", "cylinders touch solid bodies, and this case is plane"),
+    ];
 
     fn model(reader: Option<Reader<'_>>) -> Model {
         let mut model = Model { hypothesis: Hypothesis::PlaneStrain, thickness: 1.0 };
@@ -298,6 +302,12 @@ impl Keys for Plane {
     fn spin(r: &mut Reader<'_>, key: &'static str) -> Option<f64> {
         r.number(key)
     }
+}
+
+/// Refuses an obstacle of solids.
+const fn solid_obstacle(word: &'static str, why: &'static str) -> Refused {
+    let (expected, fix) = ("\"plane\" or \"circle\"", "write `kind = \"circle\"`, or make all bodies solid");
+    Refused { key: "obstacle.kind", word: Some(word), why, expected, fix }
 }
 
 /// Tells what to do about a hypothesis that is not plane.

@@ -297,6 +297,13 @@ impl Keys for Solid {
         later_word("generator.kind", "ball", "balls are not generated yet", "\"box\""),
         later_word("generator.kind", "cylinder", "cylinders are not generated yet", "\"box\""),
         later_word("generator.kind", "tube", "tubes are not generated yet", "\"box\""),
+        Refused {
+            key: "obstacle.kind",
+            word: Some("circle"),
+            why: "circles touch plane bodies, and this case is one of solids",
+            expected: "\"plane\", \"sphere\" or \"cylinder\"",
+            fix: "write `kind = \"sphere\"`",
+        },
         later("contact.friction", "contact of solids is frictionless so far", TAKE_OUT),
         later("contact.normal", "the surfaces are flat, and have their own normal", TAKE_OUT),
         later(

@@ -104,7 +104,7 @@ fn square(shift: f64) -> MeshFile {
         points: points.map(|[x, y]| [x, y + shift, 0.0]).to_vec(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         sides: vec![("bottom".into(), vec![[0, 1]]), ("top".into(), vec![[2, 3]])],
-        regions: vec![],
+        ..MeshArrays::default()
     };
     MeshFile::of_arrays("square", &arrays).unwrap()
 }
