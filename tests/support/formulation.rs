@@ -269,7 +269,7 @@ fn figures(row: &Row) -> impl Iterator<Item = (&'static str, &'static str)> {
     row.3.split("; ").filter_map(|figure| figure.split_once(": "))
 }
 
-/// Returns a printed value; NaN if there is none.
+/// Returns a printed value; NaN if nothing is printed.
 pub fn printed(problem: &str, n: usize, name: &str) -> f64 {
     let rows = PRINTED.iter().filter(|row| (row.1, row.2) == (problem, n));
     let found = rows.flat_map(figures).find(|figure| figure.0 == name);
@@ -278,7 +278,7 @@ pub fn printed(problem: &str, n: usize, name: &str) -> f64 {
 
 /// Computes all figures of a row.
 ///
-/// * `case`: the file in `cases/solid` that states the problem; if there is none, a function of [`crate::solids`] does.
+/// * `case`: the file in `cases/solid` that states the problem; without one, a function of [`crate::solids`] does.
 ///
 /// # Errors
 /// A problem that cannot be solved.
@@ -357,13 +357,16 @@ fn iteration(n: usize) -> Made<Vec<(String, f64)>> {
     Ok(found)
 }
 
+/// The displacements of the nodes of a body.
+type Field = Vec<Vector3<f64>>;
+
 /// A solved problem.
 struct Run {
     name: &'static str,
     n: usize,
     prepared: PreparedProblem<Solid>,
     last: Iterate,
-    fields: Vec<Vec<Vector3<f64>>>,
+    fields: Vec<Field>,
     /// By EET.
     first: Estimate<Solid>,
     /// After as many steps as change it.
@@ -413,7 +416,7 @@ impl Run {
         self.best.get().ok_or_else(|| "no estimate".into())
     }
 
-    fn bodies(&self) -> impl Iterator<Item = (&Body<Solid>, &Vec<Vector3<f64>>)> {
+    fn bodies(&self) -> impl Iterator<Item = (&Body<Solid>, &Field)> {
         self.prepared.problem().bodies.iter().zip(&self.fields)
     }
 
@@ -458,9 +461,8 @@ impl Run {
         if let Some(error) = self.error.get() {
             return Ok(*error);
         }
-        let of_body = |(b, (body, u)): (usize, (&Body<Solid>, &Vec<Vector3<f64>>))| {
-            self.energy(b, Some(&stresses(body, u)))
-        };
+        let of_body =
+            |(b, (body, u)): (usize, (&Body<Solid>, &Field))| self.energy(b, Some(&stresses(body, u)));
         let error = self.bodies().enumerate().map(of_body).sum::<Made<f64>>()?.sqrt();
         Ok(*self.error.get_or_init(|| error))
     }
@@ -469,7 +471,7 @@ impl Run {
     fn distance(&self, times: usize) -> Made<f64> {
         let finer = Self::new(self.name, self.n * times)?.ok_or("no problem")?;
         let across = if self.name == "stack" { 2 } else { 1 } * self.n;
-        let of_body = |((body, fine), coarse): ((&Body<Solid>, &Vec<Vector3<f64>>), &Vec<Vector3<f64>>)| {
+        let of_body = |((body, fine), coarse): ((&Body<Solid>, &Field), &Field)| {
             energy_distance_squared(body, fine, &interpolated([across, self.n, self.n], coarse, times))
         };
         Ok(finer.bodies().zip(&self.fields).map(of_body).sum::<f64>().sqrt())
@@ -554,7 +556,7 @@ fn interpolated([nx, ny, nz]: [usize; 3], coarse: &[Vector3<f64>], times: usize)
         let mut axes = [0, 1, 2];
         axes.sort_by_key(|axis| std::cmp::Reverse(place[*axis] % times));
         let mut u = at(corner);
-        for axis in axes.into_iter().filter(|axis| place[*axis] % times > 0) {
+        for axis in axes.into_iter().filter(|axis| !place[*axis].is_multiple_of(times)) {
             let before = at(corner);
             corner[axis] += 1;
             u += (at(corner) - before) * ((place[axis] % times) as f64 / times as f64);
