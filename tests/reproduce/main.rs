@@ -10,6 +10,7 @@ mod counts;
 mod effectivity;
 mod exact;
 mod figure;
+mod formulation;
 mod friction;
 mod iterations;
 mod page;
@@ -28,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let problems = number("--problems").transpose()?;
     let [study, folder, ..] = arguments.as_slice() else {
         return Err(
-            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction FOLDER [--quick] [--solids] [--problems N] [--only N]"
+            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction|solids FOLDER [--quick] [--solids] [--problems N] [--only N]"
                 .into(),
         );
     };
@@ -44,8 +45,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             (None, false) => adversarial::page(&folder, quick, problems),
         },
         "friction" => friction::page(&folder, quick),
+        "solids" => formulation::page(quick),
         other => Err(format!(
-            "no study is named {other:?}: iterations, effectivity, adaptivity, adversarial or friction"
+            "no study is named {other:?}: iterations, effectivity, adaptivity, adversarial, friction or solids"
         )
         .into()),
     }

@@ -12,6 +12,7 @@ pub mod corner;
 pub mod distance;
 pub mod effectivity;
 pub mod finer;
+pub mod formulation;
 pub mod friction;
 pub mod full_size;
 pub mod goursat;

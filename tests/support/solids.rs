@@ -1,18 +1,53 @@
 //! Problems of solid bodies whose solutions another code has printed.
 
+use case_io::case::AnyCase;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
 use fem_core::space::Solid;
+use fem_core::tensor::SymTensor3;
 use nalgebra::{Complex, Vector3};
 use std::error::Error;
+use std::path::Path;
 use std::sync::Arc;
 
 type Conditions = BoundaryConditions<Solid>;
 
 const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// Builds a case of `cases/solid` with `n` cells per unit of length, `across` of them along x.
+///
+/// # Errors
+/// None, for the cases of this folder.
+pub fn of_case(name: &str, n: usize, across: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    of_case_with(name, n, across, &[])
+}
+
+/// [`of_case`] with other values of some keys.
+///
+/// # Errors
+/// As [`of_case`].
+pub fn of_case_with(
+    name: &str,
+    n: usize,
+    across: usize,
+    others: &[(&str, &str)],
+) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/solid").join(name);
+    let bytes = std::fs::read(path)?;
+    let solid = |overrides: &[(String, String)]| match AnyCase::parse_bytes(&bytes, name, overrides)? {
+        AnyCase::Solid(case) => Ok::<_, Box<dyn Error>>(case),
+        AnyCase::Plane(_) => Err(format!("{name} is a case of the plane").into()),
+    };
+    let cells = |body| (format!("body.{body}.generator.cells"), format!("[{across}, {n}, {n}]"));
+    let mut overrides: Vec<_> = (0..solid(&[])?.bodies.len()).map(cells).collect();
+    overrides.extend(others.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())));
+    let (problem, notes) = solid(&overrides)?.build()?;
+    assert_eq!(notes, Vec::<String>::new());
+    Ok(problem)
+}
 
 /// Two blocks of which the upper one is pressed down on its left half and pulled up on its right half, with `n` cells per unit of length.
 pub fn half_open(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
@@ -101,8 +136,8 @@ impl Hertz {
         Vector3::new(x[0] * across, x[1] * across, up)
     }
 
-    /// Computes the traction on the side `x = 1`, or on `y = 1`, Pa.
-    pub fn traction(&self, side: usize, x: Vector3<f64>) -> Vector3<f64> {
+    /// Computes the stress at a point off the axis, Pa.
+    pub fn stress(&self, x: Vector3<f64>) -> SymTensor3 {
         let (nu, p) = (self.nu, Self::potential(x));
         let squared = x[0] * x[0] + x[1] * x[1];
         // The Laplacians of φ and φ_,z vanish.
@@ -114,8 +149,21 @@ impl Hertz {
             let common = if i == j { 2.0 * nu * p.zz + self.bending() * x[2] } else { 0.0 };
             common - (1.0 - 2.0 * nu) * second(i, j, p.across, p.zz) - x[2] * second(i, j, p.z_across, p.zzz)
         };
-        let shear = -x[2] * x[side] * Self::zz_across(x);
-        Vector3::new(stress(side, 0), stress(side, 1), shear)
+        let shear = |i: usize| -x[2] * x[i] * Self::zz_across(x);
+        SymTensor3 {
+            xx: stress(0, 0),
+            yy: stress(1, 1),
+            zz: p.zz - x[2] * p.zzz,
+            yz: shear(1),
+            xz: shear(0),
+            xy: stress(0, 1),
+        }
+    }
+
+    /// Computes the traction on the side `x = 1`, or on `y = 1`, Pa.
+    pub fn traction(&self, side: usize, x: Vector3<f64>) -> Vector3<f64> {
+        let s = self.stress(x);
+        if side == 0 { Vector3::new(s.xx, s.xy, s.xz) } else { Vector3::new(s.xy, s.yy, s.yz) }
     }
 
     /// `φ_,zzα / x_α`.
@@ -127,15 +175,17 @@ impl Hertz {
     }
 }
 
-/// A quarter of two blocks with the field of [`Hertz`] in the upper one and its image in the lower one.
+/// [`circle_of`] two equal materials.
 pub fn circle(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
-    let field = Arc::new(Hertz { modulus: 1.0, nu: 0.3 });
-    let material = LinearElastic::isotropic_solid(field.modulus, field.nu)?;
-    let body = |sign: f64, far: &str| -> Result<Body<Solid>, Box<dyn Error>> {
+    circle_of(n, [Hertz { modulus: 1.0, nu: 0.3 }; 2])
+}
+
+/// A quarter of two blocks with a field of [`Hertz`] in the upper one and the image of another in the lower one.
+pub fn circle_of(n: usize, fields: [Hertz; 2]) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let body = |field: Hertz, sign: f64, far: &str| -> Result<Body<Solid>, Box<dyn Error>> {
         let image = move |x: Vector3<f64>| Vector3::new(x[0], x[1], sign * x[2]);
         let component = |value: fn(&Hertz, usize, Vector3<f64>) -> Vector3<f64>, side: usize| {
             [0, 1, 2].map(|c: usize| {
-                let field = field.clone();
                 ScalarData::<Solid>::Function(Arc::new(move |x| image(value(&field, side, image(x)))[c]))
             })
         };
@@ -146,9 +196,9 @@ pub fn circle(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
             .traction("right", component(Hertz::traction, 0))
             .traction("back", component(Hertz::traction, 1));
         let mesh = cuboid([0.0, 0.0, 0.5 * (sign - 1.0)], [1.0; 3], [n; 3])?;
-        Ok(Body::new(mesh, material.clone(), &conditions)?)
+        Ok(Body::new(mesh, LinearElastic::isotropic_solid(field.modulus, field.nu)?, &conditions)?)
     };
-    let (upper, lower) = (body(1.0, "top")?, body(-1.0, "bottom")?);
+    let (upper, lower) = (body(fields[0], 1.0, "top")?, body(fields[1], -1.0, "bottom")?);
     let interface = ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }

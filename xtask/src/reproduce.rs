@@ -11,7 +11,7 @@ use std::process::Command;
 /// Arguments of `reproduce`.
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Only this study: iterations, effectivity, adaptivity, adversarial, friction or mutations
+    /// Only this study: iterations, effectivity, adaptivity, adversarial, friction, solids or mutations
     study: Option<String>,
     /// Fewer and smaller meshes
     #[arg(long)]
@@ -28,12 +28,13 @@ pub(crate) struct Arguments {
 }
 
 /// The studies, each with its title and the text above its tables.
-const PAGES: [(&str, &str); 5] = [
+const PAGES: [(&str, &str); 6] = [
     ("iterations", include_str!("reproduce/iterations.md")),
     ("effectivity", include_str!("reproduce/effectivity.md")),
     ("adaptivity", include_str!("reproduce/adaptivity.md")),
     ("adversarial", include_str!("reproduce/adversarial.md")),
     ("friction", include_str!("reproduce/friction.md")),
+    ("solids", include_str!("reproduce/printed.md")),
 ];
 
 /// Writes `bench-results/STUDY/` for each study.
@@ -47,7 +48,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         return Err(format!("no such study; there are {names}, mutations"));
     }
     // Solids need nothing but the package of the studies.
-    let packages: &[&str] = if arguments.solids { &["-p", "tests"] } else { &["--workspace"] };
+    let alone = arguments.solids || arguments.study.as_deref() == Some("solids");
+    let packages: &[&str] = if alone { &["-p", "tests"] } else { &["--workspace"] };
     let mut build = workspace.cargo(&[&["build", "--release", "--bin", "reproduce"], packages].concat());
     if stream(&mut build)? != Some(0) {
         return Err("the studies do not build".to_owned());

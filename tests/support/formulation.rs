@@ -1,0 +1,569 @@
+//! The figures that the formulation prints for solids, and the same figures by this program.
+//!
+//! Their kind: an independent code (Python, with another solver), which a second one reproduced; where the two differ the corrected figure is here.
+
+use crate::model::Made;
+use crate::solids::{Hertz, circle_of, cube, derivative, half_open, of_case, on_sphere};
+use certified_contact::estimate;
+use cre_estimator::{Estimate, Relaxation};
+use fem_core::assembly::external_forces;
+use fem_core::body::Body;
+use fem_core::field::stresses;
+use fem_core::interface::ContactProblem;
+use fem_core::norm::{energy_distance_squared, energy_norm_squared, sum_over_cells};
+use fem_core::prepared::PreparedProblem;
+use fem_core::quadrature::GAUSS5;
+use fem_core::space::Solid;
+use fem_core::tensor::SymTensor3;
+use nalgebra::Vector3;
+use nndd::stopping::EtaNndd;
+use nndd::{Iterate, NewtonSettings, NnddSettings, solve};
+use std::sync::OnceLock;
+
+/// Section, problem, cells per unit of length, and the figures: `name: value`, as printed.
+type Row = (&'static str, &'static str, usize, &'static str);
+
+/// The figures as printed.
+pub const PRINTED: [Row; 25] = [
+    ("4", "half-open", 2, "iterations to 1e-10: 58"),
+    (
+        "4",
+        "half-open",
+        4,
+        "η_NNDD, iteration 1: 0.671308; η_NNDD, iteration 2: 0.168909; η_NNDD, iteration 3: 0.0828234; \
+         η_NNDD, iteration 4: 0.0560132; iterations to 1e-10: 65; smallest μ: 2; largest μ: 4.21",
+    ),
+    ("4", "half-open", 8, "iterations to 1e-10: 72"),
+    (
+        "6.1",
+        "cube",
+        3,
+        "√a(u,u): 3.667533807; error: 0.5365340238; ‖τ−σ̂‖ by EET, body 1: 1.24376; ‖τ−σ̂‖ at best, body 1: 0.538909",
+    ),
+    (
+        "6.1",
+        "cube",
+        6,
+        "√a(u,u): 3.704162294; error: 0.2830070077; ‖τ−σ̂‖ by EET, body 1: 0.796868; e_CRE/error, step 0: 2.816; \
+         e_CRE/error, step 1: 1.200; e_CRE/error, step 2: 1.092; e_CRE/error, step 3: 1.058; e_CRE/error, step 5: 1.035",
+    ),
+    (
+        "6.1",
+        "cube",
+        12,
+        "√a(u,u): 3.716781437; error: 0.1455544275; e_CRE/error, step 0: 3.18; e_CRE/error, step 1: 1.226; \
+         e_CRE/error, step 2: 1.094; e_CRE/error, step 3: 1.053; e_CRE/error, step 5: 1.030",
+    ),
+    ("6.1", "weight", 2, "a(u,u), body 1: 0.420279269763; ‖τ−σ̂‖ by EET, body 1: 1.33932"),
+    ("6.1", "weight", 4, "a(u,u), body 1: 0.465995189677; ‖τ−σ̂‖ by EET, body 1: 1.063121"),
+    (
+        "6.2",
+        "circle",
+        3,
+        "nodes: 128; force, pair 1: 0.0213627178336; closed, pair 1: 4; nodes of pair 1: 16; error: 0.085964582; \
+         relative error: 0.25; e_CRE by EET: 0.494544672; e_CRE at best: 0.0874639536; e_CRE/error, step 0: 5.75; \
+         e_CRE/error, step 1: 1.570; e_CRE/error, step 2: 1.289; e_CRE/error, step 3: 1.198; \
+         ‖τ−σ̂‖ by EET, body 1: 0.406193698; ‖τ−σ̂‖ by EET, body 2: 0.281501066; \
+         ‖τ−σ̂‖ at best, body 1: 0.0667543917; ‖τ−σ̂‖ at best, body 2: 0.0534371807; 2∫po: 2.33077696e-4; \
+         ‖û−u‖²: 1.0518439e-4",
+    ),
+    (
+        "6.2",
+        "circle",
+        6,
+        "nodes: 686; force, pair 1: 0.0195767322619; closed, pair 1: 15; nodes of pair 1: 49; error: 0.0463822047; \
+         relative error: 0.14; e_CRE by EET: 0.289234537; e_CRE at best: 0.0467327023; e_CRE/error, step 0: 6.24; \
+         e_CRE/error, step 1: 1.558; e_CRE/error, step 2: 1.251; e_CRE/error, step 3: 1.162; \
+         e_CRE/error, step 5: 1.095; e_CRE/error, step 8: 1.067",
+    ),
+    (
+        "6.2",
+        "circle",
+        12,
+        "nodes: 4394; force, pair 1: 0.0190296047013; closed, pair 1: 50; nodes of pair 1: 169; error: 0.02400218104; \
+         relative error: 0.073; e_CRE/error, step 0: 6.48; e_CRE/error, step 1: 1.541; e_CRE/error, step 2: 1.214; \
+         e_CRE/error, step 3: 1.126",
+    ),
+    (
+        "6.2",
+        "circle",
+        16,
+        "nodes: 9826; force, pair 1: 0.0189795191778; closed, pair 1: 83; nodes of pair 1: 289; error: 0.01812908621; \
+         relative error: 0.055; e_CRE/error, step 0: 6.53; e_CRE/error, step 1: 1.534; e_CRE/error, step 2: 1.201; \
+         e_CRE/error, step 3: 1.114; a(u,u) of the exact field, body 1: 0.053678654",
+    ),
+    (
+        "6.2",
+        "circle, two materials",
+        12,
+        "e_CRE/error, step 0: 6.60; e_CRE/error, step 1: 1.476; e_CRE/error, step 2: 1.174; e_CRE/error, step 3: 1.109",
+    ),
+    (
+        "6.3",
+        "half-open",
+        2,
+        "nodes: 90; J: 0.19321909071; a(u,u), body 1: 0.224504065268; a(u,u), body 2: 0.121497965157; \
+         force, pair 1: 13.3110052961; closed, pair 1: 12; nodes of pair 1: 15; e_CRE by EET: 2.20182561; \
+         ‖τ−σ̂‖ at best, body 1: 0.4627115064; ‖τ−σ̂‖ at best, body 2: 0.1025906958",
+    ),
+    (
+        "6.3",
+        "half-open",
+        4,
+        "nodes: 450; J: 0.162120223154; force, pair 1: 11.7921623886; closed, pair 1: 30; nodes of pair 1: 45; \
+         e_CRE by EET: 1.669669",
+    ),
+    (
+        "6.3",
+        "half-open",
+        8,
+        "nodes: 2754; J: 0.144298330688; force, pair 1: 11.0354946929; closed, pair 1: 90; nodes of pair 1: 153; \
+         e_CRE by EET: 1.201888",
+    ),
+    (
+        "12",
+        "stack",
+        2,
+        "a(u,u), body 1: 0.074421493018; a(u,u), body 2: 0.19360354267; a(u,u), body 3: 0.7842195355; \
+         force, pair 1: 9.6342837836; force, pair 2: 29.634283784; closed, pair 1: 9; closed, pair 2: 12; \
+         nodes of pair 1: 15; largest P/ℓ, pair 1: 12.456643655; largest P/ℓ, pair 2: 37.545624264; \
+         largest p, pair 1: 21.133936192; largest p, pair 2: 47.051503455; 2∫po: 0.014910899495; \
+         ‖û−u‖²: 0.020005305292; ‖τ−σ̂‖ by EET, body 1: 0.70201261287; ‖τ−σ̂‖ by EET, body 2: 0.90894651981; \
+         ‖τ−σ̂‖ by EET, body 3: 1.7444239945; ‖τ−σ̂‖ at best, body 1: 0.16664695537; \
+         ‖τ−σ̂‖ at best, body 2: 0.30049628353; ‖τ−σ̂‖ at best, body 3: 0.5733010972; e_CRE by EET: 2.0968873985; \
+         e_CRE at best: 0.6940169861; e_CRE of 4 steps/distance to 4 n: 1.370",
+    ),
+    (
+        "12",
+        "stack",
+        4,
+        "a(u,u), body 1: 0.092085768779; a(u,u), body 2: 0.23550347513; a(u,u), body 3: 0.9256704223; \
+         force, pair 1: 9.9263649279; force, pair 2: 29.926364928; closed, pair 1: 25; closed, pair 2: 31; \
+         nodes of pair 1: 45; largest P/ℓ, pair 1: 15.224831478; largest P/ℓ, pair 2: 50.54492707; \
+         largest p, pair 1: 18.273890502; largest p, pair 2: 53.965075805; 2∫po: 3.6645904409e-3; \
+         ‖û−u‖²: 8.0179018567e-3; ‖τ−σ̂‖ by EET, body 1: 0.58606022086; ‖τ−σ̂‖ by EET, body 2: 0.78110617748; \
+         ‖τ−σ̂‖ by EET, body 3: 1.5040683795; e_CRE by EET: 1.7965237614",
+    ),
+    (
+        "12",
+        "corner",
+        2,
+        "a(u,u), body 1: 0.35374292042; force, pair 1: 7; force, pair 2: 7; force, pair 3: 20; closed, pair 1: 7; \
+         closed, pair 2: 8; closed, pair 3: 9; nodes of pair 1: 9; largest P/ℓ, pair 1: 10.955738063; \
+         largest P/ℓ, pair 2: 11.084672156; largest P/ℓ, pair 3: 27.469860368; largest p, pair 1: 14.888799012; \
+         largest p, pair 2: 14.889858671; largest p, pair 3: 33.571729631; 2∫po: 1.2006631233e-3; \
+         ‖û−u‖²: 2.0002898109e-3; ‖τ−σ̂‖ by EET, body 1: 0.97388058756; ‖τ−σ̂‖ at best, body 1: 0.24031901764; \
+         e_CRE by EET: 0.97552260443; e_CRE at best: 0.24688900983; e_CRE of 4 steps/distance to 6 n: 1.148",
+    ),
+    (
+        "12",
+        "corner",
+        4,
+        "a(u,u), body 1: 0.38321664665; force, pair 1: 7; force, pair 2: 7; force, pair 3: 20; closed, pair 1: 20; \
+         closed, pair 2: 21; closed, pair 3: 25; nodes of pair 1: 25; largest P/ℓ, pair 1: 11.954897176; \
+         largest P/ℓ, pair 2: 12.619325225; largest P/ℓ, pair 3: 30.680049828; largest p, pair 1: 13.224028866; \
+         largest p, pair 2: 13.693593086; largest p, pair 3: 32.369741381; 2∫po: 5.2131883791e-4; \
+         ‖û−u‖²: 3.1879303474e-4; ‖τ−σ̂‖ by EET, body 1: 0.82427449024; e_CRE by EET: 0.82478393967",
+    ),
+    (
+        "12",
+        "sphere",
+        2,
+        "a(u,u), body 1: 1.7177225681; force, pair 1: 20.16981422; closed, pair 1: 3; nodes of pair 1: 9; \
+         largest P/ℓ, pair 1: 173.78789524",
+    ),
+    (
+        "12",
+        "sphere",
+        4,
+        "a(u,u), body 1: 1.5911981932; force, pair 1: 20.185458679; closed, pair 1: 4; nodes of pair 1: 25; \
+         largest P/ℓ, pair 1: 158.79410443",
+    ),
+    (
+        "12",
+        "middle of the stack pushed",
+        2,
+        "unresisted load: 6; its motion along x: 0; along y: 1; along z: 0",
+    ),
+    (
+        "12",
+        "middle of the stack pushed",
+        4,
+        "unresisted load: 6; its motion along x: 0; along y: 1; along z: 0",
+    ),
+    ("12", "corner pulled", 2, "its motion along x: 1; along y: 0; along z: 0"),
+];
+
+/// A printed figure beside the one of this program.
+#[derive(Clone, Copy, Debug)]
+pub struct Compared {
+    /// The section of the formulation.
+    pub section: &'static str,
+    /// The problem.
+    pub problem: &'static str,
+    /// Its cells per unit of length.
+    pub n: usize,
+    /// What is printed.
+    pub name: &'static str,
+    /// Its value as printed.
+    pub printed: &'static str,
+    /// The value of this program.
+    pub found: f64,
+}
+
+impl Compared {
+    fn value(&self) -> f64 {
+        self.printed.parse().unwrap_or(f64::NAN)
+    }
+
+    /// Digits after the decimal point, and the power of ten that they are multiplied by.
+    fn digits(&self) -> (usize, i32) {
+        let (digits, power) = self.printed.split_once('e').unwrap_or((self.printed, "0"));
+        (digits.split_once('.').map_or(0, |(_, after)| after.len()), power.parse().unwrap_or(0))
+    }
+
+    /// Computes the difference relative to the printed value, or the difference if that is 0.
+    pub fn difference(&self) -> f64 {
+        let by = self.value().abs();
+        (self.found - self.value()) / if by > 0.0 { by } else { 1.0 }
+    }
+
+    /// Tells whether the figure rounds to the printed digits or is within 1e-9, relative.
+    pub fn agrees(&self) -> bool {
+        let (digits, power) = self.digits();
+        let half = 0.5 * 10f64.powi(power - digits as i32);
+        (self.found - self.value()).abs() <= half || self.difference().abs() <= 1e-9
+    }
+
+    /// Says why the figure differs from the printed one and by how much at most, relative; `None` if it should agree.
+    pub fn reason(&self) -> Option<(&'static str, f64)> {
+        let exact = ["cube", "circle", "circle, two materials"].contains(&self.problem);
+        match self.name {
+            // Smaller bodies are one cluster.
+            name if name.starts_with("e_CRE/error") && self.n >= 12 => {
+                Some(("edges are swept cluster by cluster, not in ascending order", 5e-3))
+            }
+            "error" if self.problem == "circle" => {
+                Some(("the quadrature of the printed error is good to 1e-5", 3e-6))
+            }
+            _ if exact && self.n <= 6 => Some((
+                "likely the loads, which are integrated by another rule: no problem with linear loads differs",
+                3e-6,
+            )),
+            _ => None,
+        }
+    }
+
+    /// Formats the figure with two digits more than the printed one.
+    pub fn shown(&self) -> String {
+        let (digits, found) = (self.digits().0, self.found);
+        match () {
+            () if self.printed.contains('e') => format!("{found:.*e}", digits + 2),
+            () if digits == 0 && (found - found.round()).abs() < 1e-9 => format!("{:.0}", found.abs()),
+            () => format!("{found:.*}", digits + 2),
+        }
+    }
+}
+
+fn figures(row: &Row) -> impl Iterator<Item = (&'static str, &'static str)> {
+    row.3.split("; ").filter_map(|figure| figure.split_once(": "))
+}
+
+/// Returns a printed value; NaN if nothing is printed.
+pub fn printed(problem: &str, n: usize, name: &str) -> f64 {
+    let rows = PRINTED.iter().filter(|row| (row.1, row.2) == (problem, n));
+    let found = rows.flat_map(figures).find(|figure| figure.0 == name);
+    found.and_then(|(_, value)| value.parse().ok()).unwrap_or(f64::NAN)
+}
+
+/// Computes all figures of a row.
+///
+/// * `case`: the file in `cases/solid` that states the problem; without one, a function of [`crate::solids`] does.
+///
+/// # Errors
+/// A problem that cannot be solved.
+pub fn compared(row: &Row, case: Option<&'static str>) -> Made<Vec<Compared>> {
+    let &(section, problem, n, _) = row;
+    let run = if section == "4" { None } else { Run::new(case.unwrap_or(problem), n)? };
+    let others = match (&run, section) {
+        (Some(_), _) => Vec::new(),
+        (None, "4") => iteration(n)?,
+        (None, _) => pushed(problem, n)?,
+    };
+    let mut found = Vec::new();
+    for (name, printed) in figures(row) {
+        let value = match &run {
+            Some(run) => run.figure(name)?,
+            None => others.iter().find(|(n, _)| n == name).map(|(_, value)| *value),
+        };
+        let value = value.ok_or_else(|| format!("{problem} {n}: no figure is named {name:?}"))?;
+        found.push(Compared { section, problem, n, name, printed, found: value });
+    }
+    Ok(found)
+}
+
+fn problem(name: &str, n: usize) -> Made<Option<ContactProblem<Solid>>> {
+    let unit = Hertz { modulus: 1.0, nu: 0.3 };
+    Ok(Some(match name {
+        "cube" => cube(n)?,
+        "gradient.toml" | "hertz.toml" => of_case(name, n, n)?,
+        "half_open.toml" => of_case(name, n, 2 * n)?,
+        "weight" => of_case("weight.toml", n, n)?,
+        "circle" => circle_of(n, [unit; 2])?,
+        "circle, two materials" => circle_of(n, CONTRAST)?,
+        "half-open" => half_open(n)?,
+        "stack" => of_case("stack.toml", n, 2 * n)?,
+        "corner" => of_case("corner.toml", n, n)?,
+        "sphere" => on_sphere(n)?,
+        _ => return Ok(None),
+    }))
+}
+
+const CONTRAST: [Hertz; 2] = [Hertz { modulus: 1.0, nu: 0.2 }, Hertz { modulus: 20.0, nu: 0.4 }];
+
+/// The motion that nothing resists if a load pushes a body along its contact.
+fn pushed(name: &str, n: usize) -> Made<Vec<(String, f64)>> {
+    let (case, across, key, traction) = match name {
+        "corner pulled" => ("corner.toml", n, "body.0.traction", "[10, 0.0, 0.0]"),
+        _ => ("stack.toml", 2 * n, "body.1.traction", "[0.0, 3.0, 10.0]"),
+    };
+    let problem = crate::solids::of_case_with(case, n, across, &[(&format!("{key}.0.vector"), traction)])?;
+    let motion = certified_contact::support(&problem)?.unresisted.ok_or("the problem is held")?;
+    let centre = Vector3::new(0.5, 0.5, 0.5);
+    let moved = motion.bodies[0].1.at(centre);
+    let mut found = vec![("unresisted load".to_owned(), motion.load)];
+    let names = ["its motion along x", "along y", "along z"];
+    found.extend(names.iter().zip(moved.iter()).map(|(name, u)| ((*name).to_owned(), *u)));
+    Ok(found)
+}
+
+/// The history of the paper's iteration for half-open blocks, and the ends of the spectrum.
+fn iteration(n: usize) -> Made<Vec<(String, f64)>> {
+    let prepared = PreparedProblem::new(half_open(n)?)?;
+    let mut settings = NnddSettings::paper(0.4);
+    settings.max_iterations = 100;
+    let run = |settings: NnddSettings, tolerance: f64| {
+        solve(&prepared.system(), vec![0.0; prepared.rows()], settings, &mut EtaNndd::new(tolerance))
+    };
+    let history = run(settings.clone(), 1e-10)?.history;
+    let eta =
+        history.iter().enumerate().map(|(k, row)| (format!("η_NNDD, iteration {}", k + 1), row.eta_nndd));
+    let mut found: Vec<(String, f64)> = eta.collect();
+    found.push(("iterations to 1e-10".to_owned(), history.len() as f64));
+    settings.theta = None;
+    let spectrum = run(settings, 0.5)?.spectrum.ok_or("no spectrum")?;
+    found.push(("smallest μ".to_owned(), spectrum.smallest));
+    found.push(("largest μ".to_owned(), spectrum.largest));
+    Ok(found)
+}
+
+/// The displacements of the nodes of a body.
+type Field = Vec<Vector3<f64>>;
+
+/// A solved problem.
+struct Run {
+    name: &'static str,
+    n: usize,
+    prepared: PreparedProblem<Solid>,
+    last: Iterate,
+    fields: Vec<Field>,
+    /// By EET.
+    first: Estimate<Solid>,
+    /// After as many steps as change it.
+    best: OnceLock<Estimate<Solid>>,
+    error: OnceLock<f64>,
+}
+
+fn certified(prepared: &PreparedProblem<Solid>, last: &Iterate, steps: usize) -> Made<Estimate<Solid>> {
+    let found = estimate(prepared, last, Relaxation::Steps(steps))?;
+    let rounded = found.round_off > 1e-9 * found.unchecked().e_cre;
+    if found.certificate().is_none() || found.cre.split_defect() > 1e-12 || rounded {
+        let (split, rounding) = (found.cre.split_defect(), found.round_off);
+        return Err(format!("split {split}, round-off {rounding}, {:?}", found.admissibility).into());
+    }
+    Ok(found)
+}
+
+impl Run {
+    fn new(name: &'static str, n: usize) -> Made<Option<Self>> {
+        let Some(problem) = problem(name, n)? else { return Ok(None) };
+        let prepared = PreparedProblem::new(problem)?;
+        let start = vec![0.0; prepared.rows()];
+        let mut stop = EtaNndd::new(1e-12);
+        let last = solve(&prepared.system(), start, NewtonSettings::default(), &mut stop)?.last;
+        let fields = prepared.displacements(&last.fields(&prepared.system()));
+        let first = certified(&prepared, &last, 0)?;
+        Ok(Some(Self {
+            name,
+            n,
+            prepared,
+            last,
+            fields,
+            first,
+            best: OnceLock::new(),
+            error: OnceLock::new(),
+        }))
+    }
+
+    fn relaxed(&self, steps: usize) -> Made<Estimate<Solid>> {
+        certified(&self.prepared, &self.last, steps)
+    }
+
+    fn best(&self) -> Made<&Estimate<Solid>> {
+        if self.best.get().is_none() {
+            let _ = self.best.set(self.relaxed(400)?);
+        }
+        self.best.get().ok_or_else(|| "no estimate".into())
+    }
+
+    fn bodies(&self) -> impl Iterator<Item = (&Body<Solid>, &Field)> {
+        self.prepared.problem().bodies.iter().zip(&self.fields)
+    }
+
+    /// Computes the exact stress in a body.
+    fn exact(&self, body: usize, x: Vector3<f64>) -> Made<SymTensor3> {
+        let field = match self.name {
+            "circle" | "hertz.toml" => Hertz { modulus: 1.0, nu: 0.3 },
+            "circle, two materials" => CONTRAST[body],
+            "cube" | "gradient.toml" => {
+                let s = |i, j| derivative(x, &[i, j]) / 1.3;
+                let [xx, yy, zz] = [0, 1, 2].map(|i| s(i, i));
+                return Ok(SymTensor3 { xx, yy, zz, yz: s(1, 2), xz: s(0, 2), xy: s(0, 1) });
+            }
+            _ => return Err("no exact field is known".into()),
+        };
+        let mirror = if body == 1 { -1.0 } else { 1.0 };
+        let s = field.stress(Vector3::new(x[0], x[1], mirror * x[2]));
+        Ok(SymTensor3 { yz: mirror * s.yz, xz: mirror * s.xz, ..s })
+    }
+
+    /// Integrates the energy of the exact stress in a body less `given` ones of the cells.
+    fn energy(&self, b: usize, given: Option<&[SymTensor3]>) -> Made<f64> {
+        let body = &self.prepared.problem().bodies[b];
+        self.exact(b, Vector3::new(0.3, 0.3, 0.3))?;
+        let mesh = body.mesh();
+        Ok(sum_over_cells(mesh.cells().len(), |t| {
+            let [o, p, q, r] = mesh.corners(t);
+            let mut mean = 0.0;
+            // A cube that is folded to the tetrahedron.
+            for ((u, a), (v, b_), (w, c)) in points() {
+                let x = o + (p - o) * u + ((q - o) * v + (r - o) * ((1.0 - v) * w)) * (1.0 - u);
+                let exact = self.exact(b, x).unwrap_or_default();
+                let d = given.map_or(exact, |given| exact.minus(given[t]));
+                mean +=
+                    6.0 * a * b_ * c * (1.0 - u).powi(2) * (1.0 - v) * body.material(t).complementary(d, d);
+            }
+            mean * mesh.measure(t)
+        }))
+    }
+
+    fn error(&self) -> Made<f64> {
+        if let Some(error) = self.error.get() {
+            return Ok(*error);
+        }
+        let of_body =
+            |(b, (body, u)): (usize, (&Body<Solid>, &Field))| self.energy(b, Some(&stresses(body, u)));
+        let error = self.bodies().enumerate().map(of_body).sum::<Made<f64>>()?.sqrt();
+        Ok(*self.error.get_or_init(|| error))
+    }
+
+    /// Computes the distance to the solution with `times` as many cells along each axis.
+    fn distance(&self, times: usize) -> Made<f64> {
+        let finer = Self::new(self.name, self.n * times)?.ok_or("no problem")?;
+        let across = if self.name == "stack" { 2 } else { 1 } * self.n;
+        let of_body = |((body, fine), coarse): ((&Body<Solid>, &Field), &Field)| {
+            energy_distance_squared(body, fine, &interpolated([across, self.n, self.n], coarse, times))
+        };
+        Ok(finer.bodies().zip(&self.fields).map(of_body).sum::<f64>().sqrt())
+    }
+
+    /// Computes a figure; `None` if it has no such name.
+    fn figure(&self, name: &str) -> Made<Option<f64>> {
+        let problem = self.prepared.problem();
+        if let Some(steps) = name.strip_prefix("e_CRE/error, step ") {
+            return Ok(Some(self.relaxed(steps.parse()?)?.cre.e_cre() / self.error()?));
+        }
+        if let Some(times) =
+            name.strip_prefix("e_CRE of 4 steps/distance to ").and_then(|rest| rest.strip_suffix(" n"))
+        {
+            return Ok(Some(self.relaxed(4)?.cre.e_cre() / self.distance(times.parse()?)?));
+        }
+        let norm = || self.bodies().map(|(body, u)| energy_norm_squared(body, u)).sum::<f64>();
+        // A number of a body or of a pair, from 1.
+        let (what, k) = match name.rsplit_once([' ']) {
+            Some((what, k)) => (what, k.parse::<usize>().unwrap_or(1).saturating_sub(1)),
+            None => (name, 0),
+        };
+        let pair = |value: fn(&[f64], &[f64]) -> f64| -> Option<f64> {
+            let (of, rows) = problem.contacts.iter().zip(problem.blocks()).nth(k)?;
+            let nodes = of.interface.pairs();
+            let forces = nodes.iter().zip(&self.last.contact.normal_reaction[rows]);
+            let along: Vec<f64> = forces.map(|(node, r)| r * node.normal_length()).collect();
+            let density: Vec<f64> = nodes.iter().zip(&along).map(|(node, r)| r / node.weight).collect();
+            Some(value(&along, &density))
+        };
+        let mesh = |found: &Estimate<Solid>| {
+            found.cre.discretisation_by_cell.get(k).map(|cells| cells.iter().sum::<f64>().sqrt())
+        };
+        Ok(match (name, what) {
+            ("nodes", _) => {
+                Some(self.bodies().map(|(body, _)| body.mesh().points().len()).sum::<usize>() as f64)
+            }
+            ("√a(u,u)", _) => Some(norm().sqrt()),
+            ("J", _) => {
+                let nodes = self.bodies().flat_map(|(body, u)| external_forces(body).into_iter().zip(u));
+                Some(0.5 * norm() - nodes.map(|(f, u)| f.dot(u)).sum::<f64>())
+            }
+            ("error", _) => Some(self.error()?),
+            ("relative error", _) => Some(self.error()? / norm().sqrt()),
+            ("e_CRE by EET", _) => Some(self.first.cre.e_cre()),
+            ("e_CRE at best", _) => Some(self.best()?.cre.e_cre()),
+            ("2∫po", _) => Some(self.first.cre.contact_squared()),
+            ("‖û−u‖²", _) => {
+                Some(self.first.cre.algebraic_squared - self.first.cre.contact_squared())
+            }
+            (_, "a(u,u) of the exact field, body") => Some(self.energy(k, None)?),
+            (_, "a(u,u), body") => self.bodies().nth(k).map(|(body, u)| energy_norm_squared(body, u)),
+            (_, "‖τ−σ̂‖ by EET, body") => mesh(&self.first),
+            (_, "‖τ−σ̂‖ at best, body") => mesh(self.best()?),
+            (_, "nodes of pair") => pair(|along, _| along.len() as f64),
+            (_, "force, pair") => pair(|along, _| along.iter().sum()),
+            (_, "closed, pair") => pair(|along, _| along.iter().filter(|r| **r > 0.0).count() as f64),
+            (_, "largest P/ℓ, pair") => pair(|_, density| density.iter().copied().fold(0.0, f64::max)),
+            (_, "largest p, pair") => {
+                self.first.pair.contacts.get(k).map(|of| of.pressure.iter().copied().fold(0.0, f64::max))
+            }
+            _ => None,
+        })
+    }
+}
+
+type Point = (f64, f64);
+
+fn points() -> impl Iterator<Item = (Point, Point, Point)> {
+    let all = || GAUSS5.into_iter();
+    all().flat_map(move |u| all().flat_map(move |v| all().map(move |w| (u, v, w))))
+}
+
+/// Interpolates a field on a mesh of a box with `times` as many cells along each axis.
+///
+/// * `cells`: along each axis of the coarser mesh.
+fn interpolated([nx, ny, nz]: [usize; 3], coarse: &[Vector3<f64>], times: usize) -> Vec<Vector3<f64>> {
+    let at = |[i, j, k]: [usize; 3]| coarse[i + (nx + 1) * (j + (ny + 1) * k)];
+    let value = |place: [usize; 3]| {
+        // From the first corner of the cell along the axes, the longest way first.
+        let mut corner = place.map(|c| c / times);
+        let mut axes = [0, 1, 2];
+        axes.sort_by_key(|axis| std::cmp::Reverse(place[*axis] % times));
+        let mut u = at(corner);
+        for axis in axes.into_iter().filter(|axis| !place[*axis].is_multiple_of(times)) {
+            let before = at(corner);
+            corner[axis] += 1;
+            u += (at(corner) - before) * ((place[axis] % times) as f64 / times as f64);
+        }
+        u
+    };
+    let counts = [nx, ny, nz].map(|n| n * times);
+    let planes = (0..=counts[2]).flat_map(|k| (0..=counts[1]).map(move |j| (j, k)));
+    planes.flat_map(|(j, k)| (0..=counts[0]).map(move |i| [i, j, k])).map(value).collect()
+}
