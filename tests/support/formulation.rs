@@ -1,6 +1,7 @@
 //! The figures that the formulation prints for solids, and the same figures by this program.
 //!
-//! Their kind: an independent code (Python, with another solver), which a second one reproduced; where the two differ the corrected figure is here.
+//! An independent code (Python, with another solver) computed them, and a second one reproduced them. If the two differ, the corrected figure is
+//! listed.
 
 use crate::model::Made;
 use crate::solids::{Hertz, circle_of, cube, derivative, half_open, of_case, on_sphere};

@@ -16,7 +16,7 @@ mod patches;
 mod tests;
 
 use crate::check::check_stress;
-use crate::equilibrated::{EquilibratedStress, FacetMoments};
+use crate::equilibrated::{EquilibratedStress, FacetMoments, add, product};
 use crate::recovery::Recovery;
 use crate::relaxation::{LEAST, ROUND_OFF, Relaxation, RelaxationReport};
 use cocycles::Sets;
@@ -27,7 +27,6 @@ use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::InterfaceSide;
 use fem_core::mesh::Mesh;
-use fem_core::norm::sum_over_cells;
 use fem_core::parallel::each_task;
 use fem_core::space::Space;
 use jumps::Jumps;
@@ -90,7 +89,7 @@ impl<S: Recovery> Columns<S> {
             return;
         }
         let before = stress.distance_squared(body);
-        let whole = product(body, &stress.finite_element, None);
+        let whole = product(body, &stress.finite_element, &stress.finite_element);
         if !(before > ROUND_OFF * whole) {
             return;
         }
@@ -237,17 +236,6 @@ fn minimise<S: Recovery>(
     None
 }
 
-/// Computes `∫ σ : 𝔼⁻¹ τ` of stresses that are constant in each cell, J/m in the plane, J in space.
-///
-/// * `other`: τ; `None`: σ.
-fn product<S: Space>(body: &Body<S>, stress: &[S::Tensor], other: Option<&[S::Tensor]>) -> f64 {
-    let other = other.unwrap_or(stress);
-    let of_cell = |cell: usize| {
-        body.mesh().measure(cell) * body.material(cell).complementary(stress[cell], other[cell])
-    };
-    sum_over_cells(stress.len(), of_cell)
-}
-
 /// Factorises a body without contact sides.
 fn factorised<S: Space>(body: &Body<S>) -> Option<CondensedBody<S>> {
     let dofs = fem_core::dof::DofMap::new(body, &InterfaceSide::default());
@@ -285,7 +273,7 @@ fn field<S: Space>(body: &Body<S>, factor: &CondensedBody<S>, jumps: &Jumps<S>, 
 
 /// Combines FE stresses to orthonormal ones, as many as are independent.
 fn orthonormal_fields<S: Space>(body: &Body<S>, fields: &[Vec<S::Tensor>]) -> Vec<Vec<S::Tensor>> {
-    let entry = |k: usize, l: usize| product(body, &fields[k.max(l)], Some(&fields[k.min(l)]));
+    let entry = |k: usize, l: usize| product(body, &fields[k.max(l)], &fields[k.min(l)]);
     let gram = DMatrix::from_fn(fields.len(), fields.len(), entry);
     let combined = |factors: Vec<f64>| {
         let at = |cell: usize| -> S::Tensor {
@@ -313,11 +301,4 @@ fn inverse_roots(mut gram: DMatrix<f64>) -> Vec<Vec<f64>> {
     let independent = (0..sizes.len()).filter(|k| eigen.eigenvalues[*k] > DEPENDENT);
     let factor = |k: usize, l: usize| scale(l) * eigen.eigenvectors[(l, k)] / eigen.eigenvalues[k].sqrt();
     independent.map(|k| (0..sizes.len()).map(|l| factor(k, l)).collect()).collect()
-}
-
-/// Adds a multiple of a column to facet moments.
-fn add<S: Space>(moments: &mut FacetMoments<S>, factor: f64, column: &FacetMoments<S>) {
-    let numbers = moments.iter_mut().flat_map(|of| of.as_mut());
-    let column = column.iter().flat_map(|of| of.as_ref());
-    numbers.zip(column).for_each(|(sum, part)| *sum += *part * factor);
 }

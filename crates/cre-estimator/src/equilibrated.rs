@@ -3,6 +3,7 @@
 use crate::johnson_mercier::{self, CellLoads, CellStress};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::geometry::Vector;
+use fem_core::norm::sum_over_cells;
 use fem_core::space::{Plane, Space};
 use fem_core::tensor::SymTensor2;
 
@@ -57,4 +58,19 @@ impl EquilibratedStress {
             body.material(triangle),
         )
     }
+}
+
+/// Computes `∫ σ : 𝔼⁻¹ τ` of stresses that are constant in each cell, J/m in the plane, J in space.
+pub(crate) fn product<S: Space>(body: &Body<S>, stress: &[S::Tensor], other: &[S::Tensor]) -> f64 {
+    let of_cell = |cell: usize| {
+        body.mesh().measure(cell) * body.material(cell).complementary(stress[cell], other[cell])
+    };
+    sum_over_cells(stress.len(), of_cell)
+}
+
+/// Adds a multiple of some facet moments to others.
+pub(crate) fn add<S: Space>(moments: &mut FacetMoments<S>, factor: f64, others: &FacetMoments<S>) {
+    let numbers = moments.iter_mut().flat_map(|of| of.as_mut());
+    let others = others.iter().flat_map(|of| of.as_ref());
+    numbers.zip(others).for_each(|(sum, part)| *sum += *part * factor);
 }

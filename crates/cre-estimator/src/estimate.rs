@@ -4,6 +4,7 @@ use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair, check
 use crate::balance;
 use crate::check::{Admissibility, FORCE_TOLERANCE, check_and_measure};
 use crate::cre::Cre;
+use crate::equilibrated::product;
 use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared, state_residuals};
 use crate::measures::Accuracy;
@@ -350,12 +351,8 @@ fn energies<S: Recovery>(
     problem: &ContactProblem<S>,
     pair: &AdmissiblePair<S>,
 ) -> Result<Vec<f64>, EstimatorError> {
-    let energy = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
-        sum_over_cells(fields.stress.len(), |t| {
-            let s = fields.stress[t];
-            body.mesh().measure(t) * body.material(t).complementary(s, s)
-        })
-    };
+    let energy =
+        |(body, fields): (&Body<S>, &AdmissibleBody<S>)| product(body, &fields.stress, &fields.stress);
     let energies: Vec<f64> = problem.bodies.iter().zip(&pair.bodies).map(energy).collect();
     // Squares of smaller numbers underflow, and the checks with them.
     let largest = |fields: &AdmissibleBody<S>| {

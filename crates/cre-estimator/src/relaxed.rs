@@ -2,7 +2,7 @@
 
 use crate::admissible::{AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal};
 use crate::columns::{Columns, relax_body};
-use crate::equilibrated::{EquilibratedStress, FacetMoments};
+use crate::equilibrated::{EquilibratedStress, FacetMoments, add};
 use crate::error::EstimatorError;
 use crate::measures::Accuracy;
 use crate::recovery::Recovery;
@@ -175,9 +175,7 @@ pub(crate) fn frozen_stress<'a, S: Recovery>(
     match found {
         Some((stars, columns, added)) => {
             if let Relaxation::Tolerance { .. } = relaxation {
-                let moments = recovered.facet_moments.iter_mut().flat_map(|of| of.as_mut());
-                let added = added.iter().flat_map(|of| of.as_ref());
-                moments.zip(added).for_each(|(moment, added)| *moment += *added);
+                add::<S>(&mut recovered.facet_moments, 1.0, &added);
             }
             let mut report = S::relax_with(body, &mut recovered, relaxation, stars, None);
             columns.lower((body, Some(condensed)), (&mut recovered, &mut report), relaxation, stars);

@@ -16,7 +16,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-use crate::equilibrated::{EquilibratedStress, FacetMoments};
+use crate::equilibrated::{EquilibratedStress, FacetMoments, product};
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
@@ -156,11 +156,7 @@ impl Recovery for Solid {
 impl EquilibratedStress<Solid> {
     /// Computes `‖σ̂‖²`, J.
     fn finite_element_energy(&self, body: &Body<Solid>) -> f64 {
-        let of_cell = |cell: usize| {
-            let stress = self.finite_element[cell];
-            body.mesh().measure(cell) * body.material(cell).complementary(stress, stress)
-        };
-        sum_over_cells(body.mesh().cells().len(), of_cell)
+        product(body, &self.finite_element, &self.finite_element)
     }
 
     /// The moments of the tractions that act on a cell, N.
