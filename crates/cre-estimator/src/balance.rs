@@ -15,6 +15,7 @@ use crate::pressure;
 use crate::recovery::Recovery;
 use crate::size::length;
 use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
+use fem_core::contact_system::without_rounding;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{
     ContactFacet, ContactInterface, ContactPair, ContactProblem, ContactState, PairState, Partner,
@@ -142,7 +143,7 @@ pub(crate) fn pressure<S: Recovery>(
         }
         work
     };
-    let rows = Rows::new(prepared, work)?;
+    let rows = Rows::new(prepared, &weights, work)?;
     let found = if contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
         nearest_in_cones(prepared, (&target, &weights), &rows)?
     } else {
@@ -318,7 +319,7 @@ pub(crate) fn forces<S: Recovery>(
     let along = |k: usize, motion: &[S::Vector]| -> Vec<f64> {
         contacts[k].rows().map(|row| motion[row.pair].times(&row.direction)).collect()
     };
-    let rows = Rows::new(prepared, along)?;
+    let rows = Rows::new(prepared, &vec![1.0; target.len()], along)?;
     let near = |allowed: Option<&[bool]>| {
         let [lower, upper] = bounds(prepared, &limits, allowed);
         nearest_balanced(&target, &weights, [&lower, &upper], &rows.independent.0, &rows.independent.1)
@@ -400,9 +401,10 @@ struct Rows {
 }
 
 impl Rows {
-    /// * `work`: of unit values in the rows of contact line `k` on a motion of the contact nodes.
+    /// * `sizes`: of the forces of unit values, by row; `work`: of unit values in the rows of contact line `k` on a motion of the contact nodes.
     fn new<S: Recovery>(
         prepared: &PreparedProblem<S>,
+        sizes: &[f64],
         work: impl Fn(usize, &[S::Vector]) -> Vec<f64>,
     ) -> Result<Self, EstimatorError> {
         let problem = prepared.problem();
@@ -410,14 +412,15 @@ impl Rows {
         let (sides, starts) = (problem.sides(), starts(problem));
         for of in prepared.rigid_motions() {
             let moved = prepared.moved_by(of);
+            let most = moved.iter().map(|u| length(*u)).fold(0.0, f64::max);
             let mut line = Vec::new();
             for &(k, side) in &sides[of.partner.place(problem.bodies.len())] {
                 let pairs = problem.contacts[k].interface.pairs();
                 let motion: Vec<S::Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
                 // The pressure acts against the normal on the first body.
                 let sign = if side == 0 { 1.0 } else { -1.0 };
-                let entries = work(k, &motion).into_iter().enumerate();
-                line.extend(entries.map(|(i, w)| (starts[k] + i, sign * w)));
+                let entries = work(k, &motion).into_iter().zip(starts[k]..);
+                line.extend(entries.map(|(w, row)| (row, sign * without_rounding(w, most * sizes[row]))));
             }
             matrix.push(line);
             loads.push(of.load);

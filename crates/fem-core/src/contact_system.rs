@@ -30,6 +30,16 @@ pub struct ContactSystem<'a> {
     pub rigid: Vec<Vec<Vec<f64>>>,
 }
 
+/// A number below this fraction of its terms is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Returns a trace of a rigid motion, or a load along it, or 0 if it is rounding: forces of 1e16 would balance a load with it.
+///
+/// * `size`: of its terms.
+pub fn without_rounding(value: f64, size: f64) -> f64 {
+    if value.abs() > ROUNDING * size { value } else { 0.0 }
+}
+
 /// The rows of all pairs, and the rigid motions in them.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -125,10 +135,6 @@ pub struct RowMotion {
     pub traces: Vec<(usize, f64)>,
     /// The load along it, `e = f·R`, N/m.
     pub load: f64,
-    /// The sum of the sizes of all loads of the body times its largest displacement, N/m.
-    pub load_size: f64,
-    /// Its largest displacement, m.
-    pub largest: f64,
 }
 
 /// The data that determine the displacements of all bodies and obstacles.
@@ -221,9 +227,10 @@ impl ContactRows {
             let moved = problem.moved_by(of);
             let place = of.partner.place(found.bodies);
             let traces = sides[place].iter().flat_map(|side| found.traces_of(problem, *side, &moved));
-            let (traces, largest) = (traces.collect(), largest(&moved));
-            let load_size = load_sizes[place] * largest;
-            found.motions.push(RowMotion { partner: of.partner, traces, load: of.load, load_size, largest });
+            let largest = largest(&moved);
+            let traces = traces.map(|(row, trace)| (row, without_rounding(trace, largest))).collect();
+            let load = without_rounding(of.load, load_sizes[place] * largest);
+            found.motions.push(RowMotion { partner: of.partner, traces, load });
         }
         found
     }

@@ -22,9 +22,6 @@ const NEARLY: f64 = 0.25;
 /// A set holds no more if it leaves more than this fraction of the loads.
 const NOT_HELD: f64 = 1e-9;
 
-/// An entry of a motion or of its load below this fraction of its terms is round-off: forces of 1e16 would balance a load with it.
-const ROUND_OFF: f64 = 1e-12;
-
 /// A row whose trace is below this fraction of the largest one does not move.
 const NO_TRACE: f64 = 1e-9;
 
@@ -125,11 +122,10 @@ impl<'a> Balance<'a> {
         let limits = rows.limits();
         let (mut lines, mut loads) = (SparseRows::new(rows.len()), Vec::with_capacity(rows.motions.len()));
         for of in &rows.motions {
-            // A row that has no force resists nothing, and round-off must not: directions are of length one.
-            let resists =
-                |(row, trace): &(usize, f64)| limits[*row] > 0.0 && trace.abs() > ROUND_OFF * of.largest;
+            // A row that has no force resists nothing.
+            let resists = |(row, trace): &(usize, f64)| limits[*row] > 0.0 && *trace != 0.0;
             lines.push(of.traces.iter().copied().filter(resists));
-            loads.push(if of.load.abs() > ROUND_OFF * of.load_size { of.load } else { 0.0 });
+            loads.push(of.load);
         }
         let independent = RowSelection::new(&lines, &loads, &groups(rows), rows.normal_error)?;
         Ok(Self { rows, lines, loads, independent })
