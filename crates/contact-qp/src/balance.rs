@@ -18,6 +18,9 @@ const BALANCED: f64 = 1e-13;
 /// A load of which more than this fraction is left is out of balance.
 const FAR: f64 = 1e-9;
 
+/// A load of which less than this fraction is left may be in balance.
+const NEARLY_BALANCED: f64 = 1e-6;
+
 /// Maximum number of Newton steps with one centre.
 const MOST_STEPS: usize = 200;
 
@@ -37,10 +40,11 @@ const SOFT: [f64; 2] = [1e-6, 1e-14];
 /// A step is long enough if its slope has changed from the first one by at least this fraction, and not too long if it rises by at most the other one.
 const FLAT: [f64; 2] = [0.1, 1e-3];
 
-/// A gradient below the first of these fractions of the load is zero; one below the second is rounding if it does not fall in this many steps.
+/// A gradient below the first of these fractions of the load is zero; one below the second is rounding if it is not halved in this many steps: near the
+/// edge of the loads that can be balanced, steps are short.
 const EXACT: f64 = 1e-16;
 const NEARLY: f64 = 1e-8;
-const IDLE: usize = 4;
+const IDLE: usize = 20;
 
 /// A gradient below this fraction of the load that one step did not halve is rounding.
 const ROUNDED: f64 = 1e-14;
@@ -151,8 +155,8 @@ impl BalanceRows {
 /// Solves `min |G x − e|` subject to `l ≤ x ≤ u`, and returns `x` and `e − G x`.
 ///
 /// The residual is zero if and only if some `x` within the bounds has `G x = e`; otherwise no such `x` reduces the load `e` along it:
-/// `(e − G x)·(e − G z) ≥ |e − G x|²` for every admissible `z` (Farkas). Each of a few programmes draws `x` to the answer of the one before, and
-/// the set of the last one is solved exactly.
+/// `(e − G x)·(e − G z) ≥ |e − G x|²` for every admissible `z` (Farkas). Each of a few programmes draws `x` to the answer of the one before.
+/// A load of which little is left is balanced by the nearest `x` that does; otherwise the set of the last programme is solved exactly.
 ///
 /// * `rows`: G, m rows with n columns; `right_side`: e, m entries; `bounds`: l and u, n entries each; they may be infinite.
 ///
@@ -306,13 +310,15 @@ impl<'a> Projection<'a> {
         // From what would balance the loads without bounds: from no forces, a load is handed on by one body in each step.
         let mut a = left.clone();
         self.normal.factorise(&vec![1.0 / (softness * mean); n], 1.0, 0.0)?.solve(&mut a);
-        while softness >= SOFT[1] {
+        for _ in 0..MOST_CENTRES {
+            let is_last = 0.1 * softness < SOFT[1];
             let (target, weights) = (x.clone(), vec![softness * mean; n]);
-            let inexact = if 0.1 * softness >= SOFT[1] { INEXACT } else { 0.0 };
+            let inexact = if is_last { 0.0 } else { INEXACT };
             let centre =
                 Centre { target: &target, weights: &weights, softness: 1.0, multipliers: &origin, inexact };
             let Some(values) = self.newton(&centre, &mut a, 0.0)? else { break };
             let now: Vec<f64> = self.defect(&values).iter().map(|d| -d).collect();
+            let gains = norm(&now) < GAIN * norm(&left);
             // If only rounding is left, it grows: the softness divides it.
             if norm(&now) < norm(&left) {
                 (left, x) = (now, values);
@@ -320,12 +326,35 @@ impl<'a> Projection<'a> {
             if norm(&left) <= BALANCED * size {
                 return Ok((x, left));
             }
+            if is_last && !gains {
+                break;
+            }
             a.clone_from(&left);
-            softness *= 0.1;
+            softness = if is_last { softness } else { 0.1 * softness };
+        }
+        if norm(&left) <= NEARLY_BALANCED * size
+            && let Some(balanced) = self.balanced_near(&x, norm(&left))?
+        {
+            return Ok(balanced);
         }
         // A set that nearly leaves directions without a row is not solved better.
         let better = |(_, exact): &LeastSquares| norm(exact) <= (1.0 + FAR) * norm(&left);
         Ok(self.on_set(&x)?.filter(better).unwrap_or((x, left)))
+    }
+
+    /// Balances a load of which little is left by the nearest values that do; `None` if they leave no less.
+    fn balanced_near(&mut self, x: &[f64], left: f64) -> Result<Option<LeastSquares>, QpError> {
+        let ones = vec![1.0; x.len()];
+        let bounds = [self.lower, self.upper];
+        let found = match self.nearest(x, &ones)? {
+            Some(found) => Some(found),
+            None => on_its_active_set(x, &ones, bounds, self.rows, self.right_side)?,
+        };
+        let found = found.map(|found| {
+            let left = self.defect(&found.values).iter().map(|d| -d).collect();
+            (found.values, left)
+        });
+        Ok(found.filter(|(_, now): &LeastSquares| norm(now) < left))
     }
 
     /// The least squares as a programme in `x` and what is left, from the set of given values; `None` if its sets come back.
@@ -444,6 +473,54 @@ mod tests {
             assert!(forces.iter().all(|p| (p - wanted).abs() < 1e-9), "{blocks}");
             assert!(left.iter().zip(&loads).all(|(l, e)| (l - (1.0 - wanted) * e).abs() < 1e-9));
             assert!(problem.steps < 40, "{} steps for {blocks} blocks", problem.steps);
+        }
+    }
+
+    /// Draws forces on a pile of flat bodies, few of which are not zero: their loads lie on the edge of those that can be balanced.
+    ///
+    /// * `tilt`: of the normals of a face, at most; `pressed`: forces on each face that are not zero.
+    fn edge_of_balance(
+        random: &mut impl FnMut() -> f64,
+        tilt: f64,
+        pressed: usize,
+    ) -> (SparseRows, Vec<f64>) {
+        let (bodies, points) = (3 + (3.0 * random()) as usize, 12 + (16.0 * random()) as usize);
+        let mut lines = vec![Vec::new(); 6 * bodies];
+        for j in 0..bodies * points {
+            let [x, y] = [2.0 * random() - 1.0, 2.0 * random() - 1.0];
+            let [a, b] = [tilt * x, tilt * y];
+            let wrench = [a, b, 1.0, y - b, a - x, x * b - y * a + 0.3 * tilt * x * y];
+            let below = j / points;
+            wrench.iter().enumerate().for_each(|(i, w)| {
+                lines[6 * below + i].push((j, *w));
+                if below > 0 {
+                    lines[6 * (below - 1) + i].push((j, -w));
+                }
+            });
+        }
+        let mut rows = SparseRows::new(bodies * points);
+        lines.into_iter().for_each(|line| rows.push(line));
+        let forces: Vec<f64> =
+            (0..bodies * points).map(|j| if j % points < pressed { random() } else { 0.0 }).collect();
+        let loads = rows.times(&forces);
+        (rows, loads)
+    }
+
+    #[test]
+    fn loads_on_the_edge_of_what_can_be_balanced_are_balanced() {
+        let mut state = 11u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for (tilt, pressed) in [(0.1, 1), (0.1, 2), (0.5, 1), (0.5, 2), (1.0, 1), (1.0, 2)] {
+            for k in 0..200 {
+                let (rows, loads) = edge_of_balance(&mut random, tilt, pressed);
+                let (lower, upper) = (vec![0.0; rows.columns()], vec![f64::INFINITY; rows.columns()]);
+                let (_, left) = unbalanced_load(&rows, &loads, [&lower, &upper]).unwrap();
+                let rest = norm(&left) / norm(&loads);
+                assert!(rest < 1e-12, "{rest:e} of load {k} with tilt {tilt} and {pressed} forces");
+            }
         }
     }
 }
