@@ -6,6 +6,7 @@ use crate::estimate::{Estimate, estimate_with};
 use crate::lift;
 use crate::recovery::Recovery;
 use crate::relaxation::Relaxation;
+use crate::round_off::Noise;
 use crate::side::side_sign;
 use fem_core::body::Body;
 use fem_core::field::nodal_residual;
@@ -290,6 +291,9 @@ fn contact_forces<S: Recovery>(problem: &ContactProblem<S>, fields: &[Vec<S::Vec
             }
         }
     }
+    let forces = problem.bodies.iter().zip(fields).map(|(body, field)| Noise::of(body).force(field));
+    let forces: Vec<f64> = forces.collect();
+    let noise = |pair: &ContactPair<S>| pair.elastic_sides().map(|(_, b)| forces[b]).fold(0.0, f64::max);
     let force = |pair: &ContactPair<S>, p: &NodePair<S>| {
         let of_side = |(side, b): (usize, usize)| {
             let node = p.nodes[side];
@@ -298,7 +302,9 @@ fn contact_forces<S: Recovery>(problem: &ContactProblem<S>, fields: &[Vec<S::Vec
             (uses[b][node] == 1).then(|| side_sign(side) * residuals[b][node].times(&along))
         };
         let found: Vec<f64> = pair.elastic_sides().filter_map(of_side).collect();
-        (found.iter().sum::<f64>() / found.len().max(1) as f64).max(0.0)
+        let mean = found.iter().sum::<f64>() / found.len().max(1) as f64;
+        // Pressure is looked for among the pairs that carry a force, and rounding is none.
+        if mean > noise(pair) { mean } else { 0.0 }
     };
     let of_pair = |pair: &ContactPair<S>| pair.interface.pairs().iter().map(|p| force(pair, p)).collect();
     problem.contacts.iter().map(of_pair).collect()
