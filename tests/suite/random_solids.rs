@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use tests::matrix::Promise;
 use tests::random_solids::{FAMILIES, PROMISES, Problem, Trial};
 
-/// Problems of the sample.
-const SAMPLE: u64 = 68;
+/// Problems of the sample: of each family eight.
+const SAMPLE: u64 = 160;
 
 #[test]
 fn every_promise_is_kept_in_a_sample_of_random_solids() {
@@ -26,21 +26,4 @@ fn every_promise_is_kept_in_a_sample_of_random_solids() {
     assert!(4 * certified > 3 * trials.len(), "{certified} of {}", trials.len());
     let sharp = trials.iter().filter_map(|t| t.effectivity).filter(|e| *e < 2.0).count();
     assert!(3 * sharp > trials.len(), "{sharp} of {} bounds are below twice the error", trials.len());
-}
-
-#[test]
-fn bounds_against_spheres_and_cylinders_are_above_the_errors() {
-    let trials: Vec<Trial> =
-        (0..225).into_par_iter().map(|n| Trial::of(&Problem::round(n).unwrap())).collect();
-    let of_bounds = [Promise::Error, Promise::Iteration, Promise::Norm, Promise::Energy, Promise::Balance];
-    let violated: Vec<String> = trials
-        .iter()
-        .flat_map(|t| t.violations().map(move |v| (t.number, v)))
-        .filter(|(_, v)| of_bounds.contains(&v.promise))
-        .map(|(number, v)| format!("{number} {v:?}"))
-        .collect();
-    assert!(violated.is_empty(), "{violated:#?}");
-    let certified = trials.iter().filter(|t| t.refused.is_none()).count();
-    let measured = trials.iter().filter(|t| t.effectivity.is_some()).count();
-    assert!(certified >= 60 && measured >= 50, "{certified} certified, {measured} measured");
 }

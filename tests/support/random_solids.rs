@@ -24,7 +24,7 @@ use fem_core::space::Solid;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 17] = [
+pub const FAMILIES: [&str; 20] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -42,12 +42,10 @@ pub const FAMILIES: [&str; 17] = [
     "slivers",
     "other units",
     "early stop",
+    "round obstacle",
+    "floating on round obstacles",
+    "round obstacle driven by a force",
 ];
-
-/// The families with spheres and cylinders. Coarse meshes touch them at a few nodes, and often nothing admissible balances them: of these the bounds
-/// and the balance of forces are judged, see [`Problem::round`].
-pub const ROUND: [&str; 3] =
-    ["round obstacle", "floating on round obstacles", "round obstacle driven by a force"];
 
 /// The promises that are judged.
 pub const PROMISES: [Promise; 9] = [
@@ -86,12 +84,13 @@ impl Problem {
         Self::of_family(number, FAMILIES[(number % FAMILIES.len() as u64) as usize])
     }
 
-    /// Draws the problem with a number of the families of [`ROUND`].
-    ///
-    /// # Errors
-    /// See [`Self::new`].
-    pub fn round(number: u64) -> Made<Self> {
-        Self::of_family(number, ROUND[(number % ROUND.len() as u64) as usize])
+    /// Tells if there are spheres or cylinders.
+    fn is_round(&self) -> bool {
+        self.assembly
+            .parts
+            .iter()
+            .flat_map(|part| part.sides)
+            .any(|side| matches!(side, Condition::Round(..)))
     }
 
     fn of_family(number: u64, family: &'static str) -> Made<Self> {
