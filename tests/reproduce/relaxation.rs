@@ -135,8 +135,8 @@ fn tolerances(quick: bool) -> Result<String, Box<dyn Error>> {
     relaxations.push(BEST);
     let mut text = String::from(
         "## Tolerances of relaxation\n\nEffectivity where the default criterion stops, and in brackets the steps made \
-         in both bodies together; relaxation ends if twice the gain of the second half of its steps is less than the fraction at the \
-         head of the column, at most after 100 steps.\n\n",
+         in both bodies together; relaxation ends if all further steps can be expected to gain less than the fraction at \
+         the head of the column, at most after 100 steps.\n\n",
     );
     let mut names = vec!["problem".to_owned(), "E1/E2".to_owned(), "nodes".to_owned()];
     names.extend(GAINS.iter().map(f64::to_string));

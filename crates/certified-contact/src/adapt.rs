@@ -64,7 +64,7 @@ pub enum AdaptiveEnd {
     /// Nearly all of the last mesh's bound is the iteration's error, which a finer mesh does not lower: the iteration
     /// was stopped too early.
     IterationError,
-    /// The relative bound, or the residual, rose on two meshes in a row: finer meshes do not lower it.
+    /// The relative bound, or the residual, rose on two meshes in a row.
     Rose,
     /// The checks of the bound on the last mesh fail, or there is no bound.
     NotCertified {

@@ -27,6 +27,19 @@ impl AtomicSlots {
         f64::from_bits(self.0[i].load(Relaxed))
     }
 
+    /// Returns three entries from `first` on.
+    #[inline(always)]
+    pub(crate) fn three(&self, first: usize) -> [f64; 3] {
+        let [a, b, c] = &self.0[first..][..3] else { return [f64::NAN; 3] };
+        [a, b, c].map(|x| f64::from_bits(x.load(Relaxed)))
+    }
+
+    /// Overwrites three entries from `first` on.
+    #[inline(always)]
+    pub(crate) fn set_three(&self, first: usize, values: [f64; 3]) {
+        self.0[first..][..3].iter().zip(values).for_each(|(x, value)| x.store(value.to_bits(), Relaxed));
+    }
+
     pub(crate) fn set(&self, i: usize, value: f64) {
         self.0[i].store(value.to_bits(), Relaxed);
     }

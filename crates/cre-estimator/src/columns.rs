@@ -66,6 +66,21 @@ pub(crate) fn holes<S: Recovery>(mesh: &Mesh<S>) -> usize {
 }
 
 impl<S: Recovery> Columns<S> {
+    /// Returns how far the steps before the columns go: in a body with columns to half of the tolerance, since the columns may be left out.
+    pub(crate) fn leave_room(&mut self, body: &Body<S>, relaxation: Relaxation) -> Relaxation {
+        match relaxation {
+            Relaxation::Tolerance { tolerance, max_steps } if self.jumps(body).len() > 0 => {
+                Relaxation::Tolerance { tolerance: 0.5 * tolerance, max_steps }
+            }
+            other => other,
+        }
+    }
+
+    /// Finds the jumps of a body when they are needed for the first time.
+    fn jumps(&mut self, body: &Body<S>) -> &Jumps<S> {
+        self.jumps.get_or_insert_with(|| Jumps::new(body, holes(body.mesh()) > 0))
+    }
+
     /// Lowers `‖τ − σ̂‖` in place after the last step of a relaxation, and the last entry of its record. It changes nothing in a body on one support
     /// without a hole, or if there was to be no step.
     ///
@@ -84,17 +99,15 @@ impl<S: Recovery> Columns<S> {
         if relaxation.max_steps() == 0 {
             return;
         }
-        let jumps = self.jumps.get_or_insert_with(|| Jumps::new(body, holes(body.mesh()) > 0));
-        if jumps.len() == 0 {
-            return;
-        }
+        let count = self.jumps(body).len();
+        let Some(jumps) = self.jumps.as_ref().filter(|_| count > 0) else { return };
         let before = stress.distance_squared(body);
         let whole = product(body, &stress.finite_element, &stress.finite_element);
         if !(before > ROUND_OFF * whole) {
             return;
         }
         if let Relaxation::Tolerance { tolerance, .. } = relaxation
-            && 0.5 * jumps.len() as f64 * before < SHARE * tolerance * whole
+            && 0.5 * count as f64 * before < SHARE * tolerance * whole
         {
             return;
         }
@@ -135,9 +148,9 @@ pub(crate) fn relax_body<S: Recovery>(
     stress: &mut EquilibratedStress<S>,
     relaxation: Relaxation,
 ) -> RelaxationReport {
-    let mut stars = None;
-    let mut report = S::relax_with(body, stress, relaxation, &mut stars, None);
-    Columns::default().lower((body, factor), (stress, &mut report), relaxation, &mut stars);
+    let (mut stars, mut columns) = (None, Columns::default());
+    let mut report = S::relax_with(body, stress, columns.leave_room(body, relaxation), &mut stars, None);
+    columns.lower((body, factor), (stress, &mut report), relaxation, &mut stars);
     report
 }
 

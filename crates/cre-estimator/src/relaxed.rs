@@ -107,7 +107,7 @@ fn relax_bodies<'a, S: Recovery>(
     let relax = |b: usize, fields: &mut AdmissibleBody<S>, (stars, columns): Of<'_, 'a, S>, used| {
         let (body, stress) = (&problem.bodies[b], &mut fields.equilibrated);
         let before = stress.facet_moments.clone();
-        fields.relaxation = S::relax_with(body, stress, relaxation, stars, used);
+        fields.relaxation = S::relax_with(body, stress, columns.leave_room(body, relaxation), stars, used);
         let of_body = (body, Some(&prepared.bodies()[b]));
         columns.lower(of_body, (stress, &mut fields.relaxation), relaxation, stars);
         let mut added = before;
@@ -145,11 +145,12 @@ pub(crate) fn freezes_lambda<S: Recovery>(problem: &ContactProblem<S>, b: usize)
 
 /// Recovers the stress of a body for a frozen λ, and relaxes it.
 ///
-/// A relaxation to a tolerance takes no more steps than the stress of the bound did. A frozen λ leaves strong singularities at ends of the contact
-/// line: an indicator would take up to 100 steps there.
+/// A relaxation to a tolerance begins with what the stress of the bound gained and takes two steps: little is left to gain then. If the stress is not
+/// as sharp as the one of the bound, it takes more, but no more than that one did: a frozen λ leaves strong singularities at ends of the contact line,
+/// for which an indicator would take up to 100 steps.
 ///
 /// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. The moments that they added to the
-///   stress of the bound are in equilibrium with a frozen λ as well. A relaxation to a tolerance begins with them: little is left to gain then.
+///   stress of the bound are in equilibrium with a frozen λ as well.
 pub(crate) fn frozen_stress<'a, S: Recovery>(
     (prepared, b, fields): (&'a PreparedProblem<S>, usize, &AdmissibleBody<S>),
     (relaxation, accuracy): (Relaxation, Accuracy),
@@ -166,23 +167,31 @@ pub(crate) fn frozen_stress<'a, S: Recovery>(
     };
     let conditions = with_imposed_normal(prepared.problem(), b);
     let mut recovered = EquilibratedStress::recover(body, stress, conditions);
-    let relaxation = match relaxation {
+    let bound = &fields.relaxation;
+    let up_to = |steps: usize| match relaxation {
         Relaxation::Tolerance { tolerance, max_steps } => {
-            Relaxation::Tolerance { tolerance, max_steps: max_steps.min(fields.relaxation.steps.max(LEAST)) }
+            Relaxation::Tolerance { tolerance, max_steps: max_steps.min(steps.max(LEAST)) }
         }
         fixed => fixed,
     };
-    match found {
-        Some((stars, columns, added)) => {
-            if let Relaxation::Tolerance { .. } = relaxation {
-                add::<S>(&mut recovered.facet_moments, 1.0, &added);
-            }
-            let mut report = S::relax_with(body, &mut recovered, relaxation, stars, None);
-            columns.lower((body, Some(condensed)), (&mut recovered, &mut report), relaxation, stars);
-        }
-        None => {
-            relax_body((body, Some(condensed)), &mut recovered, relaxation);
-        }
+    let Some((stars, columns, added)) = found else {
+        relax_body((body, Some(condensed)), &mut recovered, up_to(bound.steps));
+        return recovered;
+    };
+    if let Relaxation::Tolerance { .. } = relaxation {
+        add::<S>(&mut recovered.facet_moments, 1.0, &added);
+    }
+    let mut relax = |relaxation| {
+        let mut report = S::relax_with(body, &mut recovered, relaxation, stars, None);
+        columns.lower((body, Some(condensed)), (&mut recovered, &mut report), relaxation, stars);
+        report.energy()
+    };
+    let found = relax(up_to(LEAST));
+    if let Relaxation::Tolerance { tolerance, .. } = relaxation
+        && bound.steps > LEAST
+        && found > (1.0 + tolerance).powi(2) * bound.energy()
+    {
+        relax(up_to(bound.steps));
     }
     recovered
 }

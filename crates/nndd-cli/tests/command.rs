@@ -241,6 +241,17 @@ fn a_run_ends_with_its_force_pressure_and_stress() {
         shown(r.peak_stress.as_ref().map(|peak| peak.von_mises))
     );
     assert_eq!(key_results(&said), Some(expected.as_str()), "{said}");
+    // Nodal pressures oscillate on surfaces that do not match.
+    let out = temp.path().join("nonmatching");
+    let said = text(&solve(&cases().join("nonmatching.toml"), &out, &[]).stdout);
+    let report = self::report(&out);
+    let digits = certified_digits(report.certificate.as_ref().unwrap().relative);
+    let most = with_digits(report.results.max_pressure_recovered.unwrap(), digits);
+    let line = key_results(&said).unwrap();
+    assert!(
+        line.contains(&format!(", largest recovered pressure {most}, ")) && !line.contains("nodal"),
+        "{said}"
+    );
     // Without a certificate nothing is said of its digits, and an adaptive run speaks of its peak.
     let coulomb = text(&solve(&cases().join("coulomb.toml"), &temp.path().join("coulomb"), &[]).stdout);
     assert!(coulomb.contains("no bound exists") && key_results(&coulomb).is_none(), "{coulomb}");

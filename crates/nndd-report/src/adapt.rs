@@ -293,10 +293,7 @@ fn rose(answer: &Course) -> String {
     let relative = last.iter().filter_map(|step| step.relative.or(step.relative_residual));
     let relative: Vec<String> = relative.map(words::rounded_up).collect();
     let what = if answer.answer.certified().is_some() { "bound" } else { "residual" };
-    format!(
-        "the {what} rose on two meshes in a row, {}, and finer meshes do not lower it",
-        relative.join(" < ")
-    )
+    format!("the {what} rose on two meshes in a row, {}", relative.join(" < "))
 }
 
 /// Judges a run whose next mesh cannot be solved.

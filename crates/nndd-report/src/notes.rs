@@ -122,6 +122,20 @@ fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &
             ));
         }
     }
+    if let Some(until) = &case.estimator.until {
+        let relaxed = case.bodies.iter().zip(&estimate.pair.bodies);
+        let cut =
+            relaxed.filter(|(_, of)| of.relaxation.steps == until.max_steps && !of.relaxation.stationary);
+        let names: Vec<String> = cut.map(|(given, _)| format!("\"{}\"", given.name)).collect();
+        if !names.is_empty() {
+            notes.push(format!(
+                "the relaxation of {} took all estimator.max_steps = {} steps: more than {} may be left to gain",
+                names.join(", "),
+                until.max_steps,
+                until.tolerance
+            ));
+        }
+    }
     notes.extend(S::notes_on_results(case, fields));
     notes
 }

@@ -257,10 +257,10 @@ impl Side {
         self.beyond.resize(spokes.len(), [LaneRow::default(); 4]);
         for (spoke, beyond) in spokes.iter().zip(&mut self.beyond) {
             for lane in 0..MOST_LANES {
-                let ring = spoke.ring[lane] as usize;
-                for k in 0..3 {
-                    beyond[k][lane] = x.get(ring + k);
-                }
+                let [value, slope, other] = x.three(spoke.ring[lane] as usize);
+                beyond[0][lane] = value;
+                beyond[1][lane] = slope;
+                beyond[2][lane] = other;
                 beyond[3][lane] = x.get(spoke.rim[lane] as usize);
             }
         }
@@ -270,11 +270,9 @@ impl Side {
     #[inline(always)]
     fn read_own(&mut self, batch: &Batch, spokes: &[Spoke], x: &AtomicSlots) {
         self.own.resize(batch.size(), LaneRow::default());
-        let (vertex, of_spokes) = self.own.split_at_mut(3);
-        for (k, row) in vertex.iter_mut().enumerate() {
-            for (x_of, n) in row.iter_mut().zip(batch.nodes) {
-                *x_of = x.get(3 * n.index() + k);
-            }
+        let [value, slope, other, of_spokes @ ..] = self.own.as_mut_slice() else { return };
+        for (lane, n) in batch.nodes.iter().enumerate() {
+            [value[lane], slope[lane], other[lane]] = x.three(3 * n.index());
         }
         for (row, spoke) in of_spokes.iter_mut().zip(spokes) {
             for (x_of, i) in row.iter_mut().zip(spoke.own) {
@@ -368,9 +366,9 @@ impl pulp::WithSimd for Relaxation<'_> {
             }
             side.multiply_own(simd, &band.inverse[batch.entries()], false);
             for lane in 0..batch.stars as usize {
-                let node = 3 * batch.nodes[lane].index();
-                (0..3).for_each(|k| x.set(node + k, side.rows[k][lane]));
-                for (spoke, row) in spokes.iter().zip(&side.rows[3..]) {
+                let [value, slope, other, of_spokes @ ..] = side.rows.as_slice() else { continue };
+                x.set_three(3 * batch.nodes[lane].index(), [value[lane], slope[lane], other[lane]]);
+                for (spoke, row) in spokes.iter().zip(of_spokes) {
                     x.set(spoke.own[lane] as usize, row[lane]);
                 }
             }
@@ -400,8 +398,9 @@ impl pulp::WithSimd for Product<'_> {
             side.multiply_own(simd, &band.inner[batch.entries()], true);
             for lane in 0..batch.stars as usize {
                 let node = batch.nodes[lane];
-                (0..3).for_each(|k| y.set(3 * node.index() + k, side.rows[k][lane]));
-                for (spoke, row) in spokes.iter().zip(&side.rows[3..]) {
+                let [value, slope, other, of_spokes @ ..] = side.rows.as_slice() else { continue };
+                y.set_three(3 * node.index(), [value[lane], slope[lane], other[lane]]);
+                for (spoke, row) in spokes.iter().zip(of_spokes) {
                     if u32::from(node) < spoke.ring[lane] / 3 {
                         y.set(spoke.own[lane] as usize, row[lane]);
                     }
