@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-use tests::matrix::Promise;
-use tests::random_solids::{FAMILIES, PROMISES, Problem, Trial};
+use tests::random_solids::{FAMILIES, PROMISES, Trial};
 
 /// Problems of the sample: of each family eight.
 const SAMPLE: u64 = 160;
