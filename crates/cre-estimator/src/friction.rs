@@ -194,7 +194,7 @@ mod tests {
         };
         let bodies = [body([1.0, 1.5]), body([1.5, 2.0])];
         let gap = Gap::Geometric;
-        let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &gap).unwrap();
+        let interface = contact_geometry::pair(&bodies[0], &bodies[1], ["outer", "inner"], &gap).unwrap();
         ContactProblem::between(bodies, interface).with_friction(0, Friction::tresca(0.5)).unwrap()
     }
 

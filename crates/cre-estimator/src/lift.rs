@@ -418,7 +418,7 @@ mod tests {
     use fem_core::body::Body;
     use fem_core::boundary::BoundaryConditions;
     use fem_core::geometry::Vector;
-    use fem_core::interface::{ContactInterface, Gap, Obstacle, RigidLine};
+    use fem_core::interface::{Gap, Obstacle, RigidLine};
     use fem_core::material::{Hypothesis, LinearElastic};
     use fem_core::mesh::generate::{block, ring};
     use fem_core::norm::energy_norm_squared;
@@ -435,7 +435,7 @@ mod tests {
         };
         let bodies = [body([1.0, 1.5]), body([1.5, 2.0])];
         let interface =
-            ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
+            contact_geometry::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
         let problem = ContactProblem::between(bodies, interface);
         let pair = &problem.contacts[0];
         let nodes = [0, 1].map(|b| vec![Vector::zeros(); problem.bodies[b].mesh().points().len()]);
@@ -473,7 +473,7 @@ mod tests {
             let line = RigidLine::Circle { centre, radius: 20.0, inside };
             let obstacle = Obstacle::fixed(line);
             let gap = Gap::Given(0.0.into());
-            let interface = ContactInterface::against(&body, name, &obstacle, Some(&gap)).unwrap();
+            let interface = contact_geometry::against(&body, name, &obstacle, Some(&gap)).unwrap();
             problem = problem.obstacle(0, interface, obstacle);
         }
         let u: Vec<Vector> =

@@ -2,10 +2,11 @@
 
 use super::{Case, CurveCase, Dimension, MeshSource, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, did_you_mean};
+use contact_geometry::ContactNormal;
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Point;
-use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
+use fem_core::interface::{ContactInterface, Gap, InterfaceError};
 use fem_core::material::MaterialError;
 use fem_core::mesh::{Mesh, MeshError};
 
@@ -323,7 +324,7 @@ impl Case {
         let ([a, b], [first, second]) = (&given.bodies[..], &given.surfaces[..]) else {
             unreachable!("a pair of bodies is asked for")
         };
-        let interface = ContactInterface::pair_along(&bodies[*a], &bodies[*b], [first, second], &gap, normal)
+        let interface = contact_geometry::pair_along(&bodies[*a], &bodies[*b], [first, second], &gap, normal)
             .map_err(|error| CaseError::from(self.interface_diagnostic(contact, &error)))?;
         self.check_lambda(contact, bodies, &interface)?;
         Ok(interface)

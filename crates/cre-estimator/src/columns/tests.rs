@@ -2,7 +2,7 @@ use super::*;
 use crate::relax;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, RigidCondition, ScalarData};
 use fem_core::field;
-use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
+use fem_core::interface::{ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::{block, cuboid, ring};
 use fem_core::mesh::id::{FacetId, NodeId};
@@ -412,7 +412,7 @@ fn estimates_with_columns_do_not_depend_on_the_states_before() {
     let lower = block([0.0; 2], [1.0; 2], [6; 2]).unwrap();
     let lower = plane(lower, &BoundaryConditions::new().fix("left").fix("right"));
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     let problem = PreparedProblem::new(ContactProblem::between([upper, lower], interface)).unwrap();
     let count = problem.problem().contacts[0].interface.pairs().len();
     let state = |press: f64| {

@@ -46,7 +46,7 @@ impl RefinementEdges {
     /// only preferred edges are marked, closure adds no edges.
     ///
     /// * `preferred`: one entry per edge.
-    pub(crate) fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
+    pub fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
         let mut edges = Self::longest(mesh);
         for (choice, own) in edges.0.iter_mut().zip(mesh.topology().cell_facets()) {
             if let Some(k) = own.iter().position(|&e| preferred[e]) {
@@ -134,7 +134,7 @@ pub fn close(mesh: &TriMesh, refinement_edges: &RefinementEdges, marked: &mut [b
 }
 
 /// Marks edges, and further ones until the refinement is conforming if it was before. Returns how many were not marked yet.
-pub(crate) fn mark(
+pub fn mark(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &mut [bool],
@@ -186,7 +186,7 @@ pub fn refine(
 ///
 /// # Panics
 /// See [`close`].
-pub(crate) fn refine_at(
+pub fn refine_at(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &[bool],
@@ -203,7 +203,7 @@ pub(crate) fn refine_at(
 ///
 /// # Panics
 /// See [`close`].
-pub(crate) fn refine_onto(
+pub fn refine_onto(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &[bool],
