@@ -5,9 +5,8 @@
 //! let text = case_io::template::PAPER;
 //! let case = Case::parse(text, "paper.toml", &[("solver.method".into(), "newton".into())])?;
 //! assert_eq!(case.solver.method, Method::Newton);
-//! let bodies = case.build_bodies()?;
-//! assert_eq!(bodies.iter().map(|body| body.mesh().points().len()).sum::<usize>(), 380);
-//! assert_eq!(case.build_interface(0, &bodies)?.pairs().len(), 19);
+//! let (problem, _) = case.build()?;
+//! assert_eq!((problem.nodes(), problem.node_pairs()), (380, 19));
 //! # Ok::<(), case_io::CaseError>(())
 //! ```
 
