@@ -55,7 +55,7 @@ pub use side::{Circle, SideCase};
 pub use steps::{Factors, StepCase};
 pub use units::Units;
 
-use crate::case_file::{self, Table};
+use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, excerpt};
 use fem_core::space::Plane;
 use serde::Serialize;
@@ -268,16 +268,6 @@ impl Case {
     /// All independent faults together, each with its place; a case of solids.
     pub fn parse(text: &str, file_name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
         AnyCase::parse(text, file_name, overrides)?.into_plane()
-    }
-
-    /// Takes the keys of a program instead of those of a case file, see [`Case::parse`].
-    ///
-    /// * `name`: the name that a case file would have.
-    ///
-    /// # Errors
-    /// All independent faults together, each with the key as its place; a case of solids.
-    pub fn of_table(root: Table, name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        AnyCase::of_table(root, name, overrides, false)?.into_plane()
     }
 
     /// Reads a case file from its bytes, see [`Case::parse`].

@@ -109,7 +109,6 @@ pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
 pub use solve_coulomb::solve_coulomb;
 pub use space::ContactSpace;
-pub use spin::without_spin;
 pub use state::estimate;
 pub use steps::LoadSteps;
 pub use support::{PartnerMotions, Support, free_motions, support};

@@ -126,7 +126,7 @@ pub struct Surfaces<'a> {
 pub type Matched = (Measured, Option<Changes>);
 
 /// The number of a pair that was looked at, and what was found.
-pub type Looked = (usize, Result<Matched, CommonRefinementError>);
+pub(crate) type Looked = (usize, Result<Matched, CommonRefinementError>);
 
 /// Makes the contact surfaces of two bodies match.
 ///

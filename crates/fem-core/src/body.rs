@@ -264,7 +264,7 @@ impl<S: Space> Body<S> {
     ///
     /// # Errors
     /// Values that are not finite, or contradict each other, see [`BodyError`].
-    pub fn with_factors(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Result<Self, BodyError> {
+    pub(crate) fn with_factors(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Result<Self, BodyError> {
         let scaled = self.conditions.scaled(factor);
         let (mesh, materials) = (self.mesh.clone(), self.materials.clone());
         let body = conditions::evaluate(mesh, materials, &scaled, Some(self.selected.clone()))?;

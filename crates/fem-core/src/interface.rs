@@ -163,7 +163,7 @@ impl<S: Space> ContactFacet<S> {
     /// Computes `∫ p o ds` of a linear pressure and a linear opening, J/m in the plane, J in space: with the mass matrix of [`Self::moment`].
     ///
     /// * `pressure`, `opening`: at the corners, Pa and m.
-    pub fn flat_work(&self, pressure: &S::Axes<f64>, opening: &S::Axes<f64>) -> f64 {
+    pub(crate) fn flat_work(&self, pressure: &S::Axes<f64>, opening: &S::Axes<f64>) -> f64 {
         let at = |corner: usize| {
             let others = (0..S::DIM).filter(|other| *other != corner);
             pressure[corner] * others.fold(2.0 * opening[corner], |sum, other| sum + opening[other])

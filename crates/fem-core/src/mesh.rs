@@ -23,7 +23,7 @@ pub use overlap::CellOverlap;
 pub type Cell<S> = <S as Space>::Corners<NodeId>;
 
 /// The corners of a facet, which has as many as there are axes: an edge or a triangle.
-pub type Facet<S> = <S as Space>::Axes<NodeId>;
+pub(crate) type Facet<S> = <S as Space>::Axes<NodeId>;
 
 /// A conforming mesh with named sets of facets.
 ///

@@ -71,7 +71,7 @@ impl Arch {
 
     /// Returns the normal of the curve at one of its two ends, on the right of the chord; `None` at other points. The piece itself may be flatter there, see
     /// [`Self::at`].
-    pub fn end_normal(&self, point: Vector) -> Option<Vector> {
+    pub(crate) fn end_normal(&self, point: Vector) -> Option<Vector> {
         let [from, to] = self.ends;
         let end = self.ends.iter().position(|end| *end == point)?;
         let half = [-0.5, 0.5][end] * self.slopes[end];
@@ -81,7 +81,7 @@ impl Arch {
     }
 
     /// Returns the chord.
-    pub fn chord(&self) -> Vector {
+    pub(crate) fn chord(&self) -> Vector {
         self.ends[1] - self.ends[0]
     }
 }

@@ -207,7 +207,7 @@ impl<S: Space> Obstacle<S> {
     }
 
     /// Computes the displacement of each of its points in a rigid motion, m.
-    pub fn moved_by(&self, motion: &RigidMotion<S>) -> Vec<S::Vector> {
+    pub(crate) fn moved_by(&self, motion: &RigidMotion<S>) -> Vec<S::Vector> {
         self.points.iter().map(|p| motion.at(*p)).collect()
     }
 

@@ -175,31 +175,15 @@ pub fn refine(
     refinement_edges: &RefinementEdges,
     marked: &[bool],
 ) -> Result<Refinement, MeshError> {
-    refine_at(mesh, refinement_edges, marked, |_| None)
+    refine_onto(mesh, refinement_edges, marked, |_| None, |_| None)
 }
 
-/// Cuts like [`refine`], but at the point that `place` gives for an edge, if any. [`Refinement::prolong`] is then not
-/// valid for this refinement.
+/// Cuts like [`refine`], but at the point that `place` gives for an edge, if any, and then moves the new nodes to the points that
+/// `curve` gives for their edges. With points of `place` [`Refinement::prolong`] is not valid. A node stays where it is if a triangle
+/// would keep less than 30 % of its area: [`Refinement::on_chord`] lists it.
 ///
 /// # Errors
 /// See [`refine`]; a point that turns a triangle over.
-///
-/// # Panics
-/// See [`close`].
-pub fn refine_at(
-    mesh: &TriMesh,
-    refinement_edges: &RefinementEdges,
-    marked: &[bool],
-    place: impl Fn(FacetId) -> Option<Vector>,
-) -> Result<Refinement, MeshError> {
-    refine_onto(mesh, refinement_edges, marked, place, |_| None)
-}
-
-/// Cuts like [`refine_at`], and then moves the new nodes to the points that `curve` gives for their edges. A node stays where
-/// it is if a triangle would keep less than 30 % of its area: [`Refinement::on_chord`] lists it.
-///
-/// # Errors
-/// See [`refine_at`].
 ///
 /// # Panics
 /// See [`close`].
