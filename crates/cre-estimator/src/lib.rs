@@ -93,6 +93,8 @@ mod openings;
 pub mod parts;
 mod plane;
 pub mod pressure;
+#[cfg(test)]
+mod random;
 mod recovered;
 mod recovery;
 mod relaxation;

@@ -490,11 +490,7 @@ mod tests {
 
     #[test]
     fn a_node_of_two_lines_leaves_both_and_the_lift_is_at_most_that_of_bernstein() {
-        let mut state = 1u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = crate::random::random(1);
         let (mut corners, mut smaller) = (0, 0);
         for number in 0..200 {
             let (problem, u) = groove(&mut random, number % 2 == 0, number % 3 == 0);

@@ -369,11 +369,7 @@ fn random_bound<S: Recovery>(bodies: [Body<S>; 2], name: &str) {
 
 #[test]
 fn no_bound_of_a_random_body_with_holes_and_supports_is_below_its_error() {
-    let mut state = 11u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = crate::random::random(11);
     for k in 0..10 {
         let (which, weight) = ((4.0 * random()) as usize, if k % 2 == 0 { 0.0 } else { random() - 0.5 });
         let loads: Vec<f64> = (0..4).map(|_| random() - 0.5).collect();
