@@ -11,7 +11,7 @@
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
@@ -177,7 +177,7 @@ impl Model {
         };
         let bodies = [body(0), body(1)];
         let gap = Gap::Given((displacement * self.gap).into());
-        let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &gap).unwrap();
+        let interface = contact_geometry::pair(&bodies[0], &bodies[1], ["bottom", "top"], &gap).unwrap();
         ContactProblem::between(bodies, interface)
     }
 }

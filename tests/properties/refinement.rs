@@ -33,7 +33,7 @@ fn refinement_never_raises_the_energy_error() {
                 let count = problem.bodies[b].mesh().topology().facets().len();
                 (0..count).map(|_| random.unit() < share).collect::<Vec<bool>>()
             });
-            let finer = problem.refined(&edges, &marked).unwrap();
+            let finer = contact_geometry::refined(&problem, &edges, &marked).unwrap();
             edges = finer.refinements.into_iter().map(|r| r.refinement_edges).collect();
             problem = finer.problem;
             let (fine, _) = bounds(&problem);

@@ -7,7 +7,7 @@ use certified_contact::{
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::norm::energy_norm_squared;
@@ -313,7 +313,7 @@ fn held_obliquely(slope: f64, cells: usize) -> ContactProblem {
     let upper = body(0.0, 2000.0, upper);
     let lower = body(-1.0, 1000.0, BoundaryConditions::new().fix("bottom"));
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     ContactProblem::between([upper, lower], interface)
 }
 

@@ -1,12 +1,11 @@
 //! Assemblies: the exact solution of the discrete problem, with floating bodies.
 
+use contact_geometry::ContactNormal;
 use contact_qp::QpSettings;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::{Vector, cross};
-use fem_core::interface::{
-    ContactInterface, ContactNormal, ContactProblem, Gap, Obstacle, Partner, RigidLine, Roles,
-};
+use fem_core::interface::{ContactProblem, Gap, Obstacle, Partner, RigidLine, Roles};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{block, disc, ring};
@@ -78,7 +77,7 @@ fn a_turned_block_that_slides_along_a_plane_is_not_held_by_round_off() {
         .unwrap();
         let plane = RigidLine::Plane { point: Vector::zeros(), normal: turn(angle, [0.0, 1.0]) };
         let plane = Obstacle::fixed(plane);
-        let interface = ContactInterface::against(&body, "bottom", &plane, None).unwrap();
+        let interface = contact_geometry::against(&body, "bottom", &plane, None).unwrap();
         let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
         let motion = unresisted(&problem);
         let [(Partner::Body(0), moved)] = motion.bodies[..] else { panic!("{motion:?}") };
@@ -199,8 +198,8 @@ fn twisted_roller() -> ContactProblem {
         plate(1.0 + height, "top"),
     ];
     let gap = Gap::Given(0.0.into());
-    let below = ContactInterface::pair(&bodies[0], &bodies[1], ["low", "top"], &gap).unwrap();
-    let above = ContactInterface::pair(&bodies[0], &bodies[2], ["high", "bottom"], &gap).unwrap();
+    let below = contact_geometry::pair(&bodies[0], &bodies[1], ["low", "top"], &gap).unwrap();
+    let above = contact_geometry::pair(&bodies[0], &bodies[2], ["high", "bottom"], &gap).unwrap();
     ContactProblem::new(bodies.into()).contact([0, 1], below).contact([0, 2], above)
 }
 
@@ -231,7 +230,7 @@ fn a_roller_in_a_bore_turns_freely_on_every_mesh() {
             Body::new(ring(centre, [1.0, 1.5], [0.0, 360.0], [count, 2]).unwrap(), steel(), &held).unwrap();
         let gap = Gap::Geometric;
         let mut problem = if count == 24 {
-            let interface = ContactInterface::pair(&roller, &bore, ["rim", "inner"], &gap).unwrap();
+            let interface = contact_geometry::pair(&roller, &bore, ["rim", "inner"], &gap).unwrap();
             ContactProblem::between([roller, bore], interface)
         } else {
             paired_in_common([roller, bore], ["rim", "inner"], &gap, ContactNormal::Averaged).unwrap().0

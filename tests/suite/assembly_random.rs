@@ -54,7 +54,7 @@ fn pile(random: &mut Random, load: Load) -> ContactProblem {
     let bodies: Vec<Body> = (0..count).map(|k| body(k, random)).collect();
     let gap = Gap::Given(0.0.into());
     let interfaces: Vec<ContactInterface> = (1..count)
-        .map(|k| ContactInterface::pair(&bodies[k], &bodies[k - 1], ["bottom", "top"], &gap).unwrap())
+        .map(|k| contact_geometry::pair(&bodies[k], &bodies[k - 1], ["bottom", "top"], &gap).unwrap())
         .collect();
     let problem = ContactProblem::new(bodies);
     interfaces.into_iter().enumerate().fold(problem, |all, (k, interface)| all.contact([k + 1, k], interface))

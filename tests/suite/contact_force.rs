@@ -2,11 +2,10 @@
 
 use case_io::Case;
 use certified_contact::{Criterion, NoContactForce, Settings, Silent, solve};
+use contact_geometry::ContactNormal;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{
-    ContactInterface, ContactNormal, ContactProblem, Friction, Gap, Obstacle, RigidLine,
-};
+use fem_core::interface::{ContactProblem, Friction, Gap, Obstacle, RigidLine};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use nndd::{NewtonSettings, NnddSettings};
@@ -161,7 +160,7 @@ impl Blocks {
         let problem = if self.obstacle {
             let plane = RigidLine::Plane { point: [0.0, 0.0].into(), normal: [0.0, 1.0].into() };
             let obstacle = Obstacle::fixed(plane);
-            let interface = ContactInterface::against(&upper, "bottom", &obstacle, Some(&gap)).ok()?;
+            let interface = contact_geometry::against(&upper, "bottom", &obstacle, Some(&gap)).ok()?;
             ContactProblem::new(vec![upper]).obstacle(0, interface, obstacle)
         } else {
             let bodies = [upper, self.body(1, level)?];

@@ -4,10 +4,11 @@ use certified_contact::{
     AdaptSettings, AdaptiveEnd, CertifiedSolution, Criterion, Imposed, Settings, Silent, solve,
     solve_adaptively,
 };
+use contact_geometry::ContactNormal;
 use fem_core::body::{Body, CurveKind, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::{Vector, angle_between};
-use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Friction, Gap};
+use fem_core::interface::{ContactProblem, Friction, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::{block, ring};
 use nndd::NnddSettings;
@@ -46,7 +47,7 @@ fn bodies(angle: f64, cells: [[usize; 2]; 2], held: bool) -> [Body; 2] {
 
 /// One pair with the whole side, and two pairs with its parts.
 fn one_and_two(bodies: &[Body; 2]) -> [ContactProblem; 2] {
-    let pair = |sides| ContactInterface::pair(&bodies[0], &bodies[1], sides, &Gap::Touching).unwrap();
+    let pair = |sides| contact_geometry::pair(&bodies[0], &bodies[1], sides, &Gap::Touching).unwrap();
     let one = ContactProblem::between(bodies.clone(), pair(SIDES));
     let two = ContactProblem::new(bodies.to_vec())
         .contact([0, 1], pair(["flat"; 2]))
@@ -183,7 +184,7 @@ fn a_smooth_piece_of_the_other_side_gives_the_normal_of_a_corner() {
     let angle = 5.0f64.to_radians();
     let [above, _] = bodies(angle, [[16, 6], [16, 6]], false);
     let at_corner = |bodies: [&Body; 2], sides: [&str; 2]| -> Vec<Vector> {
-        let interface = ContactInterface::pair(bodies[0], bodies[1], sides, &Gap::Given(0.0.into())).unwrap();
+        let interface = contact_geometry::pair(bodies[0], bodies[1], sides, &Gap::Given(0.0.into())).unwrap();
         let points = bodies[0].mesh().points();
         interface.pairs().iter().filter(|p| points[p.nodes[0]] == Vector::zeros()).map(|p| p.normal).collect()
     };
@@ -281,7 +282,7 @@ fn a_closed_line_with_one_corner_begins_and_ends_there() {
         let outside = drop(false, [around[1], 6], &pressed);
         let sides = ["outer", "inner"];
         let problem = if around[0] == around[1] {
-            let interface = ContactInterface::pair(&inside, &outside, sides, &Gap::Touching).unwrap();
+            let interface = contact_geometry::pair(&inside, &outside, sides, &Gap::Touching).unwrap();
             ContactProblem::between([inside, outside], interface)
         } else {
             paired_in_common([inside, outside], sides, &Gap::Given(0.0.into()), ContactNormal::Averaged)

@@ -1,12 +1,11 @@
 //! Contact lines that bend, close on themselves and are apart.
 
+use contact_geometry::ContactNormal;
 use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
-use fem_core::interface::{
-    ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceError, Roles,
-};
+use fem_core::interface::{ContactProblem, ContactState, Gap, InterfaceError, Roles};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{Facing, block, half_disc, ring};
@@ -209,7 +208,7 @@ fn free(mesh: TriMesh) -> Body {
 }
 
 fn refused(first: TriMesh, second: TriMesh, surfaces: [&str; 2], normal: ContactNormal) -> InterfaceError {
-    ContactInterface::pair_along(&free(first), &free(second), surfaces, &Gap::Geometric, normal).unwrap_err()
+    contact_geometry::pair_along(&free(first), &free(second), surfaces, &Gap::Geometric, normal).unwrap_err()
 }
 
 #[test]
@@ -259,18 +258,18 @@ fn gaps_are_measured_along_the_normal() {
     let quarter = |radii| ring([0.0, 0.0], radii, [0.0, 90.0], [16, 2]).unwrap();
     let (inner, outer) = (free(quarter([1.0, 1.5])), free(quarter([1.52, 2.0])));
     let sides = ["outer", "inner"];
-    let interface = ContactInterface::pair(&inner, &outer, sides, &Gap::Geometric).unwrap();
+    let interface = contact_geometry::pair(&inner, &outer, sides, &Gap::Geometric).unwrap();
     // At the ends too, whose normal is the neighbour's, mirrored.
     assert!(interface.pairs().len() == 17 && interface.pairs().iter().all(|p| (p.gap - 0.02).abs() < 1e-14));
     // A given gap does not allow surfaces that are apart.
-    let given = ContactInterface::pair(&inner, &outer, sides, &Gap::Given(0.0.into())).unwrap_err();
+    let given = contact_geometry::pair(&inner, &outer, sides, &Gap::Given(0.0.into())).unwrap_err();
     assert!(matches!(given, InterfaceError::NotMatching { .. }), "{given}");
     let discs = [(10.0, Facing::Down), (13.0, Facing::Up)]
         .map(|(r, facing)| free(half_disc([0.0, 0.0], r, facing, 1.5, 10).unwrap()));
     let down = ContactNormal::Fixed(Vector::new(0.0, -2.0));
     let [upper, lower] = &discs;
     let interface =
-        ContactInterface::pair_along(upper, lower, ["contact"; 2], &Gap::Geometric, down).unwrap();
+        contact_geometry::pair_along(upper, lower, ["contact"; 2], &Gap::Geometric, down).unwrap();
     for pair in interface.pairs() {
         let x = upper.mesh().points()[pair.nodes[0]][0];
         let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();

@@ -1,8 +1,9 @@
 //! Bent and closed contact lines whose meshes do not match: Lamé's rings, sliding arcs, Hertz.
 
 use crate::curved::{TWO, relaxed};
+use contact_geometry::ContactNormal;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactNormal, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::norm::energy_error_squared;
 use tests::finer::finer;
 use tests::rings::{self, Lame};

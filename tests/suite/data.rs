@@ -19,9 +19,7 @@ fn case(name: &str, overrides: &[(&str, String)]) -> Case {
 }
 
 fn build(case: &Case) -> ContactProblem {
-    let bodies = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-    let interface = case.build_interface(0, &bodies).unwrap();
-    ContactProblem::between(bodies, interface)
+    case.build().unwrap().0
 }
 
 /// The example of expressions on `2n × n` cells per body.

@@ -1,9 +1,10 @@
 //! Gaps and normals between declared arcs and straight stretches: a rope on a pulley, a ring on a liner, random arcs.
 
+use contact_geometry::ContactNormal;
 use fem_core::body::{Body, CurveKind, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
-use fem_core::interface::{ContactNormal, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{block, ring};
@@ -88,7 +89,7 @@ fn check(name: &str, problem: ContactProblem, radius: f64, exact: [&dyn Fn(Vecto
         assert!(least(turned) < 1e-9, "{name}, {finer}: {turned:?}");
         let marked: Vec<Vec<bool>> =
             problem.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
-        let found = problem.refined(&edges, &marked).unwrap();
+        let found = contact_geometry::refined(&problem, &edges, &marked).unwrap();
         edges = found.refinements.into_iter().map(|found| found.refinement_edges).collect();
         problem = found.problem;
     }

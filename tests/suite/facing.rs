@@ -1,10 +1,11 @@
 //! Pairs face each other: the answer does not depend on how the nodes of the two surfaces are offset.
 
 use certified_contact::{Settings, Silent, solve};
+use contact_geometry::ContactNormal;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use tests::run::paired_in_common;
@@ -43,7 +44,7 @@ fn force(problem: ContactProblem) -> (f64, [f64; 2]) {
 #[test]
 fn the_contact_force_does_not_depend_on_the_offset_of_the_nodes() {
     let [upper, lower] = bodies(24, 0.0);
-    let interface = ContactInterface::pair_along(&upper, &lower, SIDES, &Gap::Geometric, DOWN).unwrap();
+    let interface = contact_geometry::pair_along(&upper, &lower, SIDES, &Gap::Geometric, DOWN).unwrap();
     let (exact, interval) = force(ContactProblem::between([upper, lower], interface));
     assert!(interval[0] < exact && exact < interval[1]);
     for offset in [0.025, 0.05, 0.12, 0.245, -0.025, -0.05, -0.12, -0.24] {
@@ -69,7 +70,7 @@ fn contact_nodes_clamped_at_the_end_of_the_line_give_a_bound() {
         let upper = body(0.5, cells, BoundaryConditions::new().pressure("top", 0.01));
         let lower = body(0.0, cells, BoundaryConditions::new());
         let gap = Gap::Given(0.0.into());
-        let interface = ContactInterface::pair(&upper, &lower, SIDES, &gap).unwrap();
+        let interface = contact_geometry::pair(&upper, &lower, SIDES, &gap).unwrap();
         ContactProblem::between([upper, lower], interface)
     };
     let solved = |cells: usize| {

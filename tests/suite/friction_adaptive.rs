@@ -43,7 +43,7 @@ fn distance_to_finer(solution: &CertifiedSolution) -> f64 {
         problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
     let all: Vec<Vec<bool>> =
         problem.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
-    let found = problem.refined(&edges, &all).unwrap();
+    let found = contact_geometry::refined(problem, &edges, &all).unwrap();
     let coarse = solution.estimate.as_ref().unwrap();
     let on_finer: Vec<Vec<Vector>> = found
         .refinements

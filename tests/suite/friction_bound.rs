@@ -5,7 +5,7 @@ use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Friction, Gap, Obstacle, RigidLine, Roles};
+use fem_core::interface::{ContactProblem, Friction, Gap, Obstacle, RigidLine, Roles};
 use fem_core::material::{Hypothesis, LinearElastic, Materials};
 use fem_core::mesh::generate::{block, ring};
 use nndd::{CoulombSettings, ExactSolution, solve_coulomb, solve_exactly};
@@ -108,9 +108,9 @@ fn sector_on_plane(cells: [usize; 2], friction: &Friction) -> ContactProblem {
     let inner = BoundaryConditions::new().pressure("inner", 20.0).pressure("end", 60.0);
     let outer = BoundaryConditions::new().fix("outer");
     let bodies = vec![part(1000.0, [1.0, 1.5], &inner), part(1e5, [1.5, 2.0], &outer)];
-    let line = ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
+    let line = contact_geometry::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
     let plane = Obstacle::fixed(RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() });
-    let foot = ContactInterface::against(&bodies[0], "start", &plane, None).unwrap();
+    let foot = contact_geometry::against(&bodies[0], "start", &plane, None).unwrap();
     let problem = ContactProblem::new(bodies).contact([0, 1], line).obstacle(0, foot, plane);
     problem.with_friction(1, friction.clone()).unwrap()
 }

@@ -7,7 +7,7 @@ use cre_estimator::Relaxation;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, FacetSelection};
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Friction, Obstacle, RigidLine};
+use fem_core::interface::{ContactProblem, Friction, Obstacle, RigidLine};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 
@@ -59,7 +59,7 @@ fn shoe(push: f64, moved: Option<f64>) -> ContactProblem {
     let steel = LinearElastic::isotropic(210e3, 0.3, Hypothesis::PlaneStrain).unwrap();
     let body = Body::new(block([0.0, 0.0], [40.0, 20.0], [16, 8]).unwrap(), steel, &conditions).unwrap();
     let plane = Obstacle::fixed(RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() });
-    let interface = ContactInterface::against(&body, "bottom", &plane, None).unwrap();
+    let interface = contact_geometry::against(&body, "bottom", &plane, None).unwrap();
     let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
     problem.with_friction(0, Friction::Coulomb { mu: 0.3 }).unwrap()
 }

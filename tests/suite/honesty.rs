@@ -4,7 +4,7 @@ use certified_contact::{CertifiedSolution, Criterion, Settings, Silent, solve};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::norm::energy_error_squared;
@@ -20,7 +20,7 @@ fn certified(problem: ContactProblem) -> Option<CertifiedSolution> {
 fn holds(materials: [(f64, f64); 2], row: impl Fn(f64) -> f64) -> bool {
     let bodies = signorini::bodies(materials, 0.0, [[16, 8]; 2], |x| Vector::new(x[0], row(x[1]))).unwrap();
     let interface =
-        ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     let Some(found) = certified(ContactProblem::between(bodies, interface)) else { return false };
     let estimate = found.estimate.as_ref().unwrap();
     let exact = signorini::exact(materials, 0.0);
@@ -88,7 +88,7 @@ fn pressed_at(place: [f64; 2], length: f64, young: f64, strain: f64) -> ContactP
     let upper = Body::new(mesh(0.0), steel(0.3), &upper).unwrap();
     let lower = Body::new(mesh(-1.0), steel(0.2), &BoundaryConditions::new().fix("bottom")).unwrap();
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     ContactProblem::between([upper, lower], interface)
 }
 
@@ -128,7 +128,7 @@ fn moved(cells: [usize; 2], [width, height]: [f64; 2], poisson: f64, motion: [f6
     let mesh = block([0.0, -size[1]], size, cells).unwrap();
     let lower = Body::new(mesh, steel(0.3), &BoundaryConditions::new().fix("bottom")).unwrap();
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     ContactProblem::between([upper, lower], interface)
 }
 
@@ -185,7 +185,7 @@ fn bounds_of_the_energies_allow_for_the_rounding_of_large_motions() {
         let upper = Body::new(mesh(0.0), steel(), &held("top", shift - strain)).unwrap();
         let lower = Body::new(mesh(-1.0), steel(), &held("bottom", shift + strain)).unwrap();
         let interface =
-            ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+            contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
         let found = certified(ContactProblem::between([upper, lower], interface)).unwrap();
         let bounds = found.bounds.unwrap();
         let holds = |name, [low, high]: [f64; 2], exact: f64| {

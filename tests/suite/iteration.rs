@@ -5,7 +5,7 @@ use certified_contact::{
 };
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use nndd::{NnddSettings, NnddStatus};
@@ -35,7 +35,7 @@ fn squares() -> ContactProblem {
         .traction("right", [(-1e5).into(), (-1e6).into()]);
     let lower = Body::new(block([0.0, 0.0], size, [60, 60]).unwrap(), material(15e9, 0.2), &pushed).unwrap();
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     ContactProblem::between([upper, lower], interface)
 }
 

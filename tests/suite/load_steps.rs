@@ -133,7 +133,7 @@ fn finer(problem: ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec
         from_rest.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
     let marked: Vec<Vec<bool>> =
         from_rest.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
-    let found = from_rest.refined(&edges, &marked).unwrap();
+    let found = contact_geometry::refined(&from_rest, &edges, &marked).unwrap();
     let u = found.refinements.iter().zip(u).map(|(refinement, u)| refinement.prolong(u)).collect();
     let mut problem = found.problem;
     for (k, before) in before.into_iter().enumerate() {
@@ -245,7 +245,7 @@ fn slip_that_does_not_fit_and_refinement_of_a_later_step_are_refused() {
         problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
     let marked: Vec<Vec<bool>> =
         problem.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
-    let error = problem.refined(&edges, &marked).unwrap_err().to_string();
+    let error = contact_geometry::refined(&problem, &edges, &marked).unwrap_err().to_string();
     assert!(error.contains("refine the problem before its first step"), "{error}");
     // Factors that contradict each other.
     let mut steps = LoadSteps::new(problem);

@@ -5,7 +5,7 @@ use cre_estimator::Estimate;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap, Roles};
+use fem_core::interface::{ContactProblem, Gap, Roles};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::tensor::SymTensor2;
@@ -98,7 +98,7 @@ fn oblique(slope: f64) -> (ContactProblem, [f64; 2]) {
     };
     let (upper, lower) = (body(0.0, "top"), body(-1.0, "bottom"));
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     (ContactProblem::between([upper, lower], interface), [pressure, length])
 }
 

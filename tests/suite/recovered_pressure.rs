@@ -1,9 +1,10 @@
 //! The pressure of meshes that do not match, against Westergaard's closed form of a wavy surface.
 
 use certified_contact::{CertifiedSolution, Settings, Silent, recovered_pressure, solve};
+use contact_geometry::ContactNormal;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::interface::{ContactNormal, Gap};
+use fem_core::interface::Gap;
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use std::f64::consts::PI;

@@ -10,7 +10,7 @@ use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::field::stresses;
 use fem_core::geometry::{Vector, norm};
-use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
+use fem_core::interface::{ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::mesh::id::{FacetId, NodeId};
@@ -145,7 +145,7 @@ fn moved(poisson: f64, [width, height]: [f64; 2]) -> (ContactProblem, Estimate) 
     let mesh = block([0.0, -size[1]], size, [6, 4]).unwrap();
     let lower = Body::new(mesh, steel(0.3), &BoundaryConditions::new().fix("bottom")).unwrap();
     let gap = Gap::Given(0.0.into());
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
+    let interface = contact_geometry::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
     let problem = ContactProblem::between([upper, lower], interface);
     let prepared = prepare(&problem);
     let e = certify(&prepared, &newton(&prepared).unwrap()).unwrap();
@@ -234,7 +234,7 @@ fn pulled(traction: f64) -> ContactProblem {
     let mesh = block([0.0, -4.0], [6.0, 4.0], [12, 8]).unwrap();
     let lower = Body::new(mesh, steel(), &BoundaryConditions::new().fix("bottom")).unwrap();
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     ContactProblem::between([upper, lower], interface)
 }
 

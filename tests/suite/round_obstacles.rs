@@ -6,7 +6,7 @@
 use certified_contact::{Settings, Silent, solve};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, ContactProblem, Obstacle, RigidLine};
+use fem_core::interface::{ContactProblem, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::Mesh;
 use fem_core::mesh::generate::cuboid;
@@ -56,7 +56,7 @@ fn in_a_hollow(bar: bool, load: [f64; 3]) -> ContactProblem<Solid> {
         }
     };
     let hollow = Obstacle::fixed(line);
-    let interface = ContactInterface::against_obstacle(&body, "bottom", &hollow, None).unwrap();
+    let interface = contact_geometry::solid_against(&body, "bottom", &hollow, None).unwrap();
     ContactProblem::new(vec![body]).obstacle(0, interface, hollow)
 }
 

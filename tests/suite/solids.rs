@@ -5,7 +5,7 @@
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::field::stresses;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
+use fem_core::interface::{ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
 use fem_core::mesh::{Mesh, TetMesh};
@@ -81,7 +81,7 @@ fn floating_boxes_stacked_along_any_axis_carry_a_uniform_stress() {
     ];
     let interface = |upper: usize| {
         let sides = ["bottom", "top"];
-        ContactInterface::pair_flat(&bodies[upper], &bodies[upper - 1], sides, &Gap::Touching).unwrap()
+        contact_geometry::pair_flat(&bodies[upper], &bodies[upper - 1], sides, &Gap::Touching).unwrap()
     };
     let pairs = [interface(1), interface(2)];
     let [low, high] = pairs;
@@ -118,8 +118,8 @@ fn a_stamp_that_may_tilt_presses_a_box_onto_a_fixed_plane() {
     let pressed = |force: f64, arm: f64| {
         let load = (Vector3::new(0.0, 0.0, -force), Vector3::zeros());
         let (below, above) = (plane(0.0, 1.0), plane(1.25, -1.0).stamp(motion, load, [1.0, 0.5 + arm, 1.25]));
-        let low = ContactInterface::against_obstacle(&body, "bottom", &below, None).unwrap();
-        let high = ContactInterface::against_obstacle(&body, "top", &above, None).unwrap();
+        let low = contact_geometry::solid_against(&body, "bottom", &below, None).unwrap();
+        let high = contact_geometry::solid_against(&body, "top", &above, None).unwrap();
         assert!(low.pairs().iter().all(|pair| pair.gap == 0.0));
         assert!(high.pairs().iter().all(|pair| pair.gap == 0.25));
         let problem =

@@ -17,7 +17,7 @@ use crate::model::{
 };
 
 fn touching(upper: &Body, lower: &Body, surfaces: [&str; 2]) -> Made<ContactInterface> {
-    Ok(ContactInterface::pair(upper, lower, surfaces, &Gap::Given(0.0.into()))?)
+    Ok(contact_geometry::pair(upper, lower, surfaces, &Gap::Given(0.0.into()))?)
 }
 
 /// Energies of the stack of three blocks.
@@ -162,7 +162,7 @@ pub fn four() -> Made<ContactProblem> {
     let c = body([1.0, 1.0], 2000.0, c)?;
     let d = body([0.0, 1.0], 800.0, loads("top", zero(), (-12.0).into()))?;
     let wall = RigidLine::Plane { point: Vector::zeros(), normal: Vector::x() };
-    let against = ContactInterface::against(&d, "left", &Obstacle::fixed(wall), None)?;
+    let against = contact_geometry::against(&d, "left", &Obstacle::fixed(wall), None)?;
     let pairs = [
         ([0, 1], touching(&a, &b, ["right", "left"])?),
         ([2, 1], touching(&c, &b, ["bottom", "top"])?),
@@ -184,6 +184,6 @@ pub fn stamped() -> Made<ContactProblem> {
     let problem = stack(&[1000.0, 1500.0, 2000.0], [18, 9], &BoundaryConditions::new(), &sideways)?;
     let line = RigidLine::Plane { point: Vector::new(1.0, 3.0), normal: -Vector::y() };
     let stamp = Obstacle::fixed(line).stamp([Some(0.0), None, None], ([0.0, -20.0], 3.0), [1.0, 3.0]);
-    let interface = ContactInterface::against(&problem.bodies[2], "top", &stamp, None)?;
+    let interface = contact_geometry::against(&problem.bodies[2], "top", &stamp, None)?;
     Ok(problem.obstacle(2, interface, stamp))
 }

@@ -1,7 +1,7 @@
 //! The same problem on finer meshes, with displacements that are carried along.
 
 use crate::model::{Body, ContactProblem, Made, Vector};
-use fem_core::interface::RefinedProblem;
+use contact_geometry::RefinedProblem;
 use fem_core::mesh::refine::RefinementEdges;
 
 /// The same problem, every triangle cut in four.
@@ -12,7 +12,7 @@ pub fn halve(problem: &ContactProblem) -> Made<RefinedProblem> {
     let meshes = || problem.bodies.iter().map(Body::mesh);
     let edges: Vec<RefinementEdges> = meshes().map(RefinementEdges::longest).collect();
     let marked: Vec<Vec<bool>> = meshes().map(|mesh| vec![true; mesh.topology().facets().len()]).collect();
-    Ok(problem.refined(&edges, &marked)?)
+    Ok(contact_geometry::refined(problem, &edges, &marked)?)
 }
 
 /// A problem, and the displacements of the nodes of each body, m.

@@ -13,8 +13,8 @@
 //! Figures come from an independent code, unless a test says otherwise.
 
 use crate::model::{
-    Body, BoundaryConditions, ContactInterface, ContactProblem, Gap, Made, Obstacle, RigidLine, Vector,
-    block, isotropic, pair, ring, stacked,
+    Body, BoundaryConditions, ContactProblem, Gap, Made, Obstacle, RigidLine, Vector, block, isotropic, pair,
+    ring, stacked,
 };
 use fem_core::interface::Friction;
 
@@ -111,7 +111,7 @@ pub fn slope(slope: f64, cells: [usize; 2], friction: Friction) -> Made<ContactP
     let body = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, isotropic(1000.0, 0.3)?, &weight)?;
     let line = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
     let plane = Obstacle::fixed(line);
-    let interface = ContactInterface::against(&body, "bottom", &plane, None)?;
+    let interface = contact_geometry::against(&body, "bottom", &plane, None)?;
     let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
     Ok(problem.with_friction(0, friction)?)
 }
@@ -129,7 +129,7 @@ pub fn pushed_over_plane(cells: usize, friction: Friction) -> Made<ContactProble
     let body = Body::new(block([0.0, 0.0], [40.0, 40.0], [cells; 2])?, isotropic(130e3, 0.2)?, &pushed)?;
     let line = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
     let plane = Obstacle::fixed(line);
-    let interface = ContactInterface::against(&body, "bottom", &plane, None)?;
+    let interface = contact_geometry::against(&body, "bottom", &plane, None)?;
     let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
     Ok(problem.with_friction(0, friction)?)
 }

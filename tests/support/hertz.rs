@@ -11,10 +11,8 @@
 //! Units: N, mm. Source: ANSYS verification manual VM191: P = 3200 N/mm, a = 1.1997 mm, p₀ = 1698.1 MPa, from the closed
 //! form for half-planes `a² = 4PR/(πE*)`, `p₀ = 2P/(πa)`.
 
-use crate::model::{
-    Body, BoundaryConditions, ContactInterface, ContactProblem, Gap, Made, Vector, isotropic,
-};
-use fem_core::interface::ContactNormal;
+use crate::model::{Body, BoundaryConditions, ContactProblem, Gap, Made, Vector, isotropic};
+use contact_geometry::ContactNormal;
 use fem_core::mesh::generate::{Facing, half_disc};
 
 /// Young's modulus and Poisson's ratio of the upper and the lower body.
@@ -41,7 +39,7 @@ pub fn closed_form(force: f64) -> [f64; 2] {
 pub fn problem(half_width: f64, cells: usize, push: f64) -> Made<ContactProblem> {
     let [upper, lower] = bodies(half_width, [cells; 2], push)?;
     let normal = ContactNormal::Fixed(Vector::new(0.0, -1.0));
-    let interface = ContactInterface::pair_along(&upper, &lower, ["contact"; 2], &Gap::Geometric, normal)?;
+    let interface = contact_geometry::pair_along(&upper, &lower, ["contact"; 2], &Gap::Geometric, normal)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }
 

@@ -39,7 +39,7 @@ pub(crate) fn sides(mesh: &TriMesh) -> Vec<(String, Vec<[NodeId; 2]>)> {
 
 /// Makes the problem of two bodies, the first above the second, of which these sides may touch.
 pub(crate) fn pair(bodies: [Body; 2], surfaces: [&str; 2], gap: &Gap) -> Made<ContactProblem> {
-    let interface = ContactInterface::pair(&bodies[0], &bodies[1], surfaces, gap)?;
+    let interface = contact_geometry::pair(&bodies[0], &bodies[1], surfaces, gap)?;
     Ok(ContactProblem::between(bodies, interface))
 }
 

@@ -16,9 +16,9 @@
 
 use crate::model::{Body, BoundaryConditions, ContactProblem, Gap, Made, TriMesh, Vector, isotropic};
 use crate::run::paired_in_common;
+use contact_geometry::ContactNormal;
 use fem_core::body::{CurveKind, CurvedSide};
 use fem_core::boundary::RigidCondition;
-use fem_core::interface::ContactNormal;
 
 /// Half width of the flat part.
 pub const FLAT: f64 = 5.0;

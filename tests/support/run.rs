@@ -1,13 +1,14 @@
 //! The steps every test shares: factorise, iterate, recover, certify, measure.
 
-use crate::model::{Body, ContactInterface, ContactProblem, Gap, Made, SymTensor2, Vector, pair};
+use crate::model::{Body, ContactProblem, Gap, Made, SymTensor2, Vector, pair};
+use contact_geometry::ContactNormal;
+use contact_geometry::common_refinement::{Changes, common_refinement};
 use contact_qp::QpSettings;
 use cre_estimator::{EquilibratedStress, Estimate, EstimatorError, Relaxation, estimate_with};
 use fem_core::assembly::System;
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::cross;
-use fem_core::interface::common_refinement::{Changes, common_refinement};
-use fem_core::interface::{ContactNormal, ContactState, InterfaceSide, PairState};
+use fem_core::interface::{ContactState, InterfaceSide, PairState};
 use fem_core::norm::energy_norm_squared;
 use fem_core::prepared::{AssemblyMotion, PreparedProblem};
 use fem_core::quadrature::RADON7;
@@ -123,7 +124,7 @@ pub fn paired_in_common(
     normal: ContactNormal,
 ) -> Made<(ContactProblem, Option<Changes>)> {
     let common = common_refinement(bodies, surfaces, normal)?;
-    let interface = ContactInterface::pair_refined(&common, surfaces, gap, normal)?;
+    let interface = contact_geometry::pair_refined(&common, surfaces, gap, normal)?;
     Ok((ContactProblem::between(common.bodies, interface), common.changes))
 }
 

@@ -3,7 +3,7 @@
 use case_io::case::AnyCase;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
-use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
+use fem_core::interface::{ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
 use fem_core::space::Solid;
@@ -62,7 +62,7 @@ pub fn half_open(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
         .components(half([0.0, 1.0]), [None, None, Some((-0.02).into())])
         .traction(half([1.0, 2.0]), [0.0.into(), 0.0.into(), 5.0.into()]);
     let (upper, lower) = (body(1.0, pressed)?, body(0.0, Conditions::default().fix("bottom"))?);
-    let interface = ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    let interface = contact_geometry::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }
 
@@ -199,7 +199,7 @@ pub fn circle_of(n: usize, fields: [Hertz; 2]) -> Result<ContactProblem<Solid>, 
         Ok(Body::new(mesh, LinearElastic::isotropic_solid(field.modulus, field.nu)?, &conditions)?)
     };
     let (upper, lower) = (body(fields[0], 1.0, "top")?, body(fields[1], -1.0, "bottom")?);
-    let interface = ContactInterface::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    let interface = contact_geometry::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }
 
@@ -245,6 +245,6 @@ pub fn on_sphere(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
     let body = Body::new(mesh, LinearElastic::isotropic_solid(1000.0, 0.3)?, &conditions)?;
     let sphere = RigidLine::Circle { centre: Vector3::new(0.0, 0.0, -2.0), radius: 2.0, inside: false };
     let sphere = Obstacle::fixed(sphere);
-    let interface = ContactInterface::against_obstacle(&body, "bottom", &sphere, None)?;
+    let interface = contact_geometry::solid_against(&body, "bottom", &sphere, None)?;
     Ok(ContactProblem::new(vec![body]).obstacle(0, interface, sphere))
 }

@@ -5,9 +5,8 @@
 //! let text = case_io::template::PAPER;
 //! let case = Case::parse(text, "paper.toml", &[("solver.method".into(), "newton".into())])?;
 //! assert_eq!(case.solver.method, Method::Newton);
-//! let bodies = case.build_bodies()?;
-//! assert_eq!(bodies.iter().map(|body| body.mesh().points().len()).sum::<usize>(), 380);
-//! assert_eq!(case.build_interface(0, &bodies)?.pairs().len(), 19);
+//! let (problem, _) = case.build()?;
+//! assert_eq!((problem.nodes(), problem.node_pairs()), (380, 19));
 //! # Ok::<(), case_io::CaseError>(())
 //! ```
 
@@ -56,7 +55,7 @@ pub use side::{Circle, SideCase};
 pub use steps::{Factors, StepCase};
 pub use units::Units;
 
-use crate::case_file::{self, Table};
+use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, excerpt};
 use fem_core::space::Plane;
 use serde::Serialize;
@@ -269,16 +268,6 @@ impl Case {
     /// All independent faults together, each with its place; a case of solids.
     pub fn parse(text: &str, file_name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
         AnyCase::parse(text, file_name, overrides)?.into_plane()
-    }
-
-    /// Takes the keys of a program instead of those of a case file, see [`Case::parse`].
-    ///
-    /// * `name`: the name that a case file would have.
-    ///
-    /// # Errors
-    /// All independent faults together, each with the key as its place; a case of solids.
-    pub fn of_table(root: Table, name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        AnyCase::of_table(root, name, overrides, false)?.into_plane()
     }
 
     /// Reads a case file from its bytes, see [`Case::parse`].

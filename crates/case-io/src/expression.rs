@@ -61,7 +61,8 @@ impl Expression {
     /// Reads an expression of the plane, in `x` and `y`.
     ///
     /// # Errors
-    /// See [`Self::parse_in`].
+    /// The first fault, with its place in the text: an unknown name or character, a syntax error, more than [`LONGEST_EXPRESSION`] bytes,
+    /// or more than [`DEEPEST_EXPRESSION`] open parentheses.
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
         Self::parse_in(text, &COORDINATES[..2])
     }
@@ -71,9 +72,11 @@ impl Expression {
     /// * `coordinates`: the names of the coordinates, the first of [`COORDINATES`].
     ///
     /// # Errors
-    /// The first fault, with its place in the text: an unknown name or character, a syntax error, more than [`LONGEST_EXPRESSION`] bytes,
-    /// or more than [`DEEPEST_EXPRESSION`] open parentheses.
-    pub fn parse_in(text: &str, coordinates: &'static [&'static str]) -> Result<Self, ExpressionError> {
+    /// See [`Self::parse`].
+    pub(crate) fn parse_in(
+        text: &str,
+        coordinates: &'static [&'static str],
+    ) -> Result<Self, ExpressionError> {
         Ok(Self { tree: Arc::new(parse::parse(text, coordinates)?), text: text.to_owned() })
     }
 

@@ -2,7 +2,7 @@
 //!
 //! # The way data flows
 //! ```text
-//! case.toml ─► case_file ─► Case ─► Vec<Body>, ContactInterface            (fem-core)
+//! case.toml ─► case_file ─► Case ─► ContactProblem, notes                  (fem-core)
 //! .msh, .inp ─► mesh_io::Region ─► TriMesh                                   (fem-core)
 //! Report ─► report.json      IterationRow, ContactRow, SweepRow ─► .csv
 //!                            all of them through one OutputDirectory
@@ -31,8 +31,8 @@
 //! let overrides = [split_override("solver.theta=0.45")?, split_override("body.0.generator.cells=[4, 2]")?,
 //!     split_override("body.1.generator.cells=[4, 2]")?];
 //! let case = Case::parse(template::PAPER, "paper.toml", &overrides)?;
-//! let bodies = case.build_bodies()?;
-//! assert_eq!(case.build_interface(0, &bodies)?.pairs().len(), 5);
+//! let (problem, notes) = case.build()?;
+//! assert_eq!((problem.node_pairs(), notes.len()), (5, 0));
 //!
 //! // A misspelt key is found, with its place and the key that was meant.
 //! let error = Case::parse(template::PAPER, "paper.toml", &[split_override("solver.theata=0.45")?]).unwrap_err();

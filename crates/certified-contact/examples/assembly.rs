@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout)]
 
 use certified_contact::fem_core::boundary::{BoundaryConditions, ScalarData};
-use certified_contact::fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
+use certified_contact::fem_core::interface::{ContactProblem, Gap, Obstacle, RigidLine};
 use certified_contact::fem_core::material::{Hypothesis, LinearElastic};
 use certified_contact::fem_core::{body::Body, geometry::Vector, mesh::generate::block};
 use certified_contact::{AdaptSettings, AdaptiveSolution, Settings, Silent, solve_adaptively};
@@ -23,11 +23,11 @@ fn certified() -> Result<AdaptiveSolution, Box<dyn Error>> {
         bodies.push(Body::new(block([0.0, k as f64], [2.0, 1.0], [12, 6])?, material, &conditions)?);
     }
     let touch = |a: usize, b: usize| {
-        ContactInterface::pair(&bodies[a], &bodies[b], ["top", "bottom"], &Gap::Touching)
+        contact_geometry::pair(&bodies[a], &bodies[b], ["top", "bottom"], &Gap::Touching)
     };
     let (lower, upper) = (touch(0, 1)?, touch(1, 2)?);
     let floor = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
-    let on_floor = ContactInterface::against(&bodies[0], "bottom", &Obstacle::fixed(floor), None)?;
+    let on_floor = contact_geometry::against(&bodies[0], "bottom", &Obstacle::fixed(floor), None)?;
     let problem = ContactProblem::new(bodies).contact([0, 1], lower).contact([1, 2], upper).obstacle(
         0,
         on_floor,

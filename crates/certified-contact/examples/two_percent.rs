@@ -3,7 +3,7 @@
 //! The upper block is pressed down and pulled up at its right side, so that contact opens there.
 #![allow(clippy::print_stdout)]
 
-use certified_contact::fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use certified_contact::fem_core::interface::{ContactProblem, Gap};
 use certified_contact::fem_core::material::{Hypothesis, LinearElastic};
 use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions, mesh::generate::block};
 use certified_contact::{AdaptSettings, AdaptiveSolution, Settings, Silent, solve_adaptively};
@@ -18,7 +18,7 @@ fn certified() -> Result<AdaptiveSolution, Box<dyn Error>> {
     let held = BoundaryConditions::new().fix("bottom");
     let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, material.clone(), &pressed)?;
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, material, &held)?;
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+    let interface = contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
     let problem = ContactProblem::between([upper, lower], interface);
     Ok(solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.02), &mut Silent)?)
 }

@@ -117,14 +117,14 @@ impl<S> AdaptiveSolution<S> {
 /// Two blocks, the upper one pressed down and held at its left side: a certified 8 % from a very coarse start.
 /// ```
 /// use certified_contact::{AdaptSettings, AdaptiveEnd, Settings, Silent, solve_adaptively};
-/// use fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactInterface, ContactProblem, Gap},
+/// use fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactProblem, Gap},
 ///     material::{Hypothesis, LinearElastic}, mesh::generate::block};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
 /// let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [4, 2])?, steel.clone(), &BoundaryConditions::new()
 ///     .displace("left", Some(0.0.into()), None).displace("top", None, Some((-0.01).into())))?;
 /// let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel, &BoundaryConditions::new().fix("bottom"))?;
-/// let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+/// let interface = contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
 /// let problem = ContactProblem::between([upper, lower], interface);
 /// let answer = solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.08), &mut Silent)?;
 /// assert!(matches!(answer.end, AdaptiveEnd::TargetMet));

@@ -62,7 +62,7 @@ impl Checkpoint {
             if problem.bodies.iter().zip(round).any(unknown) {
                 return Err(SolveError::Checkpoint { what: "it refines a cell that the mesh does not have" });
             }
-            let finer = problem.refined(&edges, &edges_of_cells(&problem, round))?;
+            let finer = contact_geometry::refined(&problem, &edges, &edges_of_cells(&problem, round))?;
             edges = finer.refinements.into_iter().map(|r| r.refinement_edges).collect();
             problem = finer.problem;
         }

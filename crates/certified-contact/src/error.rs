@@ -1,7 +1,8 @@
 //! Errors on the way from a problem to its certified solution.
 
+use contact_geometry::RefineError;
 use cre_estimator::EstimatorError;
-use fem_core::interface::{ContactProblem, InterfaceError, LoadFactorError, RefineError};
+use fem_core::interface::{ContactProblem, InterfaceError, LoadFactorError};
 use fem_core::prepared::{AssemblyMotion, PrepareError};
 use fem_core::space::{Plane, Space};
 use nndd::{NnddError, UnresistedMotion};

@@ -34,14 +34,14 @@
 //! ```
 //! ```
 //! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions,
-//!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
+//!     interface::{ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
 //! use certified_contact::{Settings, Silent, solve};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, steel.clone(),
 //!     &BoundaryConditions::new().displace("top", Some(0.0.into()), Some((-0.01).into())))?;
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, steel, &BoundaryConditions::new().fix("bottom"))?;
-//! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+//! let interface = certified_contact::contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
 //! let problem = ContactProblem::between([upper, lower], interface);
 //! let answer = solve(problem, &Settings::default(), &mut Silent)?;
 //! assert!(answer.is_certified());
@@ -50,7 +50,7 @@
 //! ```
 //!
 //! [`tutorial`] goes from one body to a certified contact problem. `examples/two_percent.rs` refines until 2 % are
-//! certified. [`ContactProblem::of_contacts`](fem_core::interface::ContactProblem::of_contacts) pairs sides of bodies by
+//! certified. [`contact_geometry::paired`] pairs sides of bodies by
 //! their names, and refines surfaces that do not match.
 //!
 //! # What this crate does not do
@@ -92,6 +92,7 @@ pub use adapt::{
 pub use bounds::Bounds;
 pub use checkpoint::{Checkpoint, FinerMesh};
 pub use contact_force::NoContactForce;
+pub use contact_geometry;
 pub use coulomb::CoulombResult;
 pub use cre_estimator;
 pub use error::SolveError;
@@ -108,7 +109,6 @@ pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
 pub use solve_coulomb::solve_coulomb;
 pub use space::ContactSpace;
-pub use spin::without_spin;
 pub use state::estimate;
 pub use steps::LoadSteps;
 pub use support::{PartnerMotions, Support, free_motions, support};

@@ -261,10 +261,11 @@ fn weights(near: &[Near], lengths: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::refine::longest_edges;
+    use contact_geometry::ContactNormal;
+    use contact_geometry::common_refinement::common_refinement;
     use fem_core::body::Body;
     use fem_core::boundary::BoundaryConditions;
-    use fem_core::interface::common_refinement::common_refinement;
-    use fem_core::interface::{ContactNormal, Gap};
+    use fem_core::interface::Gap;
     use fem_core::material::{Hypothesis, LinearElastic};
     use fem_core::mesh::generate::block;
 
@@ -374,7 +375,7 @@ mod tests {
         let (surfaces, normal) = (["bottom", "top"], ContactNormal::Averaged);
         let common = common_refinement([part(0.0, 3), part(-1.0, 4)], surfaces, normal).unwrap();
         let gap = Gap::Given(0.0.into());
-        let interface = ContactInterface::pair_refined(&common, surfaces, &gap, normal).unwrap();
+        let interface = contact_geometry::pair_refined(&common, surfaces, &gap, normal).unwrap();
         let mut problem = ContactProblem::between(common.bodies, interface);
         // The recovered pressure at the only loaded node, over its nodal pressure: no neighbour is in contact.
         let part_left = |problem: &ContactProblem, x: f64| {
@@ -389,7 +390,7 @@ mod tests {
         for _ in 0..2 {
             let marked: Vec<Vec<bool>> =
                 problem.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();
-            let finer = problem.refined(&edges, &marked).unwrap();
+            let finer = contact_geometry::refined(&problem, &edges, &marked).unwrap();
             edges = finer.refinements.iter().map(|r| r.refinement_edges.clone()).collect();
             problem = finer.problem;
         }

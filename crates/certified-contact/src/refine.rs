@@ -1,9 +1,10 @@
 //! The refinement of an adaptive run: which cells are refined, and how many.
 
+use contact_geometry::{RefineError, RefinedProblem};
 use cre_estimator::Estimate;
 use cre_estimator::marking::{self, Contribution};
 use fem_core::body::Body;
-use fem_core::interface::{ContactProblem, RefineError, RefinedProblem};
+use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::ActiveSet;
 use nndd::{Iterate, Start};
@@ -141,7 +142,7 @@ pub(crate) fn refine(
         let round = cells_of(problem.bodies.len(), &ranked[..count]);
         let marked = edges_of_cells(problem, &round);
         rounds.push(round);
-        let next = problem.refined(&edges, &marked)?;
+        let next = contact_geometry::refined(problem, &edges, &marked)?;
         contributions = predict(problem, &next, &contributions);
         start = prolong(&next, &start);
         edges = next.refinements.iter().map(|r| r.refinement_edges.clone()).collect();
@@ -209,7 +210,7 @@ fn largest_count(
 ) -> usize {
     let fits = |count: usize| {
         let mut marked = edges_of_cells(problem, &cells_of(problem.bodies.len(), &ranked[..count]));
-        problem.close(edges, &mut marked).iter().sum::<usize>() <= wanted
+        contact_geometry::close(problem, edges, &mut marked).iter().sum::<usize>() <= wanted
     };
     if fits(bulk) {
         return bulk;

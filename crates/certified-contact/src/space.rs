@@ -10,7 +10,7 @@ use fem_core::space::{Plane, Solid};
 
 /// The space of a contact problem: [`Plane`] and [`Solid`] are all there are. Arc lengths and declared arcs are ideas of the plane.
 pub trait ContactSpace: Recovery {
-    /// Leaves loads out along rotations that only the error of a polygon resists, see [`crate::without_spin`].
+    /// Leaves loads out along rotations that only the error of a polygon resists.
     ///
     /// # Errors
     /// Numbers that are not finite.

@@ -12,7 +12,7 @@ const NO_TRACE: f64 = 1e-9;
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub fn without_spin(problem: ContactProblem) -> Result<ContactProblem, SolveError> {
+pub(crate) fn without_spin(problem: ContactProblem) -> Result<ContactProblem, SolveError> {
     if problem.contacts.iter().all(|pair| pair.interface.centre().is_none()) {
         return Ok(problem);
     }

@@ -22,14 +22,14 @@ use nndd::{CoulombSettings, CoulombStart, CoulombStatus, Start};
 /// A block is pressed onto another one, and then pushed aside. Friction holds it: the second step has no slip at the left end.
 /// ```
 /// use certified_contact::{LoadSteps, Settings, Silent};
-/// use fem_core::{body::{Body, ConditionList}, boundary::BoundaryConditions, interface::{ContactInterface, ContactProblem, Friction, Gap},
+/// use fem_core::{body::{Body, ConditionList}, boundary::BoundaryConditions, interface::{ContactProblem, Friction, Gap},
 ///     material::{Hypothesis, LinearElastic}, mesh::generate::block};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
 /// let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [8, 4])?, steel.clone(), &BoundaryConditions::new()
 ///     .displace("top", None, Some((-0.02).into())).displace("top", Some(0.004.into()), None))?;
 /// let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [8, 4])?, steel, &BoundaryConditions::new().fix("bottom"))?;
-/// let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+/// let interface = contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
 /// let problem = ContactProblem::between([upper, lower], interface).with_friction(0, Friction::tresca(8.0))?;
 /// let mut steps = LoadSteps::new(problem);
 /// // The second condition of the first body pushes.

@@ -26,14 +26,14 @@
 //! A pair of surfaces becomes an interface: nodes that face each other, a normal out of the first body, and a gap. With
 //! [`Gap::Touching`](fem_core::interface::Gap::Touching) surfaces that do not touch are an error;
 //! [`Gap::Geometric`](fem_core::interface::Gap::Geometric) measures the gap between them. Surfaces whose nodes do not match
-//! go through [`common_refinement`](fem_core::interface::common_refinement) first.
+//! go through [`common_refinement`](contact_geometry::common_refinement) first.
 //!
 //! # 3. Solve and certify
 //! [`solve`](crate::solve()) factorises both bodies, iterates until the error of the iteration is small against the error of
 //! the mesh, and bounds the error of the result.
 //! ```
 //! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions,
-//!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
+//!     interface::{ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
 //! use certified_contact::{Settings, Silent, solve};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let steel = || LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain);
@@ -42,7 +42,7 @@
 //! # let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, steel()?, &pressed)?;
 //! let clamped = BoundaryConditions::new().fix("bottom");
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, steel()?, &clamped)?;
-//! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+//! let interface = certified_contact::contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
 //! let problem = ContactProblem::between([upper, lower], interface);
 //! let answer = solve(problem, &Settings::default(), &mut Silent)?;
 //!
@@ -67,7 +67,7 @@
 //! energy norm. [`Observer`](crate::Observer) follows the run, and can end it: the answer is then the best mesh so far.
 //! ```
 //! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions,
-//!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
+//!     interface::{ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
 //! use certified_contact::{AdaptSettings, AdaptiveEnd, Observer, Settings, CertifiedSolution, Step, solve_adaptively};
 //!
 //! /// Counts the meshes.
@@ -84,7 +84,7 @@
 //! # let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [4, 2])?, steel()?, &pressed)?;
 //! # let clamped = BoundaryConditions::new().fix("bottom");
 //! # let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel()?, &clamped)?;
-//! # let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+//! # let interface = certified_contact::contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
 //! # let problem = ContactProblem::between([upper, lower], interface);
 //! let mut meshes = Meshes(0);
 //! let found = solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.05), &mut meshes)?;
@@ -100,7 +100,7 @@
 //! An assembly is solved exactly, by an active set, unless [`with_method`](crate::Settings::with_method) asks for the iteration.
 //! ```
 //! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions, geometry::Vector,
-//!     interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine}, material::{Hypothesis, LinearElastic},
+//!     interface::{ContactProblem, Gap, Obstacle, RigidLine}, material::{Hypothesis, LinearElastic},
 //!     mesh::generate::block};
 //! use certified_contact::{Settings, Silent, solve};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -110,9 +110,9 @@
 //! let pressed = sideways.clone().pressure("top", 10.0);
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, steel()?, &sideways)?;
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, steel()?, &pressed)?;
-//! let between = ContactInterface::pair(&lower, &upper, ["top", "bottom"], &Gap::Touching)?;
+//! let between = certified_contact::contact_geometry::pair(&lower, &upper, ["top", "bottom"], &Gap::Touching)?;
 //! let floor = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
-//! let on_floor = ContactInterface::against(&lower, "bottom", &Obstacle::fixed(floor), None)?;
+//! let on_floor = certified_contact::contact_geometry::against(&lower, "bottom", &Obstacle::fixed(floor), None)?;
 //! let problem = ContactProblem::new(vec![lower, upper])
 //!     .contact([0, 1], between)
 //!     .obstacle(0, on_floor, Obstacle::fixed(floor));

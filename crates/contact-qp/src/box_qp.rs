@@ -304,11 +304,7 @@ mod tests {
     /// * `fixed`: their stiffness and load.
     fn solve_dependent(fixed: &[[f64; 2]]) {
         let (n, rank, all) = (6, 4, 6 + fixed.len());
-        let mut state = 7u64;
-        let mut random = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
+        let mut random = crate::random::random(7);
         for _ in 0..200 {
             let mut columns: Vec<Vec<f64>> = (0..n).map(|_| (0..rank).map(|_| random()).collect()).collect();
             columns[2] = columns[0].iter().map(|c| -c).collect();

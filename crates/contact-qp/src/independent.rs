@@ -85,11 +85,6 @@ impl IndependentRows {
         found
     }
 
-    /// Returns a basis of the combinations that give zero, orthonormal.
-    pub fn kernel(&self) -> &[Vec<f64>] {
-        &self.kernel
-    }
-
     /// Returns the multipliers of the given rows for multipliers of [`Self::rows`]: `Tᵀ a`, without a part in the kernel.
     pub fn expanded(&self, multipliers: &[f64]) -> Vec<f64> {
         let m = self.combinations.len() + self.kernel.len();
@@ -118,13 +113,13 @@ mod tests {
         let rows = [1.0, 2.0, 0.0, -1.0, 0.5, 1.0, 0.0, -0.5, 0.0, 0.0, 3.0, 0.0, 1e-17, 0.0, 0.0, 1e-17];
         let e = [2.0, 1.0, 6.0, 0.0];
         let found = IndependentRows::new(&rows, &e);
-        assert_eq!((found.right_side.len(), found.kernel().len()), (2, 2));
+        assert_eq!((found.right_side.len(), found.kernel.len()), (2, 2));
         // Every solution of the given rows is one of the combinations.
         let x = [2.0, 0.0, 2.0, 0.0];
         for (row, e) in found.rows.chunks_exact(4).zip(&found.right_side) {
             assert!((dot(row, &x) - e).abs() < 1e-15 && (norm(row) - 1.0).abs() < 1e-15);
         }
-        for t in found.kernel() {
+        for t in &found.kernel {
             let sum = |j: usize| (0..4).map(|k| t[k] * rows[4 * k + j]).sum::<f64>();
             assert!((0..4).all(|j| sum(j).abs() < 1e-15));
         }
@@ -146,7 +141,7 @@ mod tests {
         rows.extend(places.iter().map(|x| -(x - 1.0) / 2.1));
         let e = [0.0, -24.8, -24.8 * 0.33 / 2.1];
         let found = IndependentRows::new(&rows, &e);
-        assert_eq!(found.kernel().len(), 1);
+        assert_eq!(found.kernel.len(), 1);
         let (_, rest) = crate::nonnegative_least_squares(&found.rows, &found.right_side).unwrap();
         assert!(norm(&rest) < 1e-12, "{rest:?}");
     }

@@ -76,6 +76,8 @@ mod least_squares;
 mod matrix;
 mod problem;
 mod programme;
+#[cfg(test)]
+mod random;
 mod reduce;
 mod residuals;
 mod selection;

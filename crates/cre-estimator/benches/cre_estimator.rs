@@ -6,7 +6,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_ma
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::field;
-use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
+use fem_core::interface::{ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::prepared::PreparedProblem;
@@ -22,7 +22,7 @@ fn certificates(c: &mut Criterion) {
         };
         let (upper, lower) = (body(1.0, "top"), body(0.0, "bottom"));
         let interface =
-            ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(1.0.into())).unwrap();
+            contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(1.0.into())).unwrap();
         let prepared = PreparedProblem::new(ContactProblem::between([upper, lower], interface)).unwrap();
         let (problem, bodies) = (prepared.problem(), prepared.bodies());
         // A wide gap: the bodies are not in contact, which does not change the cost of the estimator.

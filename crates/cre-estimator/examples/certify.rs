@@ -21,7 +21,7 @@ use cre_estimator::{FieldCertificate, Relaxation};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::{Vector, norm};
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::mesh_field::MeshField;
@@ -41,7 +41,7 @@ fn problem() -> Result<ContactProblem, Box<dyn Error>> {
     let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], CELLS)?, material(2000.0)?, &pressed)?;
     let clamped = BoundaryConditions::new().fix("bottom");
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], CELLS)?, material(1000.0)?, &clamped)?;
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+    let interface = contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
     Ok(ContactProblem::between([upper, lower], interface))
 }
 

@@ -194,7 +194,7 @@ mod tests {
         };
         let bodies = [body([1.0, 1.5]), body([1.5, 2.0])];
         let gap = Gap::Geometric;
-        let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &gap).unwrap();
+        let interface = contact_geometry::pair(&bodies[0], &bodies[1], ["outer", "inner"], &gap).unwrap();
         ContactProblem::between(bodies, interface).with_friction(0, Friction::tresca(0.5)).unwrap()
     }
 
@@ -233,18 +233,9 @@ mod tests {
         }
     }
 
-    /// Numbers from 0 to 1.
-    fn random() -> impl FnMut() -> f64 {
-        let mut state = 1u64;
-        move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        }
-    }
-
     #[test]
     fn the_mean_is_that_of_a_fine_sum_and_never_negative() {
-        let mut random = random();
+        let mut random = crate::random::random(1);
         for _ in 0..200 {
             let s = [random(), random()];
             let q = s.map(|s| s * (2.0 * random() - 1.0));
@@ -267,7 +258,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_a_quadratic_slip_with_constant_friction_is_that_of_a_fine_sum() {
-        let mut random = random();
+        let mut random = crate::random::random(1);
         let mut twice = 0;
         for _ in 0..200 {
             let s = [random(), random()];

@@ -11,11 +11,11 @@ use std::sync::OnceLock;
 
 /// A piecewise linear stress of one triangle: part `k` lies at edge `k` and has the corners `k`, `k+1` and
 /// the barycentre, in this order.
-pub type CellStress = [[SymTensor2; 3]; 3];
+pub(crate) type CellStress = [[SymTensor2; 3]; 3];
 
 /// Edge tractions of one triangle times the edge's length, N/m: `loads[k][m]` at corner `k + m` of edge `k`,
 /// acting on the triangle.
-pub type CellLoads = [[Vector; 2]; 3];
+pub(crate) type CellLoads = [[Vector; 2]; 3];
 
 /// Rows of the recovery matrix: part, corner, component; columns: edge, end, component.
 pub(crate) type Recovery = [[f64; 12]; 27];
@@ -111,7 +111,7 @@ fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
 
 /// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` over a triangle of the given area for a constant σ, J/m.
 #[inline(always)]
-pub fn distance_squared(
+pub(crate) fn distance_squared(
     stress: &CellStress,
     constant: SymTensor2,
     area: f64,

@@ -50,13 +50,13 @@
 //! Two equal blocks at rest against each other: the certificate of a zero field is zero.
 //! ```
 //! use cre_estimator::fem_core::{body::Body, boundary::BoundaryConditions, geometry::Vector,
-//!     interface::{ContactInterface, ContactProblem, ContactState, Gap}, material::{Hypothesis, LinearElastic},
+//!     interface::{ContactProblem, ContactState, Gap}, material::{Hypothesis, LinearElastic},
 //!     mesh::generate::block, prepared::PreparedProblem};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [4, 2])?, steel.clone(), &BoundaryConditions::new().fix("top"))?;
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel, &BoundaryConditions::new().fix("bottom"))?;
-//! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+//! let interface = contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
 //! let problem = PreparedProblem::new(ContactProblem::between([upper, lower], interface))?;
 //! let rest = vec![Vector::zeros(); 15];
 //! let state = ContactState::between([&rest, &rest], &[0.0; 5], &[0.0; 5]);
@@ -93,6 +93,8 @@ mod openings;
 pub mod parts;
 mod plane;
 pub mod pressure;
+#[cfg(test)]
+mod random;
 mod recovered;
 mod recovery;
 mod relaxation;

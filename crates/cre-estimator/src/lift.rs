@@ -418,7 +418,7 @@ mod tests {
     use fem_core::body::Body;
     use fem_core::boundary::BoundaryConditions;
     use fem_core::geometry::Vector;
-    use fem_core::interface::{ContactInterface, Gap, Obstacle, RigidLine};
+    use fem_core::interface::{Gap, Obstacle, RigidLine};
     use fem_core::material::{Hypothesis, LinearElastic};
     use fem_core::mesh::generate::{block, ring};
     use fem_core::norm::energy_norm_squared;
@@ -435,7 +435,7 @@ mod tests {
         };
         let bodies = [body([1.0, 1.5]), body([1.5, 2.0])];
         let interface =
-            ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
+            contact_geometry::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
         let problem = ContactProblem::between(bodies, interface);
         let pair = &problem.contacts[0];
         let nodes = [0, 1].map(|b| vec![Vector::zeros(); problem.bodies[b].mesh().points().len()]);
@@ -473,7 +473,7 @@ mod tests {
             let line = RigidLine::Circle { centre, radius: 20.0, inside };
             let obstacle = Obstacle::fixed(line);
             let gap = Gap::Given(0.0.into());
-            let interface = ContactInterface::against(&body, name, &obstacle, Some(&gap)).unwrap();
+            let interface = contact_geometry::against(&body, name, &obstacle, Some(&gap)).unwrap();
             problem = problem.obstacle(0, interface, obstacle);
         }
         let u: Vec<Vector> =
@@ -490,11 +490,7 @@ mod tests {
 
     #[test]
     fn a_node_of_two_lines_leaves_both_and_the_lift_is_at_most_that_of_bernstein() {
-        let mut state = 1u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = crate::random::random(1);
         let (mut corners, mut smaller) = (0, 0);
         for number in 0..200 {
             let (problem, u) = groove(&mut random, number % 2 == 0, number % 3 == 0);

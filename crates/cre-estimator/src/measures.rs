@@ -1,6 +1,7 @@
 //! Results of one pass over the cells of a body: force residuals, distances, means, shapes.
 
-use crate::size::larger;
+use crate::size::{larger, square};
+use fem_core::body::FacetCondition;
 use fem_core::double_double::DoubleDouble;
 use fem_core::space::{Plane, Space};
 
@@ -58,6 +59,39 @@ impl Forces {
             boundary: larger(self.boundary, other.boundary),
             scale: larger(self.scale, other.scale),
         }
+    }
+
+    /// Compares the forces on a facet inside the body from both sides.
+    #[inline(always)]
+    pub(crate) fn compare<S: Space>(&mut self, own: &S::Axes<S::Vector>, other: &S::Axes<S::Vector>) {
+        self.raise_scale::<S>(own);
+        for (a, b) in own.as_ref().iter().zip(other.as_ref()) {
+            self.jump = larger(self.jump, square(*a + *b));
+        }
+    }
+
+    /// Compares the forces on a facet of the boundary with the given ones.
+    ///
+    /// * `measure`: of the facet, m or m².
+    #[inline(always)]
+    pub(crate) fn compare_given<S: Space>(
+        &mut self,
+        own: &S::Axes<S::Vector>,
+        condition: &FacetCondition<S>,
+        measure: f64,
+    ) {
+        self.raise_scale::<S>(own);
+        for (force, traction) in own.as_ref().iter().zip(condition.traction) {
+            let given = traction * measure;
+            self.scale = larger(self.scale, square(given));
+            let difference = condition.reaction.complement().components(*force - given);
+            self.boundary = larger(self.boundary, square(difference));
+        }
+    }
+
+    #[inline(always)]
+    fn raise_scale<S: Space>(&mut self, own: &S::Axes<S::Vector>) {
+        self.scale = own.as_ref().iter().fold(self.scale, |most, force| larger(most, square(*force)));
     }
 }
 

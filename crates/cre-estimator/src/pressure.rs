@@ -21,7 +21,7 @@ pub fn facet_pressure<S: Space>(interface: &ContactInterface<S>, pressure: &[f64
 }
 
 /// Computes the nodal forces `∫ p n φ_i ds` at the pairs, Cartesian, N/m: consistent with the pressure at the corners of the facets.
-pub fn nodal_forces<S: Space>(
+pub(crate) fn nodal_forces<S: Space>(
     interface: &ContactInterface<S>,
     pressure: &[f64],
     facet_pressure: &[S::Axes<f64>],

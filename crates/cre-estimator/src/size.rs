@@ -17,9 +17,14 @@ pub(crate) fn largest_displacement<V: Coordinates>(displacement: &[V]) -> f64 {
     if square.is_normal() { square.sqrt() } else { largest_of(displacement.len(), |n| norm(displacement[n])) }
 }
 
+/// Computes the square of the length of a vector.
+pub(crate) fn square<V: Coordinates>(a: V) -> f64 {
+    a.times(&a)
+}
+
 /// Computes the length of a vector by its square: the guard of `hypot` against overflow costs more than what it is used for.
 pub(crate) fn length<V: Coordinates>(a: V) -> f64 {
-    a.times(&a).sqrt()
+    square(a).sqrt()
 }
 
 /// Indices of [`largest_of`] in one task.

@@ -100,7 +100,7 @@ impl<'a> StarRelaxation<'a> {
 
     /// Prepares the stars for other conditions of the same body: only the bands near a boundary edge whose
     /// reactions have other directions are assembled again.
-    pub fn restate(&mut self, conditions: &[FacetCondition]) {
+    pub(crate) fn restate(&mut self, conditions: &[FacetCondition]) {
         let reactions = conditions.iter().map(|c| c.reaction);
         if reactions.clone().eq(self.reactions.iter().copied()) {
             return;

@@ -8,9 +8,12 @@ use fem_core::boundary::BoundaryConditions;
 use fem_core::cholesky::{Cholesky, SymbolicCholesky};
 use fem_core::condensation::CondensedBody;
 use fem_core::dof::DofMap;
-use fem_core::interface::{ContactInterface, Gap};
+use fem_core::geometry::Vector;
+use fem_core::interface::{InterfaceSide, Retained};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::mesh::id::NodeId;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 fn set_up(c: &mut Criterion) {
@@ -22,11 +25,13 @@ fn set_up(c: &mut Criterion) {
     let mut group = c.benchmark_group("fem-core");
     group.sample_size(10);
     for cells in [[80, 36], [320, 160]] {
-        let (upper, lower) = (body(1.0, cells, "top"), body(0.0, cells, "bottom"));
+        let lower = body(0.0, cells, "bottom");
         let name = format!("{}x{}", cells[0], cells[1]);
-        let interface =
-            ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-        let side = &interface.side(1);
+        let direction = Vector::new(0.0, -1.0);
+        let edges = lower.mesh().group("top").unwrap().iter();
+        let nodes: BTreeSet<NodeId> = edges.flat_map(|e| lower.mesh().topology().facets()[*e]).collect();
+        let retained = nodes.into_iter().map(|node| Retained { node, direction });
+        let side = &InterfaceSide::default().with_block(retained);
         let dofs = DofMap::new(&lower, side);
         let system = System::with_dofs(&lower, dofs.clone()).unwrap();
         let symbolic = Arc::new(SymbolicCholesky::analyse(&system.stiffness, dofs.fronts()).unwrap());

@@ -20,7 +20,7 @@ use thiserror::Error;
 
 pub use crate::boundary::{ConditionList, ConditionPlace};
 pub use constraint::NodeConstraint;
-pub(crate) use curves::Piece;
+pub use curves::Piece;
 pub use curves::{CurveKind, CurvedSide};
 pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
@@ -264,7 +264,7 @@ impl<S: Space> Body<S> {
     ///
     /// # Errors
     /// Values that are not finite, or contradict each other, see [`BodyError`].
-    pub fn with_factors(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Result<Self, BodyError> {
+    pub(crate) fn with_factors(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Result<Self, BodyError> {
         let scaled = self.conditions.scaled(factor);
         let (mesh, materials) = (self.mesh.clone(), self.materials.clone());
         let body = conditions::evaluate(mesh, materials, &scaled, Some(self.selected.clone()))?;
@@ -290,7 +290,7 @@ impl<S: Space> Body<S> {
     ///
     /// # Errors
     /// See [`Self::new`].
-    pub(crate) fn reselected(&self) -> Result<Self, BodyError> {
+    pub fn reselected(&self) -> Result<Self, BodyError> {
         let conditions = &self.conditions;
         let displacements = conditions.displacements.iter().map(|c| &c.edges);
         let others =
@@ -329,7 +329,7 @@ impl<S: Space> Body<S> {
     }
 
     /// Notes that all nodes from a number on were put in by a common refinement.
-    pub(crate) fn note_inserted(&mut self, from: usize) {
+    pub fn note_inserted(&mut self, from: usize) {
         self.inserted.extend((from..self.mesh.points().len()).map(NodeId::new));
     }
 
@@ -408,7 +408,7 @@ impl<S: Space> Body<S> {
     }
 
     /// Lists the nodes that conditions fix along the normals of their edges; these normals turn if a node moves.
-    pub(crate) fn roller_nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
+    pub fn roller_nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         let rollers = self.conditions.displacements.iter().zip(&self.selected.displacements);
         let rollers = rollers.filter(|(condition, _)| matches!(condition.support, Support::Normal(_)));
         rollers.flat_map(|(_, edges)| edges).flat_map(|&e| self.mesh.topology().facets()[e])

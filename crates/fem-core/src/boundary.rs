@@ -35,7 +35,7 @@ impl<S: Space> ScalarData<S> {
 
     /// Returns the datum times a factor.
     #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         match self {
             _ if factor == 1.0 => self.clone(),
             Self::Constant(value) => Self::Constant(factor * value),
@@ -301,7 +301,7 @@ impl<S: Space> BoundaryConditions<S> {
     ///
     /// * `factor`: of each condition; the body force has none.
     #[must_use]
-    pub fn scaled(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Self {
+    pub(crate) fn scaled(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Self {
         let mut scaled = self.clone();
         let of = |list, index| factor(ConditionPlace { list, index });
         for (k, condition) in scaled.displacements.iter_mut().enumerate() {

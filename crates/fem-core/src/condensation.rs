@@ -207,20 +207,18 @@ mod tests {
     use crate::body::Body;
     use crate::boundary::BoundaryConditions;
     use crate::geometry::Vector;
-    use crate::interface::{ContactInterface, Gap, InterfaceSide, Retained};
+    use crate::interface::{InterfaceSide, Retained};
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;
 
     pub(super) fn condensed() -> (CondensedBody, System) {
         let material = LinearElastic::isotropic(10.0, 0.3, Hypothesis::PlaneStrain).unwrap();
-        let make = |y: f64, c| {
-            Body::new(block([0.0, y], [2.0, 1.0], [6, 4]).unwrap(), material.clone(), &c).unwrap()
-        };
-        let lower = make(0.0, BoundaryConditions::new().fix("bottom").body_force([0.1, -0.3]));
-        let upper = make(1.0, BoundaryConditions::new().fix("top"));
-        let interface =
-            ContactInterface::pair(&lower, &upper, ["top", "bottom"], &Gap::Given(0.0.into())).unwrap();
-        let system = System::assemble(&lower, &interface.side(0)).unwrap();
+        let conditions = BoundaryConditions::new().fix("bottom").body_force([0.1, -0.3]);
+        let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [6, 4]).unwrap(), material, &conditions).unwrap();
+        let top = |node: &NodeId| lower.mesh().points()[*node][1] == 1.0;
+        let nodes = (0..lower.mesh().points().len()).map(NodeId::new).filter(top);
+        let along = nodes.map(|node| Retained { node, direction: Vector::new(0.0, 1.0) });
+        let system = System::assemble(&lower, &InterfaceSide::default().with_block(along)).unwrap();
         (CondensedBody::factorise(system.clone(), lower.mesh().points()).unwrap(), system)
     }
 

@@ -269,7 +269,7 @@ impl<S: Space> DofMap<S> {
     }
 
     /// Lists the unknowns of rigid sides that a node follows, with its displacement per unit of each.
-    pub fn followed(&self, node: usize) -> impl Iterator<Item = (usize, S::Vector)> + '_ {
+    pub(crate) fn followed(&self, node: usize) -> impl Iterator<Item = (usize, S::Vector)> + '_ {
         self.rigid.followed(node)
     }
 
@@ -327,12 +327,12 @@ impl<S: Space> DofMap<S> {
     }
 
     /// Tells whether the axes of a node's frame are perpendicular to each other and of length one.
-    pub fn is_orthonormal(&self, node: usize) -> bool {
+    pub(crate) fn is_orthonormal(&self, node: usize) -> bool {
         self.frame(node).is_none_or(|frame| frame.orthonormal)
     }
 
     /// Tells whether a node's frame is the Cartesian one.
-    pub fn is_cartesian(&self, node: usize) -> bool {
+    pub(crate) fn is_cartesian(&self, node: usize) -> bool {
         self.frame(node).is_none()
     }
 

@@ -78,10 +78,10 @@ pub fn perpendicular(a: Vector) -> Vector {
 }
 
 /// A part of a side is flat if its nodes are within this fraction of its size of a line or plane: coordinates in a file have few digits.
-pub(crate) const FLAT_SIDE: f64 = 1e-5;
+pub const FLAT_SIDE: f64 = 1e-5;
 
 /// Sine of the angle below which directions count as parallel or perpendicular.
-pub(crate) const PARALLEL: f64 = 1e-9;
+pub const PARALLEL: f64 = 1e-9;
 
 /// Computes the angle between two directions, from 0 to π.
 #[inline]
@@ -92,7 +92,7 @@ pub fn angle_between(a: Vector, b: Vector) -> f64 {
 /// Computes the unit normal on the right of the path from `from` to `to`: the outward normal of a
 /// body whose boundary is traversed counter-clockwise.
 #[inline]
-pub(crate) fn right_normal(from: Vector, to: Vector) -> Vector {
+pub fn right_normal(from: Vector, to: Vector) -> Vector {
     let t = to - from;
     let length = norm(t);
     Vector::new(t[1] / length, -t[0] / length)

@@ -1,27 +1,18 @@
-//! The geometry of contact: pairs of nodes, normals, gaps, lengths and areas. It does not contain a contact law.
+//! The vocabulary of contact: bodies, obstacles, pairs of nodes, normals, gaps, lengths and areas. Another crate finds them, from meshes.
 //!
-//! Its types have a [`Space`] as parameter. Arc lengths, curves, common refinement, clamped ends and friction are those of the plane.
+//! Its types have a [`Space`] as parameter. Arc lengths, clamped ends and friction are those of the plane.
 
 mod area;
 mod clamped_ends;
-pub mod common_refinement;
-mod contacts;
 mod error;
-mod facing;
-mod flat;
 mod friction;
-mod geometric_gap;
 mod interpolation;
-mod matching;
-mod normals;
 mod obstacle;
-mod outline;
-mod pairing;
 mod partner;
 mod problem;
 mod profile;
 mod quadratic;
-mod refinement;
+mod radial;
 mod roles;
 mod side;
 
@@ -29,28 +20,24 @@ use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Coordinates, Vector, norm};
 use crate::mesh::id::{FacetId, NodeId};
-use crate::smooth::STRAIGHT;
 use crate::space::{Item, Plane, Space};
 use clamped_ends::UntrimmedLine;
-use common_refinement::{CommonRefinement, Measured};
-use outline::Radial;
-use profile::Profile;
 use std::ops::{Add, Mul};
 
 pub use area::{ContactArea, ContactPatch};
-pub use contacts::{Contact, Paired, PairingError, Refined, Sides};
+pub use clamped_ends::Line;
 pub use error::InterfaceError;
-pub(crate) use facing::{FacingSide, facing_edges};
 pub use friction::{Friction, PairRow, SlipBefore};
 pub use obstacle::{Obstacle, RigidLine};
 pub use partner::Partner;
 pub use problem::{ContactPair, ContactProblem, ContactState, LeftOut, LoadFactorError, PairState};
-pub use refinement::{RefineError, RefinedPair, RefinedProblem};
+pub use profile::Profile;
+pub use radial::Radial;
 pub use roles::Roles;
 pub use side::{InterfaceSide, Retained};
 
 /// Normals whose difference is shorter are the same, to round-off.
-const SAME_NORMAL: f64 = 1e-12;
+pub const SAME_NORMAL: f64 = 1e-12;
 
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,7 +163,7 @@ impl<S: Space> ContactFacet<S> {
     /// Computes `∫ p o ds` of a linear pressure and a linear opening, J/m in the plane, J in space: with the mass matrix of [`Self::moment`].
     ///
     /// * `pressure`, `opening`: at the corners, Pa and m.
-    pub fn flat_work(&self, pressure: &S::Axes<f64>, opening: &S::Axes<f64>) -> f64 {
+    pub(crate) fn flat_work(&self, pressure: &S::Axes<f64>, opening: &S::Axes<f64>) -> f64 {
         let at = |corner: usize| {
             let others = (0..S::DIM).filter(|other| *other != corner);
             pressure[corner] * others.fold(2.0 * opening[corner], |sum, other| sum + opening[other])
@@ -202,11 +189,6 @@ impl ContactFacet {
     }
 }
 
-/// Returns the size of a facet, m: the length of an edge, the root of an area.
-fn facet_size<S: Space>(measure: f64) -> f64 {
-    measure.powf(1.0 / (S::DIM - 1) as f64)
-}
-
 /// How the initial gap is defined.
 #[derive(Clone, Debug)]
 pub enum Gap<S: Space = Plane> {
@@ -223,7 +205,6 @@ pub enum Gap<S: Space = Plane> {
 
 /// The largest difference between the gap in use and the drawn one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct GapChange<S: Space = Plane> {
     /// The first body's node.
     pub point: S::Vector,
@@ -231,18 +212,6 @@ pub struct GapChange<S: Space = Plane> {
     pub drawn: f64,
     /// The gap used instead, m.
     pub used: f64,
-}
-
-/// How the contact normal is chosen. In each case it is a datum, frozen on the undeformed meshes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum ContactNormal<S: Space = Plane> {
-    /// At each node the mean of the first body's edge normals, weighted by length; linear between the nodes. On declared curves, and straight stretches
-    /// beside them, the normals are their own. Where two of these meet at more than 1 degree, the contact line ends, and another one begins: the node
-    /// is in two pairs, each with the normal of one side. If the other body's side is smooth there, its normal is used.
-    #[default]
-    Averaged,
-    /// One direction for the whole line, out of the first body; of any length except zero.
-    Fixed(S::Vector),
 }
 
 /// A matching contact interface: pairs of nodes, in the plane ordered by arc length, and the facets between them.
@@ -265,6 +234,32 @@ pub struct ContactInterface<S: Space = Plane> {
 }
 
 impl<S: Space> ContactInterface<S> {
+    /// Takes pairs and the facets between them, without arc lengths; a line of the plane is a [`Line`].
+    pub fn new(pairs: Vec<NodePair<S>>, facets: Vec<ContactFacet<S>>, gap: Gap<S>) -> Self {
+        Self {
+            pairs,
+            facets,
+            gap,
+            measured_on: 0,
+            arc_lengths: Vec::new(),
+            profiles: Vec::new(),
+            gap_change: None,
+            radial: None,
+            whole: None,
+        }
+    }
+
+    /// Notes the difference between the gap and the distance of the paired meshes, see [`Self::gap_change`].
+    #[must_use]
+    pub fn with_gap_change(self, gap_change: Option<GapChange<S>>) -> Self {
+        Self { gap_change, ..self }
+    }
+
+    /// Returns the source of the gap.
+    pub fn gap(&self) -> &Gap<S> {
+        &self.gap
+    }
+
     /// Returns the pairs, in the plane by increasing arc length.
     pub fn pairs(&self) -> &[NodePair<S>] {
         &self.pairs
@@ -355,73 +350,30 @@ impl<S: Space> ContactInterface<S> {
 }
 
 impl ContactInterface {
-    /// Pairs the contact surfaces of two bodies node by node. A pair at an end of a straight line that both bodies
-    /// clamp is removed, and its edge takes the pressure of its other end. Paired nodes face each other along the
-    /// contact normal to round-off; for non-matching surfaces see [`common_refinement::common_refinement`].
-    ///
-    /// * `surfaces`: the edge group of the first and of the second body.
-    /// * `gap`: the initial gap along the normal.
-    ///
-    /// # Errors
-    /// Surfaces that do not match, do not face each other, have undeclared corners above 60 degrees, or are held or loaded, see
-    /// [`InterfaceError`].
-    pub fn pair(first: &Body, second: &Body, surfaces: [&str; 2], gap: &Gap) -> Result<Self, InterfaceError> {
-        Self::pair_along(first, second, surfaces, gap, ContactNormal::Averaged)
-    }
-
-    /// [`Self::pair`] with a choice of the contact normal.
-    ///
-    /// At a contact node of a curved line that a support fixes in one direction, the normal is the free direction if
-    /// that is within twice the line's turn from node to node: on the axis of symmetry of a curved line, that is the
-    /// line's own normal. Otherwise a support does not change the normal.
-    ///
-    /// # Errors
-    /// See [`Self::pair`]; a given normal that does not point out of the first body.
-    pub fn pair_along(
-        first: &Body,
-        second: &Body,
-        surfaces: [&str; 2],
-        gap: &Gap,
-        normal: ContactNormal,
-    ) -> Result<Self, InterfaceError> {
-        pairing::pair([first, second], surfaces, gap, normal, None)
-    }
-
-    /// Pairs the surfaces of two bodies after a common refinement, with the same `surfaces` and `normal`.
-    ///
-    /// # Errors
-    /// See [`Self::pair`].
-    pub fn pair_refined(
-        common: &CommonRefinement,
-        surfaces: [&str; 2],
-        gap: &Gap,
-        normal: ContactNormal,
-    ) -> Result<Self, InterfaceError> {
-        Self::pair_measured(common.bodies.each_ref(), &common.measured, surfaces, gap, normal)
-    }
-
-    /// [`Self::pair_refined`] of bodies that have changed elsewhere since: other pairs have put nodes into them.
-    ///
-    /// # Errors
-    /// See [`Self::pair`]; surfaces that have other nodes than those measured.
-    pub(crate) fn pair_measured(
-        bodies: [&Body; 2],
-        measured: &Measured,
-        surfaces: [&str; 2],
-        gap: &Gap,
-        normal: ContactNormal,
-    ) -> Result<Self, InterfaceError> {
-        pairing::pair(bodies, surfaces, gap, normal, Some(measured))
-    }
-
     /// Returns the arc length at each pair along the surface of the body that was the first when they were paired, m; stretches are consecutive.
     pub fn arc_lengths(&self) -> &[f64] {
         &self.arc_lengths
     }
 
+    /// Notes the arc from which all normals come.
+    #[must_use]
+    pub fn with_radial(self, radial: Option<Radial>) -> Self {
+        Self { radial, ..self }
+    }
+
+    /// Returns the declared arc from which all normals come; `None` if they do not come from one.
+    pub fn radial(&self) -> Option<Radial> {
+        self.radial
+    }
+
+    /// Returns the side on whose surface gap, arc lengths and lengths are measured, 0 or 1.
+    pub fn measured_on(&self) -> usize {
+        self.measured_on
+    }
+
     /// Returns the centre of the declared arc from which all normals come; `None` if they do not come from one.
     pub fn centre(&self) -> Option<Vector> {
-        self.radial.map(|radial| radial.centre())
+        self.radial.map(|radial| radial.centre)
     }
 
     /// Computes the normals of the polygon of one side at the pairs: means of its edge normals, weighted by length, out of the first body,
@@ -438,14 +390,6 @@ impl ContactInterface {
             edge.free_corners().for_each(|end| sums[edge.pairs[end] as usize] += weighted);
         }
         sums.into_iter().map(|sum| 1.0 / norm(sum) * sum).collect()
-    }
-
-    /// Finds the corner of the first body's contact surface that turns most: its point, and the angle in degrees. Corners that end a stretch do not count.
-    ///
-    /// * `first`: the first body.
-    pub fn sharpest_corner(&self, first: &Body) -> Option<(Vector, f64)> {
-        let corner = normals::sharpest_turn(first, &self.pairs, &self.facets);
-        corner.map(|(point, cosine)| (point, cosine.acos().to_degrees()))
     }
 
     /// Computes the middle Bernstein coefficient of the opening along an edge, m:

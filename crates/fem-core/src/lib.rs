@@ -1,4 +1,4 @@
-//! Linear elasticity on P1 triangles and tetrahedra, its sparse factorisation, and the geometry of contact.
+//! Linear elasticity on P1 triangles and tetrahedra, its sparse factorisation, and the vocabulary of contact.
 //!
 //! # The problem
 //! ```math
@@ -19,16 +19,13 @@
 //!
 //! # Types, in the order one meets them
 //! Generate or read a [`mesh::Mesh`], evaluate conditions on it in a
-//! [`body::Body`], pair two bodies in an [`interface::ContactInterface`] (or use an empty
+//! [`body::Body`], join bodies by an [`interface::ContactInterface`] in an [`interface::ContactProblem`] (or use an empty
 //! [`interface::InterfaceSide`] for one body alone), assemble a [`assembly::System`], factorise it in a
-//! [`condensation::CondensedBody`], and take stresses and energies from [`field`] and [`norm`].
+//! [`condensation::CondensedBody`], and take stresses and energies from [`field`] and [`norm`]. The crate `contact-geometry` pairs
+//! the surfaces of bodies, and makes surfaces match that do not.
 //!
 //! All of them serve the plane and the space: they have a [`space::Space`] as parameter, [`space::Plane`] unless it is
-//! named. [`mesh::generate::cuboid`] makes a mesh of tetrahedra. Contact surfaces of solids are flat and match
-//! ([`interface::ContactInterface::pair_flat`]).
-//!
-//! Two non-matching contact surfaces are first made to match, by
-//! [`interface::common_refinement`] and [`interface::ContactInterface::pair_refined`].
+//! named. [`mesh::generate::cuboid`] makes a mesh of tetrahedra.
 //!
 //! `examples/bracket.rs` solves a bracket on a mesh of its own.
 //!
@@ -80,7 +77,7 @@ pub mod parallel;
 pub mod prepared;
 pub mod quadrature;
 pub mod residual;
-mod smooth;
+pub mod smooth;
 pub mod space;
 pub mod sparse;
 pub mod tensor;

@@ -23,7 +23,7 @@ pub use overlap::CellOverlap;
 pub type Cell<S> = <S as Space>::Corners<NodeId>;
 
 /// The corners of a facet, which has as many as there are axes: an edge or a triangle.
-pub type Facet<S> = <S as Space>::Axes<NodeId>;
+pub(crate) type Facet<S> = <S as Space>::Axes<NodeId>;
 
 /// A conforming mesh with named sets of facets.
 ///
@@ -82,7 +82,7 @@ impl<S: Space> Mesh<S> {
     ///
     /// # Errors
     /// See [`Mesh::new`]; a cell of negative measure.
-    pub(crate) fn oriented(
+    pub fn oriented(
         points: Vec<S::Vector>,
         cells: Vec<Cell<S>>,
         groups: Vec<(String, Vec<Facet<S>>)>,
@@ -209,11 +209,7 @@ impl TriMesh {
     /// Collects the connected parts of a side, each from end to end with the body on its left; a closed one ends with its first node.
     ///
     /// * `edges`: on the boundary; `order`: of nodes, decides which part comes first and where a closed one begins.
-    pub(crate) fn walks(
-        &self,
-        edges: &[FacetId],
-        order: impl Fn(NodeId, NodeId) -> Ordering,
-    ) -> Vec<Vec<NodeId>> {
+    pub fn walks(&self, edges: &[FacetId], order: impl Fn(NodeId, NodeId) -> Ordering) -> Vec<Vec<NodeId>> {
         let oriented = || edges.iter().map(|edge| self.topology.oriented_facet(*edge, &self.cells));
         let mut next: HashMap<NodeId, NodeId> = oriented().map(|[a, b]| (a, b)).collect();
         let entered: HashSet<NodeId> = oriented().map(|[_, b]| b).collect();

@@ -3,18 +3,18 @@
 use crate::geometry::{Vector, angle_between, cross, norm, right_normal};
 
 /// A line whose edge normals differ by at most this (sine of the angle) is straight.
-pub(crate) const STRAIGHT: f64 = 1e-6;
+pub const STRAIGHT: f64 = 1e-6;
 
 /// The piece of a smooth curve between two neighbouring nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Arch {
+pub struct Arch {
     ends: [Vector; 2],
     slopes: [f64; 2],
 }
 
 impl Arch {
     /// Creates the piece between two nodes with given normals of the curve.
-    pub(crate) fn new(ends: [Vector; 2], normals: [Vector; 2]) -> Self {
+    pub fn new(ends: [Vector; 2], normals: [Vector; 2]) -> Self {
         let [from, to] = ends;
         let (along, across) = (1.0 / norm(to - from) * (to - from), right_normal(from, to));
         let slope = |n: Vector| 2.0 * n.dot(&along) / (n.dot(&across) + norm(n));
@@ -23,20 +23,20 @@ impl Arch {
 
     /// Returns the slopes at the two ends, each positive if the curve rises there towards the middle: `2 tan φ/2`
     /// for normals turned by `φ` against the chord's, with which the cubic has the height of a circle's arc.
-    pub(crate) fn slopes(&self) -> [f64; 2] {
+    pub fn slopes(&self) -> [f64; 2] {
         self.slopes
     }
 
     /// Computes the point over a fraction of the chord: of a circle if the slopes are equal, otherwise nearly of a cubic with these
     /// slopes. If they are unequal, as beside a corner of a straight line, the larger one is limited to twice the smaller.
-    pub(crate) fn at(&self, t: f64) -> Vector {
+    pub fn at(&self, t: f64) -> Vector {
         let [from, to] = self.ends;
         let height = norm(to - from) * self.height(t)[0];
         (1.0 - t) * from + t * to + height * right_normal(from, to)
     }
 
     /// Computes the direction of the curve over a fraction of the chord, of any length.
-    pub(crate) fn tangent(&self, t: f64) -> Vector {
+    pub fn tangent(&self, t: f64) -> Vector {
         let [from, to] = self.ends;
         to - from + norm(to - from) * self.height(t)[1] * right_normal(from, to)
     }
@@ -64,7 +64,7 @@ impl Arch {
     }
 
     /// Computes the fraction of the chord over which a point lies.
-    pub(crate) fn fraction(&self, point: Vector) -> f64 {
+    pub fn fraction(&self, point: Vector) -> f64 {
         let chord = self.ends[1] - self.ends[0];
         (point - self.ends[0]).dot(&chord) / chord.dot(&chord)
     }
@@ -90,7 +90,7 @@ impl Arch {
 const OFF_CHORD: f64 = 1e-12;
 
 /// Tells whether a new node of an edge was moved onto a curve.
-pub(crate) fn is_off_chord(node: Vector, [from, to]: [Vector; 2]) -> bool {
+pub fn is_off_chord(node: Vector, [from, to]: [Vector; 2]) -> bool {
     let chord = to - from;
     cross(node - from, chord).abs() > OFF_CHORD * chord.dot(&chord)
 }
@@ -98,7 +98,7 @@ pub(crate) fn is_off_chord(node: Vector, [from, to]: [Vector; 2]) -> bool {
 /// Computes unit normals of the smooth curve through the points of a polygon: of the circle through each and its neighbours.
 ///
 /// * `closed`: whether the line continues smoothly from its last point, which is then its first one.
-pub(crate) fn smooth_normals(points: &[Vector], closed: bool) -> Vec<Vector> {
+pub fn smooth_normals(points: &[Vector], closed: bool) -> Vec<Vector> {
     let n = points.len();
     // Weighted by the length of the *other* edge, the mean is the normal of the circle through the three points.
     let mut normals = nodal_normals(points, closed, |edge| 1.0 / edge);
@@ -119,7 +119,7 @@ pub(crate) fn smooth_normals(points: &[Vector], closed: bool) -> Vec<Vector> {
 /// exact for a circle.
 ///
 /// * `closed`: see [`smooth_normals`].
-pub(crate) fn nodal_normals(points: &[Vector], closed: bool, weight: impl Fn(f64) -> f64) -> Vec<Vector> {
+pub fn nodal_normals(points: &[Vector], closed: bool, weight: impl Fn(f64) -> f64) -> Vec<Vector> {
     let n = points.len();
     let weighted = |k: usize| {
         let [a, b] = [points[k], points[k + 1]];
@@ -149,7 +149,7 @@ pub(crate) fn nodal_normals(points: &[Vector], closed: bool, weight: impl Fn(f64
 const CORNER: f64 = 4.0;
 
 /// Tells whether the third of four points in a row is a corner: the line turns there, and much less at the second.
-pub(crate) fn is_corner(points: [Vector; 4]) -> bool {
+pub fn is_corner(points: [Vector; 4]) -> bool {
     let edge = |k: usize| points[k + 1] - points[k];
     // On a circle the turn is half the length of both edges over the radius, however long they are.
     let curvature = |k: usize| angle_between(edge(k - 1), edge(k)) / (norm(edge(k - 1)) + norm(edge(k)));

@@ -50,12 +50,6 @@ impl SymTensor2 {
     pub fn scaled(self, factor: f64) -> Self {
         Self::new(factor * self.xx, factor * self.yy, factor * self.xy)
     }
-
-    /// Tells whether every component is finite.
-    #[inline(always)]
-    pub fn is_finite(self) -> bool {
-        self.xx.is_finite() && self.yy.is_finite() && self.xy.is_finite()
-    }
 }
 
 /// A symmetric second-order tensor of the space: a strain (–) or a stress (Pa).

@@ -7,7 +7,8 @@ mod collection;
 mod fields;
 
 pub use collection::{PvdEntry, pvd, series};
-pub use fields::{FieldError, PointVectors, point_vectors};
+pub(crate) use fields::point_vectors;
+pub use fields::{FieldError, PointVectors};
 
 use crate::words::attribute;
 use fem_core::geometry::Coordinates;
@@ -32,7 +33,7 @@ impl VtuCells {
     /// Makes cells of the numbers of their corners: two lines, three triangles, four tetrahedra; other numbers of corners make none.
     ///
     /// * `nodes`: cell after cell.
-    pub fn of_corners(corners: usize, nodes: &[u32]) -> Self {
+    pub(crate) fn of_corners(corners: usize, nodes: &[u32]) -> Self {
         match corners {
             2 => Self::Lines(nodes.as_chunks().0.to_vec()),
             3 => Self::Triangles(nodes.as_chunks().0.to_vec()),

@@ -27,7 +27,7 @@ pub fn escaped(text: &str) -> String {
 
 /// Writes a text as the value of an attribute of XML or HTML, see [`escaped`]: a reader of XML makes a blank of a line feed
 /// that is not a reference.
-pub fn attribute(text: &str) -> String {
+pub(crate) fn attribute(text: &str) -> String {
     escaped(text).replace('\n', "&#10;").replace('\t', "&#9;")
 }
 

@@ -50,7 +50,7 @@ pub fn relaxation<S: Dimension>(case: &Case<S>) -> Relaxation {
 }
 
 /// Makes the settings of a solve with Coulomb friction from the settings in a case.
-pub fn coulomb<S: Dimension>(case: &Case<S>) -> CoulombSettings {
+pub(crate) fn coulomb<S: Dimension>(case: &Case<S>) -> CoulombSettings {
     let mut settings = CoulombSettings::default();
     settings.tolerance = case.solver.friction_tolerance;
     settings.max_steps = case.solver.friction_steps;

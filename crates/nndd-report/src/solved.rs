@@ -84,7 +84,7 @@ impl<S: Space> RunResult<S> {
     }
 
     /// Returns the solution with Coulomb friction, if it is that.
-    pub fn coulomb(&self) -> Option<&CoulombResult<S>> {
+    pub(crate) fn coulomb(&self) -> Option<&CoulombResult<S>> {
         match self {
             Self::Certified(_) => None,
             Self::Coulomb(result) => Some(result),

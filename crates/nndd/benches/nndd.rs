@@ -5,7 +5,7 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::prepared::PreparedProblem;
@@ -24,7 +24,7 @@ fn problem(cells: [usize; 2]) -> PreparedProblem {
     let lower = BoundaryConditions::new().fix("bottom");
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells).unwrap(), material(1000.0), &lower).unwrap();
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     PreparedProblem::new(ContactProblem::between([upper, lower], interface)).unwrap()
 }
 

@@ -12,7 +12,7 @@
 
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::prepared::PreparedProblem;
 use fem_core::{mesh::generate::block, norm};
@@ -33,7 +33,7 @@ impl Blocks {
         let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], cells)?, material(2000.0)?, &pressed)?;
         let clamped = BoundaryConditions::new().fix("bottom");
         let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, material(1000.0)?, &clamped)?;
-        let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+        let interface = contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
         Ok(Self(PreparedProblem::new(ContactProblem::between([upper, lower], interface))?))
     }
 

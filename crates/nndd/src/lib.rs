@@ -63,14 +63,14 @@
 //! # Example
 //! Two equal blocks pressed together: one iteration is exact.
 //! ```
-//! use nndd::fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactInterface, ContactProblem, Gap},
+//! use nndd::fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactProblem, Gap},
 //!     material::{Hypothesis, LinearElastic}, mesh::generate::block, prepared::PreparedProblem};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [8, 4])?, steel.clone(),
 //!     &BoundaryConditions::new().displace("top", Some(0.0.into()), Some((-0.01).into())))?;
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [8, 4])?, steel, &BoundaryConditions::new().fix("bottom"))?;
-//! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+//! let interface = contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
 //! let problem = PreparedProblem::new(ContactProblem::between([upper, lower], interface))?;
 //! let solution = nndd::solve(&problem.system(), vec![0.0; 9], &nndd::NnddSettings::paper(0.5),
 //!     &mut nndd::stopping::EtaNndd::new(1e-10))?;

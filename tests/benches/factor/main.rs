@@ -23,7 +23,7 @@ use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::cholesky::{Cholesky, Front, SymbolicCholesky};
 use fem_core::dof::DofMap;
-use fem_core::interface::{ContactInterface, Gap, InterfaceSide};
+use fem_core::interface::{Gap, InterfaceSide};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::sparse::SymmetricCsc;
@@ -118,7 +118,7 @@ fn lower_body(cells: [usize; 2]) -> (Body, InterfaceSide) {
     };
     let (upper, lower) = (body(1.0, 2000.0, "top"), body(0.0, 1000.0, "bottom"));
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     let side = interface.side(1);
     (lower, side)
 }

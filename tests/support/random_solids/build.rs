@@ -180,7 +180,7 @@ impl Assembly {
         for (k, touch) in self.touches.iter().enumerate() {
             let ([a, b], name) = (touch.bodies, format!("touch {k}"));
             let gap = Gap::Given(self.linear(touch.gap));
-            let interface = ContactInterface::pair_flat(&bodies[a], &bodies[b], [&name, &name], &gap)?;
+            let interface = contact_geometry::pair_flat(&bodies[a], &bodies[b], [&name, &name], &gap)?;
             problem = problem.contact([a, b], interface);
         }
         for (b, side) in (0..self.parts.len()).flat_map(|b| (0..6).map(move |side| (b, side))) {
@@ -217,7 +217,7 @@ impl Assembly {
             let interface = match self.parts[b].sides[side] {
                 Condition::Plane(gap, _) => {
                     let gap = Gap::Given(self.linear(gap));
-                    ContactInterface::against_obstacle(&bodies[b], SIDES[side], &obstacle, Some(&gap))?
+                    contact_geometry::solid_against(&bodies[b], SIDES[side], &obstacle, Some(&gap))?
                 }
                 _ => self.against_round((b, side), round.and_then(|round| round.gap), &obstacle, halved)?,
             };
@@ -236,7 +236,7 @@ impl Assembly {
     ) -> Made<ContactInterface<Solid>> {
         let gap = given.map(|gap| Gap::Given(self.linear(gap)));
         let coarse = self.body(b, 0)?;
-        let mut found = ContactInterface::against_obstacle(&coarse, SIDES[side], obstacle, gap.as_ref())?;
+        let mut found = contact_geometry::solid_against(&coarse, SIDES[side], obstacle, gap.as_ref())?;
         if halved == 0 {
             return Ok(found);
         }
@@ -248,7 +248,7 @@ impl Assembly {
             gaps = prolonged(self.parts[b].cells.counts().map(|n| n << k), &gaps);
         }
         // Distances are not refused as given gaps may be.
-        found = ContactInterface::against_obstacle(&self.body(b, halved)?, SIDES[side], obstacle, None)?;
+        found = contact_geometry::solid_against(&self.body(b, halved)?, SIDES[side], obstacle, None)?;
         let along: Vec<f64> =
             found.pairs().iter().map(|pair| gaps[pair.nodes[0].index()].dot(&pair.normal).max(0.0)).collect();
         found.replace_gaps(&along);

@@ -1,11 +1,12 @@
-//! Bodies and the interface of a case, with fem-core's errors at the places of their keys.
+//! The bodies of a case, with fem-core's errors at the places of their keys.
 
 use super::{Case, CurveCase, Dimension, MeshSource, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, did_you_mean};
+use contact_geometry::ContactNormal;
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Point;
-use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
+use fem_core::interface::{Gap, InterfaceError};
 use fem_core::material::MaterialError;
 use fem_core::mesh::{Mesh, MeshError};
 
@@ -306,27 +307,6 @@ impl<S: Dimension> Case<S> {
             .expected(expected)
             .help(help)
             .fix(fix)
-    }
-}
-
-impl Case {
-    /// Pairs the contact surfaces of two bodies, which must match node by node.
-    ///
-    /// * `contact`: the number of the pair; `bodies`: all bodies, in the file's order.
-    ///
-    /// # Errors
-    /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
-    /// at one of their nodes.
-    pub fn build_interface(&self, contact: usize, bodies: &[Body]) -> Result<ContactInterface, CaseError> {
-        let given = &self.contacts[contact];
-        let (gap, normal) = self.gap_and_normal(contact);
-        let ([a, b], [first, second]) = (&given.bodies[..], &given.surfaces[..]) else {
-            unreachable!("a pair of bodies is asked for")
-        };
-        let interface = ContactInterface::pair_along(&bodies[*a], &bodies[*b], [first, second], &gap, normal)
-            .map_err(|error| CaseError::from(self.interface_diagnostic(contact, &error)))?;
-        self.check_lambda(contact, bodies, &interface)?;
-        Ok(interface)
     }
 }
 

@@ -1,9 +1,9 @@
 //! Expected input and one fix for each error of fem-core that a case file can cause.
 
 use crate::case_file::Reader;
+use contact_geometry::common_refinement::CommonRefinementError;
 use fem_core::body::BodyError;
 use fem_core::interface::InterfaceError;
-use fem_core::interface::common_refinement::CommonRefinementError;
 use fem_core::material::MaterialError;
 
 /// The expected input, and one fix.

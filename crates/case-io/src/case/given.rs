@@ -51,7 +51,7 @@ fn generated<S: Keys>(keys: &Table) -> Result<Mesh<S>, CaseError> {
 
 impl<S: Dimension> Case<S> {
     /// Gives a mesh to the bodies whose `mesh.file` is `name`. [`Case::read_mesh_files`] then reads no file for them.
-    pub fn give_mesh(&mut self, name: &str, mesh: MeshFile) {
+    pub(crate) fn give_mesh(&mut self, name: &str, mesh: MeshFile) {
         self.meshes.give(name, mesh);
     }
 

@@ -3,12 +3,11 @@
 use super::pair_notes::PairNote;
 use super::{Case, Dimension, Friction, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
+use contact_geometry::common_refinement::CommonRefinementError;
+use contact_geometry::{Paired, PairingError, Refined, Sides};
 use fem_core::body::Body;
 use fem_core::geometry::{Coordinates, shown};
-use fem_core::interface::common_refinement::CommonRefinementError;
-use fem_core::interface::{
-    self, ContactPair, ContactProblem, GapChange, InterfaceError, Paired, PairingError, Refined, Sides,
-};
+use fem_core::interface::{ContactPair, ContactProblem, GapChange, InterfaceError};
 use mesh_io::words::counted;
 use std::collections::HashSet;
 
@@ -29,7 +28,7 @@ impl<S: Dimension> Case<S> {
     /// that is not finite at one of their nodes.
     pub fn build(&self) -> Result<(ContactProblem<S>, Notes), CaseError> {
         let contacts = (0..self.contacts.len()).map(|k| self.contact(k));
-        let contacts = contacts.collect::<Result<Vec<interface::Contact<S>>, CaseError>>()?;
+        let contacts = contacts.collect::<Result<Vec<contact_geometry::Contact<S>>, CaseError>>()?;
         let paired = S::pair(self.build_bodies()?, &contacts);
         let Paired { problem, refined, .. } =
             paired.map_err(|error| self.pairing_diagnostic(&contacts, &error))?;
@@ -50,7 +49,7 @@ impl<S: Dimension> Case<S> {
     ///
     /// # Errors
     /// Numbers of bodies and surfaces that the reader would have refused: a program may have changed them since.
-    fn contact(&self, contact: usize) -> Result<interface::Contact<S>, CaseError> {
+    fn contact(&self, contact: usize) -> Result<contact_geometry::Contact<S>, CaseError> {
         let given = &self.contacts[contact];
         let (gap, normal) = self.gap_and_normal(contact);
         let sides = match (&given.obstacle, &given.bodies[..], &given.surfaces[..]) {
@@ -69,11 +68,15 @@ impl<S: Dimension> Case<S> {
             }
         };
         let friction = given.friction.as_ref().map(Friction::of_core);
-        Ok(interface::Contact { name: given.name.clone(), sides, friction })
+        Ok(contact_geometry::Contact { name: given.name.clone(), sides, friction })
     }
 
     /// Attributes an error of the pairing to the key that causes it.
-    fn pairing_diagnostic(&self, contacts: &[interface::Contact<S>], error: &PairingError) -> CaseError {
+    fn pairing_diagnostic(
+        &self,
+        contacts: &[contact_geometry::Contact<S>],
+        error: &PairingError,
+    ) -> CaseError {
         let swapped = |pair: usize, fault| self.swap_names(&contacts[pair], fault).into();
         match error {
             // A load on a side and a law of friction have nothing to do with the names of the surfaces.
@@ -120,7 +123,7 @@ impl<S: Dimension> Case<S> {
     }
 
     /// Helps if the two names of `surfaces` fit the other way round.
-    fn swap_names(&self, contact: &interface::Contact<S>, fault: Diagnostic) -> Diagnostic {
+    fn swap_names(&self, contact: &contact_geometry::Contact<S>, fault: Diagnostic) -> Diagnostic {
         let Sides::Bodies { bodies: [first, second], surfaces: [b, a], gap, normal } = &contact.sides else {
             return fault;
         };
@@ -163,7 +166,7 @@ impl Case {
     fn corner_note(&self, contact: usize, pair: &ContactPair, problem: &ContactProblem) -> Option<String> {
         let given = &self.contacts[contact];
         let averaged = given.normal.is_none() && given.obstacle.is_none();
-        let corner = || pair.interface.sharpest_corner(&problem.bodies[pair.body]);
+        let corner = || contact_geometry::sharpest_corner(&pair.interface, &problem.bodies[pair.body]);
         let (point, degrees) = averaged.then(corner).flatten().filter(|c| c.1 > CORNER)?;
         Some(format!(
             "the contact line turns by {degrees:.1} degrees at ({}, {}): the contact normal there is the mean of its two \

@@ -44,7 +44,7 @@ impl<S: Dimension> Material<S> {
     ///
     /// # Errors
     /// Constants that fem-core refuses; never for materials that were read from a case file.
-    pub fn elastic(&self, model: &S::Model) -> Result<LinearElastic<S>, MaterialError> {
+    pub(crate) fn elastic(&self, model: &S::Model) -> Result<LinearElastic<S>, MaterialError> {
         match &self.law {
             MaterialLaw::Isotropic { young, poisson } => S::isotropic(*young, *poisson, model),
             MaterialLaw::Orthotropic(constants) => S::orthotropic(constants, model),

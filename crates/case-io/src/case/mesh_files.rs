@@ -71,7 +71,7 @@ impl<S: Dimension> MeshFiles<S> {
 }
 
 impl<S: Dimension> Case<S> {
-    /// Reads the mesh files that the bodies name; a mesh of [`Case::give_mesh`] takes the place of the file with its name. Bodies with a
+    /// Reads the mesh files that the bodies name; a mesh that a program gives takes the place of the file with its name. Bodies with a
     /// generator are skipped. Then data that a program gives at nodes become data along the sides.
     ///
     /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
@@ -243,7 +243,7 @@ impl<S: Dimension> Case<S> {
     }
 
     /// Returns what is worth knowing about how the meshes were read: cells split, turned or reduced, nodes left out.
-    pub fn mesh_notes(&self) -> &[String] {
+    pub(crate) fn mesh_notes(&self) -> &[String] {
         &self.meshes.notes
     }
 

@@ -90,7 +90,7 @@ impl NodalData {
     }
 
     /// Returns the SHA-256 of points and values, in hexadecimal.
-    pub fn digest(&self) -> &str {
+    pub(crate) fn digest(&self) -> &str {
         &self.digest
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::observer::Silent;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, Gap};
+use fem_core::interface::Gap;
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use nndd::Start;
@@ -56,7 +56,7 @@ fn problem() -> ContactProblem {
     let held = BoundaryConditions::new().fix("bottom");
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2]).unwrap(), steel, &held).unwrap();
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     ContactProblem::between([upper, lower], interface)
 }
 

@@ -175,11 +175,7 @@ mod tests {
 
     #[test]
     fn columns_beyond_the_rank_depend_on_others_and_unknowns_with_two_bounds_come_last() {
-        let mut state = 1u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
+        let mut random = crate::random::random(1);
         for (n, rank) in [(40, 25), (150, 64), (300, 130)] {
             let factor: Vec<Vec<f64>> = (0..n).map(|_| (0..rank).map(|_| random()).collect()).collect();
             let entry = |k: usize| dot(&factor[k / n], &factor[k % n]);

@@ -2,7 +2,7 @@ use super::*;
 use crate::relax;
 use fem_core::boundary::{BoundaryConditions, FacetSelection, RigidCondition, ScalarData};
 use fem_core::field;
-use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
+use fem_core::interface::{ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::{block, cuboid, ring};
 use fem_core::mesh::id::{FacetId, NodeId};
@@ -369,11 +369,7 @@ fn random_bound<S: Recovery>(bodies: [Body<S>; 2], name: &str) {
 
 #[test]
 fn no_bound_of_a_random_body_with_holes_and_supports_is_below_its_error() {
-    let mut state = 11u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = crate::random::random(11);
     for k in 0..10 {
         let (which, weight) = ((4.0 * random()) as usize, if k % 2 == 0 { 0.0 } else { random() - 0.5 });
         let loads: Vec<f64> = (0..4).map(|_| random() - 0.5).collect();
@@ -412,7 +408,7 @@ fn estimates_with_columns_do_not_depend_on_the_states_before() {
     let lower = block([0.0; 2], [1.0; 2], [6; 2]).unwrap();
     let lower = plane(lower, &BoundaryConditions::new().fix("left").fix("right"));
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     let problem = PreparedProblem::new(ContactProblem::between([upper, lower], interface)).unwrap();
     let count = problem.problem().contacts[0].interface.pairs().len();
     let state = |press: f64| {

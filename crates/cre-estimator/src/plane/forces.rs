@@ -5,22 +5,19 @@ use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::CellStress;
 use crate::lanes::{LaneRow, MOST_LANES};
 use crate::measures::{Accuracy, Against, CellMeasures, Forces};
-use crate::size::larger;
+use crate::size::{larger, square};
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::geometry::Vector;
 use fem_core::mesh::id::FacetId;
 use fem_core::parallel::each_task;
+use fem_core::space::Plane;
 use fem_core::tensor::SymTensor2;
 use pulp::Simd;
 use std::ops::Range;
 
 /// Tractions times length on the edges of a triangle, from its stress: edge `k` at corners `k`, `k+1`.
 pub(super) type CellForces = [[Vector; 2]; 3];
-
-fn square(a: Vector) -> f64 {
-    a.dot(&a)
-}
 
 /// Triangles per block: most edges have both sides within a block, and its edge forces stay in the cache.
 const BLOCK: usize = 8192;
@@ -188,20 +185,11 @@ impl Block<'_> {
             return;
         }
         let own = self.edge_forces(t, edge);
-        worst.scale = larger(worst.scale, larger(square(own[0]), square(own[1])));
-        if !topology.is_boundary(edge) {
-            for (a, b) in own.into_iter().zip(self.edge_forces(other, edge)) {
-                worst.jump = larger(worst.jump, square(a + b));
-            }
-            return;
-        }
-        let condition = &self.stress.conditions[topology.boundary_place(edge)];
-        let length = mesh.facet_measure(edge);
-        for (force, traction) in own.into_iter().zip(condition.traction) {
-            let given = length * traction;
-            worst.scale = larger(worst.scale, square(given));
-            let difference = condition.reaction.complement().components(force - given);
-            worst.boundary = larger(worst.boundary, square(difference));
+        if topology.is_boundary(edge) {
+            let condition = &self.stress.conditions[topology.boundary_place(edge)];
+            worst.compare_given::<Plane>(&own, condition, mesh.facet_measure(edge));
+        } else {
+            worst.compare::<Plane>(&own, &self.edge_forces(other, edge));
         }
     }
 

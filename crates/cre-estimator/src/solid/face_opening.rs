@@ -46,11 +46,7 @@ mod tests {
     /// The least value on a grid, the three conditions of Hadeler, and the depth agree.
     #[test]
     fn the_depth_is_positive_if_and_only_if_the_opening_is_negative_somewhere() {
-        let mut state = 3u64;
-        let mut random = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = crate::random::random(3);
         let (mut inside, mut open) = (0, 0);
         for _ in 0..20_000 {
             let corners = [0; 3].map(|_| if random() < 0.2 { 0.0 } else { random() });

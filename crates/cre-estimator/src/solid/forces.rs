@@ -3,7 +3,7 @@
 use super::cell::{self, CellStress};
 use crate::equilibrated::EquilibratedStress;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces};
-use crate::size::larger;
+use crate::size::{larger, square};
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::element::Element;
@@ -21,10 +21,6 @@ const NODES: usize = 16;
 
 /// Tractions times area at the corners of the faces of a tetrahedron, from its stress: faces and corners in the order of [`Space::facet`].
 type FaceTractions = [[Vector3<f64>; 3]; 4];
-
-fn square(a: Vector3<f64>) -> f64 {
-    a.dot(&a)
-}
 
 /// Computes the tractions times area on the faces of a tetrahedron.
 pub(super) fn face_tractions(corners: &[Vector3<f64>; 4], stress: &CellStress) -> FaceTractions {
@@ -163,19 +159,10 @@ fn of_face(
     };
     let [first, second] = topology.facet_cells()[face];
     let own = from(first);
-    worst.scale = own.iter().fold(worst.scale, |most, force| larger(most, square(*force)));
-    if !topology.is_boundary(face) {
-        for (a, b) in own.iter().zip(from(second)) {
-            worst.jump = larger(worst.jump, square(a + b));
-        }
-        return;
-    }
-    let condition = &stress.conditions[topology.boundary_place(face)];
-    let area = mesh.facet_measure(face);
-    for (force, traction) in own.iter().zip(condition.traction) {
-        let given = traction * area;
-        worst.scale = larger(worst.scale, square(given));
-        let difference = condition.reaction.complement().components(force - given);
-        worst.boundary = larger(worst.boundary, square(difference));
+    if topology.is_boundary(face) {
+        let condition = &stress.conditions[topology.boundary_place(face)];
+        worst.compare_given::<Solid>(&own, condition, mesh.facet_measure(face));
+    } else {
+        worst.compare::<Solid>(&own, &from(second));
     }
 }

@@ -239,11 +239,7 @@ fn stars_serve_again_under_other_conditions() {
 /// Random bodies under random loads: the error against a nested finer mesh is below the bound, at every step.
 #[test]
 fn no_bound_of_a_random_body_is_below_its_error() {
-    let mut state = 7u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = crate::random::random(7);
     for _ in 0..12 {
         let size = from_fn(|_| 0.5 + random());
         let factor: [[f64; 6]; 6] = from_fn(|_| from_fn(|_| random() - 0.5));

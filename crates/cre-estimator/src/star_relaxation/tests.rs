@@ -8,7 +8,7 @@ use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::condensation::CondensedBody;
 use fem_core::field;
 use fem_core::geometry::{Vector, cross};
-use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap, InterfaceSide};
+use fem_core::interface::{ContactProblem, ContactState, Gap, InterfaceSide};
 use fem_core::material::Materials;
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
@@ -317,7 +317,7 @@ fn two_blocks(press: f64) -> (PreparedProblem, Vec<f64>) {
     let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [8, 5]).unwrap(), material(2000.0), &upper).unwrap();
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [8, 4]).unwrap(), material(1000.0), &lower).unwrap();
     let interface =
-        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        contact_geometry::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     let trace = vec![press; interface.pairs().len()];
     (PreparedProblem::new(ContactProblem::between([upper, lower], interface)).unwrap(), trace)
 }

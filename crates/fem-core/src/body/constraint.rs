@@ -48,7 +48,7 @@ impl<S: Space> NodeConstraint<S> {
     }
 
     /// Tells whether supports hold all directions.
-    pub(crate) fn is_clamped(&self) -> bool {
+    pub fn is_clamped(&self) -> bool {
         self.supported().is_all()
     }
 

@@ -48,10 +48,23 @@ pub struct CurvedSide {
 
 /// The part of a curve over an edge, or the straight line on which it lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Piece {
-    Arc { centre: Vector, radius: f64 },
+pub enum Piece {
+    /// A part of a circle.
+    Arc {
+        /// The centre, m.
+        centre: Vector,
+        /// The radius, m.
+        radius: f64,
+    },
+    /// A smooth curve through the nodes.
     Smooth(Arch),
-    Line { point: Vector, direction: Vector },
+    /// A straight line.
+    Line {
+        /// A point of it, m.
+        point: Vector,
+        /// Its direction, of length one.
+        direction: Vector,
+    },
 }
 
 impl Piece {
@@ -69,7 +82,7 @@ impl Piece {
     }
 
     /// Computes the unit normal of the curve at a point of it, on the side of a given direction.
-    pub(crate) fn normal(&self, point: Vector, side: Vector) -> Vector {
+    pub fn normal(&self, point: Vector, side: Vector) -> Vector {
         let across = match *self {
             Self::Arc { centre, .. } => point - centre,
             Self::Smooth(arch) => perpendicular(arch.tangent(arch.fraction(point))),
@@ -79,14 +92,14 @@ impl Piece {
     }
 
     /// Tells whether a piece is the continuation of another in one smooth curve, at a node of both.
-    pub(crate) fn continues(&self, other: &Self, node: Vector) -> bool {
+    pub fn continues(&self, other: &Self, node: Vector) -> bool {
         let (Self::Smooth(one), Self::Smooth(two)) = (self, other) else { return self == other };
         let normals = one.end_normal(node).zip(two.end_normal(node));
         normals.is_some_and(|(a, b)| norm(a - b) <= ON_CHORD.sqrt())
     }
 
     /// Estimates the largest distance of the curve from the chord between two of its points, m.
-    pub(crate) fn sagitta(&self, length: f64) -> f64 {
+    pub fn sagitta(&self, length: f64) -> f64 {
         match self {
             Self::Arc { radius, .. } => length * length / (8.0 * radius),
             Self::Smooth(arch) => {
@@ -114,7 +127,7 @@ impl Piece {
     }
 
     /// Finds the point of the curve between two nodes on a line through a point; `None` if it is not near the middle.
-    pub(crate) fn crossing(&self, ends: [Vector; 2], point: Vector, direction: Vector) -> Option<Vector> {
+    pub fn crossing(&self, ends: [Vector; 2], point: Vector, direction: Vector) -> Option<Vector> {
         let found = self.meet(point, direction)?;
         let allowed = CENTRAL * norm(ends[1] - ends[0]);
         let off = ends.map(|end| norm(self.offset(end)));
@@ -124,7 +137,7 @@ impl Piece {
     }
 
     /// Finds the point of the curve on a line through a point: of two the nearer one.
-    pub(crate) fn meet(&self, point: Vector, direction: Vector) -> Option<Vector> {
+    pub fn meet(&self, point: Vector, direction: Vector) -> Option<Vector> {
         match *self {
             Self::Arc { centre, radius } => {
                 let arm = point - centre;
@@ -229,7 +242,7 @@ impl Body {
     }
 
     /// Returns the curve over an edge.
-    pub(crate) fn curve(&self, edge: FacetId) -> Option<&Piece> {
+    pub fn curve(&self, edge: FacetId) -> Option<&Piece> {
         self.curves.pieces.get(&edge)
     }
 
@@ -338,6 +351,3 @@ fn between_corners(mesh: &TriMesh, nodes: &[NodeId]) -> (Vec<Vec<NodeId>>, bool)
     let runs = bounds.windows(2).map(|w| nodes[w[0]..=w[1]].to_vec()).collect();
     (runs, ends_meet && !has_corners)
 }
-
-#[cfg(test)]
-mod tests;

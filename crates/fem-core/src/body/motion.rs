@@ -81,7 +81,7 @@ impl<S: Space> RigidMotion<S> {
 
     /// Multiplies the motion by a factor.
     #[must_use]
-    pub fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: f64) -> Self {
         Self { translation: self.translation * factor, spin: self.spin * factor, ..self }
     }
 

@@ -5,23 +5,28 @@
 //! the next pair is used. Finer meshes have free nodes on the edge, whose pairs belong to the contact problem.
 
 use super::profile::Profile;
-use super::{ClampedEnd, ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
+use super::{
+    ClampedEnd, ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, Obstacle, SAME_NORMAL,
+};
 use crate::body::Body;
 use crate::geometry::{Vector, norm};
+use crate::mesh::id::NodeId;
 use crate::mesh::topology::NONE;
 
 /// An overlap of clamped nodes up to this fraction of the data that it is computed from is round-off.
 const ROUND_OFF: f64 = 1e-12;
 
-/// All pairs of the line and the edges between them.
+/// All pairs of a contact line and the edges between them, also at clamped ends: an interface in the making.
 #[derive(Clone, Debug)]
-pub(super) struct Line {
-    pub(super) pairs: Vec<NodePair>,
-    pub(super) edges: Vec<ContactFacet>,
-    /// At each pair, m.
-    pub(super) arc_lengths: Vec<f64>,
-    /// Of a measured gap, along each edge, if it is not linear there.
-    pub(super) profiles: Vec<Option<Profile>>,
+pub struct Line {
+    /// The pairs, by increasing arc length.
+    pub pairs: Vec<NodePair>,
+    /// The edges between them.
+    pub edges: Vec<ContactFacet>,
+    /// The arc length at each pair, m.
+    pub arc_lengths: Vec<f64>,
+    /// The measured gap along each edge, if it is not linear there.
+    pub profiles: Vec<Option<Profile>>,
 }
 
 /// The whole line, and for each of its pairs the number in the contact problem, or [`NONE`].
@@ -40,18 +45,15 @@ pub(super) fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[Vector; 2]
     Some([imposed(0)?, imposed(1)?])
 }
 
-/// Tells whether both bodies clamp a pair.
-pub(super) fn is_clamped(bodies: [&Body; 2], pair: &NodePair) -> bool {
-    clamped(bodies, pair).is_some()
-}
-
 impl Line {
-    /// Decides which edges are bent, and creates the interface of the line without clamped pairs at its ends. Also
+    /// Decides which edges are bent, and creates the interface of the line of two bodies without clamped pairs at its ends. Also
     /// returns, for each pair of the line, its number among the remaining ones, or [`NONE`].
+    ///
+    /// * `measured_on`: the side on whose surface gap and lengths are measured, 0 or 1.
     ///
     /// # Errors
     /// Clamped pairs inside the line, at curved edges, or with supports that press the bodies into each other.
-    pub(super) fn into_interface(
+    pub fn between(
         self,
         bodies: [&Body; 2],
         gap: Gap,
@@ -60,10 +62,26 @@ impl Line {
         self.without_clamped(bodies[0], &|pair| clamped(bodies, pair), gap, measured_on)
     }
 
-    /// [`Self::into_interface`] of a line on a body, the first one of two.
+    /// [`Self::between`] a body and an obstacle: the second node of each remaining pair is its number.
+    ///
+    /// # Errors
+    /// See [`Self::between`].
+    pub fn against(
+        self,
+        body: &Body,
+        obstacle: &Obstacle,
+        gap: Gap,
+    ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
+        let clamped = |pair: &NodePair| obstacle.clamped(body, pair);
+        let (mut interface, numbers) = self.without_clamped(body, &clamped, gap, 0)?;
+        interface.pairs.iter_mut().enumerate().for_each(|(k, pair)| pair.nodes[1] = NodeId::new(k));
+        Ok((interface, numbers))
+    }
+
+    /// [`Self::between`] a body, the first one of two, and what clamps its pairs.
     ///
     /// * `clamped`: what is imposed on the two sides of a clamped pair, m.
-    pub(super) fn without_clamped(
+    fn without_clamped(
         mut self,
         body: &Body,
         clamped: &dyn Fn(&NodePair) -> Option<[Vector; 2]>,
@@ -118,17 +136,8 @@ impl Line {
             self.pairs.iter_mut().for_each(|p| p.weight = 0.0);
             Some(Box::new(UntrimmedLine { line: self, number: number.clone() }))
         };
-        let interface = ContactInterface {
-            pairs,
-            facets: edges,
-            gap,
-            measured_on,
-            arc_lengths,
-            profiles,
-            whole,
-            gap_change: None,
-            radial: None,
-        };
+        let interface = ContactInterface::new(pairs, edges, gap);
+        let interface = ContactInterface { measured_on, arc_lengths, profiles, whole, ..interface };
         Ok((interface, number))
     }
 
@@ -173,93 +182,27 @@ impl ContactInterface {
     }
 
     /// Returns the arc lengths at all pairs of the whole line, m.
-    pub(super) fn line_arc_lengths(&self) -> &[f64] {
+    pub fn line_arc_lengths(&self) -> &[f64] {
         self.whole.as_ref().map_or(&self.arc_lengths, |whole| &whole.line.arc_lengths)
     }
 
     /// Returns the whole line, with the removed pairs and edges.
-    pub(super) fn line(&self) -> (&[NodePair], &[ContactFacet], &[Option<Profile>]) {
+    pub fn line(&self) -> (&[NodePair], &[ContactFacet], &[Option<Profile>]) {
         match &self.whole {
             Some(whole) => (&whole.line.pairs, &whole.line.edges, &whole.line.profiles),
             None => (&self.pairs, &self.facets, &self.profiles),
         }
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::boundary::{BoundaryConditions, ScalarData};
-    use crate::interface::ContactProblem;
-    use crate::material::{Hypothesis, LinearElastic};
-    use crate::mesh::generate::{block, ring};
-    use crate::mesh::refine::RefinementEdges;
-
-    fn body(y: f64, conditions: BoundaryConditions) -> Body {
-        let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
-        Body::new(block([0.0, y], [2.0, 1.0], [4, 2]).unwrap(), material, &conditions).unwrap()
-    }
-
-    fn pair(upper: &Body, lower: &Body) -> Result<ContactInterface, InterfaceError> {
-        ContactInterface::pair(upper, lower, ["bottom", "top"], &Gap::Given(0.0.into()))
-    }
-
-    #[test]
-    fn contact_nodes_clamped_in_both_bodies_at_the_ends_of_the_line_have_no_unknown() {
-        let clamped = || BoundaryConditions::new().fix("left").fix("right");
-        let bodies = [body(1.0, clamped()), body(0.0, clamped())];
-        let interface = pair(&bodies[0], &bodies[1]).unwrap();
-        assert_eq!((interface.pairs().len(), interface.facets().len(), interface.measure()), (3, 4, 2.0));
-        let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.weight).collect();
-        assert_eq!(lengths, [0.5; 3]);
-        // A constant pressure reaches the clamped ends, whose forces the supports take.
-        assert_eq!(interface.mass(&[3.0; 3]), [1.5; 3]);
-        let first = interface.facets()[0];
-        assert_eq!((first.pairs, first.openings(&[0.2, 0.0, 0.0])), ([0; 2], [0.0, 0.2]));
-        // Halved: the new nodes of the removed edges are free and belong to the contact problem.
-        let mut problem = ContactProblem::between(bodies, interface);
-        for count in [7, 15] {
-            let edges = |p: &ContactProblem| -> Vec<_> {
-                p.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect()
-            };
-            let marked = |p: &ContactProblem, only: usize| {
-                [0, 1].map(|b| vec![b == only; p.bodies[b].mesh().topology().facets().len()])
-            };
-            let labels = edges(&problem);
-            // Marked in one body only: contact edges are halved in both.
-            let finer = problem.refined(&labels, &marked(&problem, 0)).unwrap();
-            assert_eq!(finer.problem.contacts[0].interface.pairs().len(), count);
-            let constant = vec![3.0; problem.contacts[0].interface.pairs().len()];
-            assert_eq!(finer.pairs[0].prolong(&constant), vec![3.0; count]);
-            problem = finer.problem;
-            let [a, b] = problem.bodies.as_slice() else { unreachable!() };
-            assert_eq!(pair(a, b).unwrap().pairs().len(), count);
+    /// Maps two neighbouring pairs of the whole line to pairs of the contact problem: a clamped one to the other, two
+    /// clamped ones to the first pair of all.
+    pub fn numbers(&self, parents: [u32; 2]) -> [u32; 2] {
+        let Some(whole) = &self.whole else { return parents };
+        let number = |k: u32| Some(whole.number[k as usize]).filter(|n| *n != NONE);
+        match parents.map(number) {
+            [Some(a), Some(b)] => [a, b],
+            [Some(k), None] | [None, Some(k)] => [k; 2],
+            [None, None] => [0; 2],
         }
-    }
-
-    #[test]
-    fn clamped_contact_nodes_that_cannot_drop_out_are_refused() {
-        let left = || BoundaryConditions::new().fix("left");
-        // In one body only, the other one has the unknown.
-        let one = pair(&body(1.0, left()), &body(0.0, BoundaryConditions::new().fix("bottom")));
-        assert_eq!(one.unwrap().pairs().len(), 5);
-        // Pressed into each other: the opening along the edge would be negative.
-        let pressed = BoundaryConditions::new().displace("left", Some(0.0.into()), Some((-0.1).into()));
-        let overlap = pair(&body(1.0, pressed), &body(0.0, left()));
-        assert!(
-            matches!(overlap, Err(InterfaceError::ClampedOverlap { depth, .. }) if (depth - 0.1).abs() < 1e-15)
-        );
-        let parted =
-            BoundaryConditions::new().displace("left", Some(0.0.into()), Some(ScalarData::from(0.1)));
-        assert_eq!(pair(&body(1.0, parted), &body(0.0, left())).unwrap().pairs().len(), 4);
-        // A curved line, on which the opening between two openings >= 0 may be negative.
-        let steel = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
-        let arc = |radii| {
-            let mesh = ring([0.0; 2], radii, [0.0, 90.0], [6, 1]).unwrap();
-            Body::new(mesh, steel(), &BoundaryConditions::new().fix("start")).unwrap()
-        };
-        let [inner, outer] = [arc([1.0, 2.0]), arc([2.0, 3.0])];
-        let bent = ContactInterface::pair(&inner, &outer, ["outer", "inner"], &Gap::Given(0.0.into()));
-        assert!(matches!(bent, Err(InterfaceError::SupportedNode { .. })), "{bent:?}");
     }
 }

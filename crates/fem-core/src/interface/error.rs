@@ -286,7 +286,7 @@ pub enum InterfaceError {
 }
 
 impl InterfaceError {
-    /// Tells whether the surfaces failed to match node by node, so that [`super::common_refinement::common_refinement`] may help.
+    /// Tells whether the surfaces failed to match node by node, so that a common refinement may help.
     pub fn is_mismatch(&self) -> bool {
         matches!(
             self,

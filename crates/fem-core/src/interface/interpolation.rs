@@ -37,31 +37,3 @@ impl ContactInterface {
         sum.difference()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::boundary::{BoundaryConditions, ScalarData};
-    use crate::material::{Hypothesis, LinearElastic};
-    use crate::mesh::generate::block;
-
-    #[test]
-    fn only_a_gap_that_is_not_linear_differs() {
-        let body = |y: f64| {
-            let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
-            let mesh = block([-1.0, y], [2.0, 1.0], [4, 1]).unwrap();
-            Body::new(mesh, material, &BoundaryConditions::new()).unwrap()
-        };
-        let difference = |gap: ScalarData| {
-            let [upper, lower] = [body(0.0), body(-1.0)];
-            let gap = Gap::Given(gap);
-            let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
-            interface.interpolated_gap(&upper, None)
-        };
-        assert_eq!(difference(0.1.into()), None);
-        assert_eq!(difference(ScalarData::function(|x| 0.1 + 0.05 * x[0])), None);
-        // Edges of length ½: x² is below its interpolant by h²/4 = 1/16 in the middle of each.
-        let difference = difference(ScalarData::function(|x| x[0] * x[0])).unwrap();
-        assert!((difference.largest - 0.0625).abs() < 1e-12);
-    }
-}

@@ -139,7 +139,7 @@ impl<S: Space> ContactProblem<S> {
 
     /// Adds a pair of a body and a rigid obstacle, which carries λ.
     ///
-    /// * `interface`: see [`ContactInterface::against`].
+    /// * `interface`: of the body and this obstacle.
     ///
     /// # Panics
     /// If there is no such body.

@@ -4,30 +4,24 @@
 //! measured gap therefore follows the smooth curves through the nodes of the first meshes, and finer meshes use the
 //! same curves.
 
-use super::common_refinement::curve::{Between, Curve};
-use super::matching::Stretch;
-use super::{ContactFacet, NodePair, outline};
-use crate::body::{Body, Piece};
-use crate::geometry::{Vector, norm};
-use crate::mesh::id::{FacetId, NodeId};
-use std::collections::HashMap;
+use crate::body::Piece;
 
 /// A gap that differs from a linear one by less than this fraction of the edge is linear.
 const LINEAR: f64 = 1e-12;
 
 /// The gap along a contact edge: the four Bernstein coefficients of a cubic, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Profile {
+pub struct Profile {
     cubic: [f64; 4],
     /// The pieces of both bodies between which it was measured, if they are known exactly: finer meshes measure again.
-    pub(super) pieces: Option<[Piece; 2]>,
+    pub pieces: Option<[Piece; 2]>,
 }
 
 impl Profile {
     /// Creates the cubic with the given values at 0, ⅓, ⅔ and 1 of the edge; `None` if it is linear to round-off.
     ///
     /// * `length`: of the edge, m.
-    pub(super) fn through([a, b, c, d]: [f64; 4], length: f64) -> Option<Self> {
+    pub fn through([a, b, c, d]: [f64; 4], length: f64) -> Option<Self> {
         let bend = [b - (2.0 * a + d) / 3.0, c - (a + 2.0 * d) / 3.0];
         let is_linear = bend.iter().all(|x| x.abs() <= LINEAR * length);
         let inner =
@@ -39,12 +33,7 @@ impl Profile {
     /// Creates the cubic of a gap measured between two pieces, unless both are straight.
     ///
     /// * `ends`: the gaps at the two ends, m; `between`: those at ⅓ and ⅔.
-    pub(super) fn of_pieces(
-        pieces: [Piece; 2],
-        [a, d]: [f64; 2],
-        [b, c]: [f64; 2],
-        length: f64,
-    ) -> Option<Self> {
+    pub fn of_pieces(pieces: [Piece; 2], [a, d]: [f64; 2], [b, c]: [f64; 2], length: f64) -> Option<Self> {
         if let [Piece::Line { .. }, Piece::Line { .. }] = pieces {
             return None;
         }
@@ -54,14 +43,14 @@ impl Profile {
     }
 
     /// Evaluates the gap at a fraction of the edge; for an overlap of smooth curves it is 0.
-    pub(super) fn at(&self, t: f64) -> f64 {
+    pub fn at(&self, t: f64) -> f64 {
         let [a, b, c, d] = self.cubic;
         let s = 1.0 - t;
         (s * s * s * a + 3.0 * s * t * (s * b + t * c) + t * t * t * d).max(0.0)
     }
 
     /// Returns the profiles of the edge's two halves.
-    pub(super) fn halves(&self) -> [Self; 2] {
+    pub fn halves(&self) -> [Self; 2] {
         let mean = |x: f64, y: f64| 0.5 * (x + y);
         let [a, b, c, d] = self.cubic;
         let (ab, bc, cd) = (mean(a, b), mean(b, c), mean(c, d));
@@ -69,82 +58,6 @@ impl Profile {
         let middle = mean(abc, bcd);
         [[a, ab, abc, middle], [middle, bcd, cd, d]].map(|cubic| Self { cubic, ..*self })
     }
-}
-
-/// Creates the cubics from the gaps at the pairs and between them; `None` if the gap is linear.
-pub(super) fn profiles(
-    pairs: &[NodePair],
-    edges: &[ContactFacet],
-    between: &[Option<Between>],
-) -> Vec<Option<Profile>> {
-    let profile = |(edge, between): (&ContactFacet, &Option<Between>)| {
-        let [i, j] = edge.pairs.map(|k| pairs[k as usize]).map(|pair| pair.gap / norm(pair.normal));
-        let Between { gaps, pieces, .. } = (*between)?;
-        match pieces {
-            Some(pieces) => Profile::of_pieces(pieces, [i, j], gaps, edge.measure),
-            None => Profile::through([i, gaps[0], gaps[1], j], edge.measure),
-        }
-    };
-    edges.iter().zip(between).map(profile).collect()
-}
-
-/// Finds the values measured between the pairs of surfaces with a common refinement.
-///
-/// * `between`: from one of the first body's nodes to the next.
-pub(super) fn of_refined(
-    pairs: &[NodePair],
-    edges: &[ContactFacet],
-    between: &HashMap<[NodeId; 2], Between>,
-) -> Vec<Option<Between>> {
-    let find = |edge: &ContactFacet| {
-        let [a, b] = edge.pairs.map(|k| pairs[k as usize].nodes[0]);
-        let turned = |b: &Between| Between { gaps: [b.gaps[1], b.gaps[0]], ..*b };
-        between.get(&[a, b]).copied().or_else(|| between.get(&[b, a]).map(turned))
-    };
-    edges.iter().map(find).collect()
-}
-
-/// Measures between the pairs of surfaces that match node by node: between the smooth curves through the nodes of each.
-///
-/// * `drawn`: the gap measured at each pair, m.
-pub(super) fn of_matching(
-    bodies: [&Body; 2],
-    chain: &[Stretch],
-    (pairs, drawn): (&[NodePair], &[f64]),
-    edges: &[ContactFacet],
-) -> Vec<Option<Between>> {
-    let mut found = Vec::with_capacity(edges.len());
-    let (mut first_pair, mut first_edge) = (0, 0);
-    for stretch in chain {
-        let own = &pairs[first_pair..first_pair + stretch.nodes.len()];
-        let along = &edges[first_edge..first_edge + stretch.edges.len()];
-        let curves = [0, 1].map(|b| {
-            let nodes: Vec<NodeId> = own.iter().map(|p| p.nodes[b]).collect();
-            let points = stretch.points(bodies[b], &nodes);
-            let numbers: Vec<FacetId> = along.iter().map(|edge| edge.facets[b]).collect();
-            let pieces = outline::pieces(bodies[b], &numbers, &points, stretch.is_cut());
-            Curve::new(points).kept_open(!stretch.is_closed()).with_pieces(pieces)
-        });
-        for (k, edge) in along.iter().enumerate() {
-            let [i, j] = edge.pairs.map(|k| k as usize);
-            let at = |t: f64| {
-                let normal = (1.0 - t) * pairs[i].normal + t * pairs[j].normal;
-                let apart: Vector = curves[1].smooth(k, t) - curves[0].smooth(k, t);
-                apart.dot(&normal) / norm(normal)
-            };
-            // The distance of the nodes themselves is known; the curves give the distance between them.
-            let off = [drawn[i] - at(0.0), drawn[j] - at(1.0)];
-            let gaps = [1.0 / 3.0, 2.0 / 3.0].map(|t| at(t) + (1.0 - t) * off[0] + t * off[1]);
-            let uncertainty = curves.iter().map(|c| c.uncertainty(k)).sum();
-            found.push(Some(Between {
-                gaps,
-                uncertainty,
-                pieces: Curve::both([&curves[0], &curves[1]], [k; 2]),
-            }));
-        }
-        (first_pair, first_edge) = (first_pair + own.len(), first_edge + along.len());
-    }
-    found
 }
 
 #[cfg(test)]

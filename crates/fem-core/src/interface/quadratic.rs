@@ -28,7 +28,7 @@ impl ContactInterface<Solid> {
 }
 
 impl ContactFacet<Solid> {
-    /// Computes `∫ p o ds`, J: on a flat face as [`Self::flat_work`]; on a bent one the pressure is constant and the opening a quadratic with
+    /// Computes `∫ p o ds`, J: on a flat face with the mass matrix of [`Self::moment`]; on a bent one the pressure is constant and the opening a quadratic with
     /// Bernstein coefficients, each of which counts for a sixth of the area.
     ///
     /// * `pressure`: see [`Self::pressure`]; `opening`: at its corners, `middle`: on its edges, m, see [`ContactInterface::middle_openings`].

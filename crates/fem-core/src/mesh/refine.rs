@@ -46,7 +46,7 @@ impl RefinementEdges {
     /// only preferred edges are marked, closure adds no edges.
     ///
     /// * `preferred`: one entry per edge.
-    pub(crate) fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
+    pub fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
         let mut edges = Self::longest(mesh);
         for (choice, own) in edges.0.iter_mut().zip(mesh.topology().cell_facets()) {
             if let Some(k) = own.iter().position(|&e| preferred[e]) {
@@ -134,7 +134,7 @@ pub fn close(mesh: &TriMesh, refinement_edges: &RefinementEdges, marked: &mut [b
 }
 
 /// Marks edges, and further ones until the refinement is conforming if it was before. Returns how many were not marked yet.
-pub(crate) fn mark(
+pub fn mark(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &mut [bool],
@@ -175,35 +175,19 @@ pub fn refine(
     refinement_edges: &RefinementEdges,
     marked: &[bool],
 ) -> Result<Refinement, MeshError> {
-    refine_at(mesh, refinement_edges, marked, |_| None)
+    refine_onto(mesh, refinement_edges, marked, |_| None, |_| None)
 }
 
-/// Cuts like [`refine`], but at the point that `place` gives for an edge, if any. [`Refinement::prolong`] is then not
-/// valid for this refinement.
+/// Cuts like [`refine`], but at the point that `place` gives for an edge, if any, and then moves the new nodes to the points that
+/// `curve` gives for their edges. With points of `place` [`Refinement::prolong`] is not valid. A node stays where it is if a triangle
+/// would keep less than 30 % of its area: [`Refinement::on_chord`] lists it.
 ///
 /// # Errors
 /// See [`refine`]; a point that turns a triangle over.
 ///
 /// # Panics
 /// See [`close`].
-pub(crate) fn refine_at(
-    mesh: &TriMesh,
-    refinement_edges: &RefinementEdges,
-    marked: &[bool],
-    place: impl Fn(FacetId) -> Option<Vector>,
-) -> Result<Refinement, MeshError> {
-    refine_onto(mesh, refinement_edges, marked, place, |_| None)
-}
-
-/// Cuts like [`refine_at`], and then moves the new nodes to the points that `curve` gives for their edges. A node stays where
-/// it is if a triangle would keep less than 30 % of its area: [`Refinement::on_chord`] lists it.
-///
-/// # Errors
-/// See [`refine_at`].
-///
-/// # Panics
-/// See [`close`].
-pub(crate) fn refine_onto(
+pub fn refine_onto(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &[bool],

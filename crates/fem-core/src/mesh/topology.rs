@@ -182,7 +182,7 @@ impl<S: Space> Topology<S> {
     }
 
     /// Finds the facet that has the given nodes, in any order.
-    pub(crate) fn find_facet(&self, nodes: Facet<S>) -> Option<FacetId> {
+    pub fn find_facet(&self, nodes: Facet<S>) -> Option<FacetId> {
         let (nodes, _) = sorted::<S>(nodes);
         let low = nodes[0].index();
         let range = *self.first_facet.get(low)?..*self.first_facet.get(low + 1)?;

@@ -76,7 +76,7 @@ fn fault(reason: impl Into<String>) -> FieldError {
 ///
 /// # Errors
 /// See [`FieldError`].
-pub fn point_vectors<S: Space>(bytes: &[u8], names: &[&str]) -> Result<PointVectors<S>, FieldError> {
+pub(crate) fn point_vectors<S: Space>(bytes: &[u8], names: &[&str]) -> Result<PointVectors<S>, FieldError> {
     let file = Document::new(bytes)?;
     let mut all = PointVectors::<S>::default();
     for piece in &file.pieces {

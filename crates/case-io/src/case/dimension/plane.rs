@@ -7,12 +7,11 @@ use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::{CaseError, significant};
 use crate::expression::COORDINATES;
 use crate::report;
+use contact_geometry::common_refinement::common_refinement;
+use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined};
 use fem_core::body::{Body, BodyError, CurvedSide, Difference};
 use fem_core::geometry::shown;
-use fem_core::interface::common_refinement::common_refinement;
-use fem_core::interface::{
-    Contact, ContactInterface, ContactNormal, ContactProblem, Gap, Paired, PairingError, Refined,
-};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic, MaterialError, Orthotropic};
 use fem_core::mesh::generate::{self, Facing};
 use fem_core::mesh::{MeshError, TriMesh};
@@ -190,15 +189,15 @@ impl Dimension for Plane {
     }
 
     fn pair(bodies: Vec<Body>, contacts: &[Contact]) -> Result<Paired, PairingError> {
-        ContactProblem::of_contacts(bodies, contacts)
+        contact_geometry::paired(bodies, contacts)
     }
 
     fn fits(bodies: [&Body; 2], sides: [&str; 2], gap: &Gap, normal: ContactNormal) -> bool {
-        match ContactInterface::pair_along(bodies[0], bodies[1], sides, gap, normal) {
+        match contact_geometry::pair_along(bodies[0], bodies[1], sides, gap, normal) {
             Ok(_) => true,
             Err(error) if error.is_mismatch() => {
                 let common = common_refinement(bodies.map(Body::clone), sides, normal);
-                common.is_ok_and(|common| ContactInterface::pair_refined(&common, sides, gap, normal).is_ok())
+                common.is_ok_and(|common| contact_geometry::pair_refined(&common, sides, gap, normal).is_ok())
             }
             Err(_) => false,
         }

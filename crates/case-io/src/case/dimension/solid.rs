@@ -7,11 +7,10 @@ use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::CaseError;
 use crate::expression::COORDINATES;
 use crate::report;
+use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined, Sides};
 use fem_core::body::{Body, BodyError, CurvedSide, Difference};
 use fem_core::geometry::shown;
-use fem_core::interface::{
-    Contact, ContactInterface, ContactNormal, ContactProblem, Gap, Paired, PairingError, Refined, Sides,
-};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{LinearElastic, MaterialError, Orthotropic};
 use fem_core::mesh::{MeshError, TetMesh, generate};
 use fem_core::space::{Solid, Space};
@@ -144,10 +143,10 @@ impl Dimension for Solid {
         let interface = |(pair, contact): (usize, &Contact<Self>)| {
             let found = match &contact.sides {
                 Sides::Bodies { bodies: [a, b], surfaces: [first, second], gap, .. } => {
-                    ContactInterface::pair_flat(&bodies[*a], &bodies[*b], [first, second], gap)
+                    contact_geometry::pair_flat(&bodies[*a], &bodies[*b], [first, second], gap)
                 }
                 Sides::Obstacle { body, surface, obstacle, gap } => {
-                    ContactInterface::against_obstacle(&bodies[*body], surface, obstacle, gap.as_ref())
+                    contact_geometry::solid_against(&bodies[*body], surface, obstacle, gap.as_ref())
                 }
             };
             found.map_err(|error| PairingError::Interface { pair, error })
@@ -166,7 +165,7 @@ impl Dimension for Solid {
     }
 
     fn fits(bodies: [&Body<Self>; 2], sides: [&str; 2], gap: &Gap<Self>, _: ContactNormal<Self>) -> bool {
-        ContactInterface::pair_flat(bodies[0], bodies[1], sides, gap).is_ok()
+        contact_geometry::pair_flat(bodies[0], bodies[1], sides, gap).is_ok()
     }
 
     fn notes(case: &Case<Self>, problem: &ContactProblem<Self>, _: &[Option<Refined>]) -> Vec<String> {

@@ -45,9 +45,7 @@ fn notes_say_what_is_interpolated_and_how_much() {
     let body = "[[body.displacement]]\non = 'left'\nux = '1e-3 * (1 - y)'\n\
         [[body.traction]]\non = 'right'\nvector = ['y^2', '3*y']";
     let case = parse(&with("", body, "gap = 'x*(1-x)'"));
-    let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-    let interface = case.build_interface(0, &[first.clone(), second.clone()]).unwrap();
-    let problem = fem_core::interface::ContactProblem::between([first, second], interface);
+    let (problem, _) = case.build().unwrap();
     let notes = case.data_notes(&problem);
     assert_eq!(notes.len(), 2, "{notes:#?}");
     assert!(

@@ -37,7 +37,7 @@ fn given(text: &str, key: &str, value: NodeValue) -> Result<Case, CaseError> {
     let mut value = Some(value);
     replace(&mut root, key, &mut value);
     assert!(value.is_none(), "{key}");
-    let mut case = Case::of_table(root, "problem", &[])?;
+    let mut case = AnyCase::of_table(root, "problem", &[], false)?.into_plane()?;
     case.give_mesh("<mesh 1>", square(1.0));
     case.read_mesh_files("no/such/folder".as_ref())?;
     Ok(case)

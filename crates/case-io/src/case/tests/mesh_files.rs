@@ -79,8 +79,7 @@ fn bodies_that_are_one_mesh_are_parted_only_when_asked() {
     assert!(told.contains("duplicate_interface = true"), "{told}");
     let case = load(folder.path(), [A, APART]).unwrap();
     assert!(case.mesh_notes().iter().any(|n| n.starts_with("2 nodes of m.inp belonging to both bodies")));
-    let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-    assert_eq!(case.build_interface(0, &[first, second]).unwrap().pairs().len(), 2);
+    assert_eq!(case.build().unwrap().0.node_pairs(), 2);
     // Parting does not help if the cells are the same.
     let told = load(folder.path(), [A, "{ file = 'm.inp', region = 'both', duplicate_interface = true }"]);
     assert!(told.unwrap_err().to_string().contains("element 2 belongs to both bodies"));
@@ -172,8 +171,7 @@ fn a_side_of_the_other_body_is_said_to_be_one() {
     assert!(said.ends_with("help: \"b.low\" is a side of body \"b\": name a side of \"a\" here"), "{said}");
     let surfaces = |names: &'static str| {
         let case = with(&move |text: String| text.replace("[\"bottom\", \"top\"]", names));
-        let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-        case.build_interface(0, &[first, second]).unwrap_err().to_string()
+        case.build().unwrap_err().to_string()
     };
     let said = surfaces("[\"b.low\", \"b.low\"]");
     assert!(said.ends_with("help: \"b.low\" is a side of body \"b\": name a side of \"a\" here"), "{said}");
