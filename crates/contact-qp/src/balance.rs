@@ -453,6 +453,7 @@ impl<'a> Projection<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::random;
 
     /// The forces below and above each block of a pile are in balance with its load.
     #[test]
@@ -484,10 +485,11 @@ mod tests {
         tilt: f64,
         pressed: usize,
     ) -> (SparseRows, Vec<f64>) {
-        let (bodies, points) = (3 + (3.0 * random()) as usize, 12 + (16.0 * random()) as usize);
+        let (bodies, points) =
+            (3 + (3.0 * (random() + 0.5)) as usize, 12 + (16.0 * (random() + 0.5)) as usize);
         let mut lines = vec![Vec::new(); 6 * bodies];
         for j in 0..bodies * points {
-            let [x, y] = [2.0 * random() - 1.0, 2.0 * random() - 1.0];
+            let [x, y] = [2.0 * random(), 2.0 * random()];
             let [a, b] = [tilt * x, tilt * y];
             let wrench = [a, b, 1.0, y - b, a - x, x * b - y * a + 0.3 * tilt * x * y];
             let below = j / points;
@@ -501,18 +503,14 @@ mod tests {
         let mut rows = SparseRows::new(bodies * points);
         lines.into_iter().for_each(|line| rows.push(line));
         let forces: Vec<f64> =
-            (0..bodies * points).map(|j| if j % points < pressed { random() } else { 0.0 }).collect();
+            (0..bodies * points).map(|j| if j % points < pressed { 0.5 + random() } else { 0.0 }).collect();
         let loads = rows.times(&forces);
         (rows, loads)
     }
 
     #[test]
     fn loads_on_the_edge_of_what_can_be_balanced_are_balanced() {
-        let mut state = 11u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = random(11);
         for (tilt, pressed) in [(0.1, 1), (0.1, 2), (0.5, 1), (0.5, 2), (1.0, 1), (1.0, 2)] {
             for k in 0..200 {
                 let (rows, loads) = edge_of_balance(&mut random, tilt, pressed);
