@@ -10,7 +10,7 @@ use std::path::Path;
 use tests::random_solids::{FAMILIES, PROMISES, Problem, Trial};
 
 /// Problems of the whole study, and of a quick one.
-const PROBLEMS: [u64; 2] = [3_400, 340];
+const PROBLEMS: [u64; 2] = [4_000, 400];
 /// Problems between two writings of the tables.
 const CHUNK: u64 = 170;
 
