@@ -303,7 +303,7 @@ fn contact_forces<S: Recovery>(problem: &ContactProblem<S>, fields: &[Vec<S::Vec
         };
         let found: Vec<f64> = pair.elastic_sides().filter_map(of_side).collect();
         let mean = found.iter().sum::<f64>() / found.len().max(1) as f64;
-        // Pressure is looked for among the pairs that carry a force, and rounding is none.
+        // Pressure is looked for among the pairs that carry a force, not where there is only rounding.
         if mean > noise(pair) { mean } else { 0.0 }
     };
     let of_pair = |pair: &ContactPair<S>| pair.interface.pairs().iter().map(|p| force(pair, p)).collect();
