@@ -24,7 +24,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 72] = [
+pub const FEATURES: [&str; 73] = [
     "no contact",
     "one body",
     "two bodies",
@@ -50,6 +50,7 @@ pub const FEATURES: [&str; 72] = [
     "declared arc",
     "declared smooth curve",
     "corner of one side",
+    "torque on a pin",
     "given normal",
     "gap: none",
     "gap: number",
@@ -99,8 +100,9 @@ pub const FEATURES: [&str; 72] = [
     "limits",
 ];
 
-/// One of this many problems has a corner of one side.
-const KINKED: u64 = 30;
+/// One of this many problems has a corner of one side, and one has a pin that may spin. They are not among the layouts, so that the other
+/// problems keep their numbers.
+const SELDOM: u64 = 30;
 
 /// The table of the keys and values of a case file, with the features that switch them on.
 pub const KEYS: &str = include_str!("matrix/keys.toml");
@@ -161,9 +163,11 @@ impl Problem {
             layouts::alone,
         ];
         let layout = d.random.integer(0, LAYOUTS.len() - 1);
-        // Not among the layouts, so that the other problems keep their numbers.
-        let kinked = number % KINKED == KINKED / 2;
-        let mut known = if kinked { layouts::kinked(&mut d)? } else { LAYOUTS[layout](&mut d)? };
+        let mut known = match number % SELDOM {
+            7 => layouts::spun(&mut d)?,
+            15 => layouts::kinked(&mut d)?,
+            _ => LAYOUTS[layout](&mut d)?,
+        };
         if last != 1.0 {
             known = Known::default();
         }

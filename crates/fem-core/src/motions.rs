@@ -1,8 +1,8 @@
 //! The rigid motions that the supports of the bodies leave free.
 
 use crate::assembly::external_forces;
-use crate::body::{Body, Piece, RigidMotion};
-use crate::geometry::{Coordinates, perpendicular};
+use crate::body::{Body, FacetCondition, Piece, RigidMotion};
+use crate::geometry::{Coordinates, Vector, perpendicular};
 use crate::interface::{ContactProblem, LeftOut, Partner};
 use crate::mesh::id::FacetId;
 use crate::space::{Plane, Space};
@@ -118,10 +118,10 @@ impl ContactProblem {
     /// Leaves the loads along some motions out, if each of them is a rotation about the centre of all contact lines of a body that only they hold,
     /// with a load that the error of the polygon explains:
     /// ```math
-    /// |e·a| ≤ ∑_i P_i |(n_i − (x_i − c)/R)·R a| + |∫ b·R a|
+    /// |e·a + ∫ b·R a + ∫ t·R a| ≤ |∑_i P_i (n_i − (x_i − c)/R)·R a|
     /// ```
-    /// with the means `n_i` of the polygon's normals, and the integral over what is between the chords and the declared arcs: the load of the body
-    /// force that the polygon lacks. `None` if one is not.
+    /// with the means `n_i` of the polygon's normals, body force and tractions on what is between the chords and the declared arcs, and so on the left
+    /// the load of the declared shape. `None` if one is not.
     ///
     /// * `motion`: of the assembly; `forces`: `P`, which balance all other loads, by row, N/m.
     pub fn without_spins(&self, motion: &AssemblyMotion, forces: &[f64]) -> Option<Self> {
@@ -145,7 +145,7 @@ impl ContactProblem {
         }
         let centre = motion.centre + 1.0 / motion.spin * perpendicular(motion.translation);
         let moved = motion.displacements(of);
-        let mut allowed = 0.0;
+        let mut of_polygon = 0.0;
         for (pair, rows) in self.contacts.iter().zip(self.normal_rows()) {
             let Some(side) = pair.side_of(Partner::Body(body)) else { continue };
             let Some(own) = pair.interface.centre() else { return false };
@@ -155,11 +155,12 @@ impl ContactProblem {
             }
             let polygon = pair.interface.polygon_normals(of, side);
             for ((node, polygon), force) in pair.interface.pairs().iter().zip(&polygon).zip(&forces[rows]) {
-                allowed += force * (polygon - node.normal).dot(&moved[node.nodes[side]]).abs();
+                of_polygon += force * (polygon - node.normal).dot(&moved[node.nodes[side]]);
             }
         }
-        let load: f64 = external_forces(of).iter().zip(&moved).map(|(f, u)| f.dot(u)).sum();
-        load.abs() <= allowed + load_beyond_chords(of, motion).abs()
+        let terms = || external_forces(of).into_iter().zip(&moved).map(|(f, u)| f.dot(u));
+        let load = terms().sum::<f64>() + load_beyond_chords(of, motion);
+        load.abs() <= of_polygon.abs() + ROUNDING * terms().map(f64::abs).sum::<f64>()
     }
 
     /// Leaves the load along a rotation of a body out: a constant traction along its whole boundary, without resultant, balances it.
@@ -174,28 +175,61 @@ impl ContactProblem {
     }
 }
 
-/// Computes the load along a motion of the body force between the chords of a mesh and the arcs that are declared there, N/m times the unit of the
-/// motion. It is negative where an arc takes something away, such as at a hole.
+/// Computes what the loads on the arcs of a body do along a motion beyond those on its chords, N/m times the unit of the motion.
 fn load_beyond_chords(body: &Body, motion: RigidMotion) -> f64 {
-    let mesh = body.mesh();
-    let of_facet = |facet: FacetId| {
-        let Some(&Piece::Arc { centre, radius }) = body.curve(facet) else { return 0.0 };
-        let [from, to] = mesh.facet_corners(facet);
-        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from).norm());
-        let arm = (middle - centre).norm();
-        // A segment of a circle: its area, and the distance of its centre of area from the centre of the circle.
-        let (angle, sine) = (2.0 * (half / radius).asin(), half / radius);
-        let part = angle - angle.sin();
-        if !(part > 0.0 && arm > 0.0) {
-            return 0.0;
-        }
-        let distance = 4.0 * radius * sine.powi(3) / (3.0 * part);
-        let out = 1.0 / arm * (middle - centre);
-        let at = middle + (distance - radius * (0.5 * angle).cos()) * out;
-        let area = 0.5 * radius * radius * part * mesh.facet_normal(facet).dot(&out).signum();
-        area * body.body_force().dot(&motion.at(at))
+    let of_facet = |(condition, facet): (&FacetCondition, &FacetId)| {
+        let Some(&Piece::Arc { centre, radius }) = body.curve(*facet) else { return 0.0 };
+        let Some(segment) = Segment::new(body, *facet, centre, radius) else { return 0.0 };
+        segment.area * body.body_force().dot(&motion.at(segment.centre_of_area()))
+            + segment.traction_beyond_chord(&condition.traction, motion)
     };
-    mesh.topology().boundary_facets().iter().map(|facet| of_facet(*facet)).sum()
+    let facets = body.mesh().topology().boundary_facets();
+    body.facet_conditions().iter().zip(facets).map(of_facet).sum()
+}
+
+/// The segment of a circle between a chord and its arc.
+struct Segment {
+    centre: Vector,
+    radius: f64,
+    /// Half the angle of the arc.
+    angle: f64,
+    /// Unit vectors from the centre to the middle of the chord, and along the chord.
+    axes: [Vector; 2],
+    /// It is negative where the arc takes something away, such as at a hole.
+    area: f64,
+}
+
+impl Segment {
+    /// Returns `None` if the arc is straight to rounding, or half a circle.
+    fn new(body: &Body, facet: FacetId, centre: Vector, radius: f64) -> Option<Self> {
+        let [from, to] = body.mesh().facet_corners(facet);
+        let [arm, along] = [0.5 * (from + to) - centre, 0.5 * (to - from)];
+        let angle = (along.norm() / radius).asin();
+        let part = 2.0 * angle - (2.0 * angle).sin();
+        let axes = [1.0 / arm.norm() * arm, 1.0 / along.norm() * along];
+        let side = body.mesh().facet_normal(facet).dot(&axes[0]).signum();
+        let area = 0.5 * radius * radius * part * side;
+        (part > 0.0 && arm.norm() > 0.0).then_some(Self { centre, radius, angle, axes, area })
+    }
+
+    fn centre_of_area(&self) -> Vector {
+        let distance = 2.0 * (self.radius * self.angle.sin()).powi(3) / (3.0 * self.area.abs());
+        self.centre + distance * self.axes[0]
+    }
+
+    /// Computes `∫ t·R` over the arc less that over the chord.
+    ///
+    /// * `traction`: at both ends; it is linear in the angle and along the chord.
+    fn traction_beyond_chord(&self, traction: &[Vector; 2], motion: RigidMotion) -> f64 {
+        let Self { centre, radius, angle, axes: [out, along], .. } = *self;
+        let [mean, half] = [0.5 * (traction[0] + traction[1]), 0.5 * (traction[1] - traction[0])];
+        let (sine, cosine) = angle.sin_cos();
+        let turned = |v: Vector| motion.spin * radius * radius * perpendicular(v);
+        // The integrals of 1, of the cosine and of the angle times the sine over the arc, less those over the chord.
+        mean.dot(&motion.at(centre)) * 2.0 * radius * (angle - sine)
+            + mean.dot(&turned(out)) * 2.0 * sine * (1.0 - cosine)
+            + half.dot(&turned(along)) * (2.0 / angle * (sine - angle * cosine) - 2.0 / 3.0 * sine * sine)
+    }
 }
 
 /// Returns the largest displacement, m.
@@ -208,33 +242,72 @@ mod tests {
     use super::*;
     use crate::body::{CurveKind, CurvedSide};
     use crate::boundary::BoundaryConditions;
-    use crate::geometry::Vector;
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::TriMesh;
 
-    #[test]
-    fn the_body_force_on_a_disc_has_no_moment_about_its_centre_though_that_on_its_polygon_has() {
-        let (centre, radius, force) = (Vector::new(0.3, -0.2), 2.0, Vector::new(-1.0, 0.5));
-        // Edges of 6 to 30 degrees.
+    const CENTRE: Vector = Vector::new(0.3, -0.2);
+    const RADIUS: f64 = 2.0;
+    const FORCE: Vector = Vector::new(-1.0, 0.5);
+    const SPIN: RigidMotion =
+        RigidMotion { piece: 0, translation: Vector::ZERO, spin: 1.0 / RADIUS, centre: CENTRE };
+
+    /// A polygon of 20 edges of 6 to 30 degrees whose rim is declared as a circle.
+    fn disc(loads: &BoundaryConditions) -> Body {
         let angles: Vec<f64> = (0..20).map(|k| f64::from(k) * 18.0 + 6.0 * f64::from(k * k % 3)).collect();
         let on_rim =
-            |angle: &f64| centre + radius * Vector::new(angle.to_radians().cos(), angle.to_radians().sin());
-        let points: Vec<Vector> = std::iter::once(centre).chain(angles.iter().map(on_rim)).collect();
+            |angle: &f64| CENTRE + RADIUS * Vector::new(angle.to_radians().cos(), angle.to_radians().sin());
+        let points: Vec<Vector> = std::iter::once(CENTRE).chain(angles.iter().map(on_rim)).collect();
         let edges: Vec<[u32; 2]> = (1..=20).map(|k| [k, k % 20 + 1]).collect();
         let cells: Vec<[u32; 3]> = edges.iter().map(|[a, b]| [0, *a, *b]).collect();
         let mesh = TriMesh::new(points, cells, vec![("rim".to_owned(), edges)]).unwrap();
         let steel = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
-        let body = Body::new(mesh, steel, &BoundaryConditions::new().body_force(force)).unwrap();
-        let body = body.with_curves(&[CurvedSide { on: "rim".into(), kind: CurveKind::Arc }]).unwrap();
-        let motion = RigidMotion { piece: 0, translation: Vector::ZERO, spin: 1.0 / radius, centre };
-        let moved = motion.displacements(&body);
-        let load: f64 = external_forces(&body).iter().zip(&moved).map(|(f, u)| f.dot(u)).sum();
-        let beyond = load_beyond_chords(&body, motion);
-        assert!(load.abs() > 1e-3 && (load + beyond).abs() < 1e-13, "{load} {beyond}");
-        // The whole disc is pushed along.
-        let along = RigidMotion { translation: force, spin: 0.0, ..motion };
-        let area: f64 = (0..20).map(|t| body.mesh().measure(t)).sum();
-        let lacks = std::f64::consts::PI * radius * radius - area;
-        assert!((load_beyond_chords(&body, along) - 1.25 * lacks).abs() < 1e-12);
+        let body = Body::new(mesh, steel, loads).unwrap();
+        body.with_curves(&[CurvedSide { on: "rim".into(), kind: CurveKind::Arc }]).unwrap()
+    }
+
+    /// Returns the load of the polygon along a motion, and what the disc adds.
+    fn load(body: &Body, motion: RigidMotion) -> [f64; 2] {
+        let moved = motion.displacements(body);
+        let load = external_forces(body).iter().zip(&moved).map(|(f, u)| f.dot(u)).sum();
+        [load, load_beyond_chords(body, motion)]
+    }
+
+    #[test]
+    fn loads_on_a_disc_have_no_moment_about_its_centre_though_those_on_its_polygon_have() {
+        let [x, y] = [FORCE[0], FORCE[1]];
+        let weight = disc(&BoundaryConditions::new().body_force(FORCE));
+        let wind = disc(&BoundaryConditions::new().traction("rim", [x.into(), y.into()]));
+        // Both loads of the whole disc along the force.
+        let along = RigidMotion { translation: FORCE, spin: 0.0, ..SPIN };
+        let pi = std::f64::consts::PI;
+        for (body, size) in [(weight, pi * RADIUS * RADIUS), (wind, 2.0 * pi * RADIUS)] {
+            let [polygon, beyond] = load(&body, SPIN);
+            assert!(polygon.abs() > 1e-3 && (polygon + beyond).abs() < 1e-13, "{polygon} {beyond}");
+            let [polygon, beyond] = load(&body, along);
+            assert!((polygon + beyond - size * FORCE.dot(&FORCE)).abs() < 1e-12, "{polygon} {beyond}");
+        }
+    }
+
+    #[test]
+    fn a_traction_that_changes_along_an_arc_is_integrated_there() {
+        let body = disc(&BoundaryConditions::new());
+        let facet = body.mesh().topology().boundary_facets()[3];
+        let segment = Segment::new(&body, facet, CENTRE, RADIUS).unwrap();
+        let traction = [Vector::new(1.0, -2.0), Vector::new(0.5, 3.0)];
+        let motion = RigidMotion { translation: Vector::new(0.4, 0.1), centre: Vector::ZERO, ..SPIN };
+        let [from, to] = body.mesh().facet_corners(facet);
+        let mut expected = 0.0;
+        const PARTS: usize = 10_000;
+        for k in 0..PARTS {
+            let part = (k as f64 + 0.5) / PARTS as f64;
+            let pulled = (1.0 - part) * traction[0] + part * traction[1];
+            let (sine, cosine) = (segment.angle * (2.0 * part - 1.0)).sin_cos();
+            let on_arc = CENTRE + RADIUS * (cosine * segment.axes[0] + sine * segment.axes[1]);
+            let on_chord = (1.0 - part) * from + part * to;
+            expected += pulled.dot(&motion.at(on_arc)) * 2.0 * RADIUS * segment.angle
+                - pulled.dot(&motion.at(on_chord)) * (to - from).norm();
+        }
+        let found = segment.traction_beyond_chord(&traction, motion);
+        assert!((found - expected / PARTS as f64).abs() < 1e-8 && found.abs() > 1e-4, "{found} {expected}");
     }
 }

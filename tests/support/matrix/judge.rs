@@ -1,6 +1,6 @@
 //! Judges of the guarantees that the program prints.
 
-use super::layouts::Column;
+use super::layouts::{Column, Torque};
 use super::runs::{CaseText, Done, Quiet, resume, run, run_and_write};
 use super::{Measured, Problem, Trial};
 use crate::finer::{finer, halve};
@@ -161,6 +161,9 @@ pub(super) fn judge(problem: &Problem, folder: &Path, trial: &mut Trial) -> Made
         Ok(done) => done,
         Err(failure) => {
             refused(&failure, trial);
+            if let Some(torque) = &problem.known.torque {
+                of_torque(torque, None, trial);
+            }
             return Ok(());
         }
     };
@@ -179,6 +182,9 @@ pub(super) fn judge(problem: &Problem, folder: &Path, trial: &mut Trial) -> Made
     if !done.report.steps.is_empty() && trial.code != 0 {
         // An earlier step is the answer.
         return Ok(());
+    }
+    if let Some(torque) = &problem.known.torque {
+        of_torque(torque, Some(&done), trial);
     }
     let Some(claim) = done.solved.answer.certified().and_then(Claim::new) else { return Ok(()) };
     if let Some(column) = &problem.known.column {
@@ -286,6 +292,27 @@ fn of_resume(source: &CaseText, done: &Done, out: &Path, trial: &mut Trial) {
     };
     trial.say(Promise::Resume, again.as_ref().is_ok_and(same), || {
         format!("{interrupted:?}: {:?}", again.map(|again| (again.report.status, again.report.certificate)))
+    });
+}
+
+/// Judges what is said of a torque on a pin: one that the polygon explains is left out, with its size; a larger one is not held.
+///
+/// * `done`: the run, if the program did not refuse it.
+fn of_torque(torque: &Torque, done: Option<&Done>, trial: &mut Trial) {
+    let Torque { loads: [torque, weight], angle } = *torque;
+    // The moment of the polygon's normals, as a part of the weight.
+    let of_polygon = 0.1 * angle * angle * weight + ROUNDING * torque.abs();
+    let not_held = |reason: &str| reason.contains("is not held");
+    if trial.code == 4 || not_held(&trial.reason) {
+        trial.say(Promise::Status, torque != 0.0, || "without a torque a pin is held".to_owned());
+        return;
+    }
+    let Some(certificate) = done.and_then(|done| done.report.valid_certificate()) else { return };
+    let left_out: f64 = certificate.projected_load.iter().map(|of| of.load).sum();
+    let rest = torque.abs() - left_out.abs();
+    trial.say(Promise::Words, rest.abs() <= of_polygon, || format!("{left_out:e} of {torque:e} left out"));
+    trial.say(Promise::Status, torque.abs() <= of_polygon, || {
+        format!("a torque of {torque:e} beside {weight:e} is not left out by the error of the polygon")
     });
 }
 

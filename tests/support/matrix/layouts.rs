@@ -12,6 +12,17 @@ pub(super) struct Known {
     pub(super) force: Option<f64>,
     /// A column under a uniform pressure: the exact displacements.
     pub(super) column: Option<Column>,
+    /// The torque on a pin that may spin in its bore.
+    pub(super) torque: Option<Torque>,
+}
+
+/// A torque on a pin that no friction holds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Torque {
+    /// The torque over the pin's radius, and the weight that presses it into the bore, N/m.
+    pub(super) loads: [f64; 2],
+    /// The largest angle between two nodes that follow each other on the pin or on the bore, rad.
+    pub(super) angle: f64,
 }
 
 /// Blocks of one width on top of each other under a uniform pressure, on rollers below and on the left: the exact solution is linear in
@@ -232,7 +243,7 @@ pub(super) fn pile(d: &mut Draw) -> Made<Known> {
         (width, below) = (next, Some(name));
     }
     let pairs = count - usize::from(!on_plane);
-    Ok(Known { force: Some(force * pairs as f64), column: None })
+    Ok(Known { force: Some(force * pairs as f64), ..Known::default() })
 }
 
 /// Blocks of one width under a uniform pressure, between rollers: linear displacements, whatever the meshes.
@@ -285,7 +296,7 @@ pub(super) fn column(d: &mut Draw) -> Made<Known> {
     }
     let pairs = count - usize::from(!on_plane);
     let force = load * d.length * width * pairs as f64;
-    Ok(Known { force: Some(force), column: Some(column) })
+    Ok(Known { force: Some(force), column: Some(column), ..Known::default() })
 }
 
 /// Blocks around a point: two clamped ones side by side, one or two on both.
@@ -482,6 +493,45 @@ pub(super) fn pin(d: &mut Draw) -> Made<Known> {
     };
     d.pair([&first, &second], [side, "inner"], "gap = \"geometric\"\n");
     Ok(Known::default())
+}
+
+/// A pin that may spin in its bore, both declared as arcs, under its weight and a torque that is zero, below or above the error of the polygon.
+pub(super) fn spun(d: &mut Draw) -> Made<Known> {
+    for feature in
+        ["bent contact line", "closed contact line", "gap: geometric", "declared arc", "floating body"]
+    {
+        d.mark(feature);
+    }
+    d.mark("torque on a pin");
+    d.nested = false;
+    d.triangles = (0.5 * d.triangles).max(48.0);
+    const BORE: f64 = 0.4;
+    let clearance = if d.random.unit() < 0.3 { 0.0 } else { d.between(0.0, 0.02) };
+    let around = d.random.integer(16, 48);
+    let other = if d.matching { around } else { d.random.integer(16, 48) };
+    let turned = if d.random.unit() < 0.5 { 0.0 } else { d.between(0.0, 360.0 / around as f64) };
+    let size = d.stress * d.strain * d.length;
+    let force = [0, 1].map(|_| size * d.random.signed());
+    let weight = size * 1e-3 + force[0].hypot(force[1]);
+    let torque = match d.random.integer(0, 3) {
+        0 => 0.0,
+        _ => weight * 10f64.powf(d.between(-6.0, 0.0)) * d.random.signed().signum(),
+    };
+    let area = std::f64::consts::PI * (1.0 - BORE * BORE) * d.length.powi(2);
+    let [x, y] = [force[0] / area, force[1] / area - 1e-3 * size / area];
+    let slope = torque * d.length / (std::f64::consts::TAU * (BORE * d.length).powi(3));
+    let [cx, cy] = [d.at(0, 0.0), d.at(1, 0.0)];
+    let around_centre = [format!("{:?}*(y-({cy:?}))", -slope), format!("{slope:?}*(x-({cx:?}))")];
+    let twisted = d.pulled("inner", [&around_centre[0], &around_centre[1]]);
+    let arc = |side: &str| format!("[[body.curve]]\non = \"@{side}\"\nkind = \"arc\"\n");
+    let load = format!("body_force = [{x:?}, {y:?}]\n") + &twisted + &arc("outer");
+    let pin = d.ring([BORE, 1.0], [turned, turned + 360.0], around, &load);
+    let held = "[[body.displacement]]\non = \"@outer\"\nfixed = true\n".to_owned() + &arc("inner");
+    let bore = d.ring([1.0 + clearance, 2.0], [0.0, 360.0], other, &held);
+    d.pair([&pin, &bore], ["outer", "inner"], "gap = \"geometric\"\n");
+    let angle = std::f64::consts::TAU / around.min(other) as f64;
+    let loads = [torque, f64::hypot(x, y) * area];
+    Ok(Known { torque: Some(Torque { loads, angle }), ..Known::default() })
 }
 
 /// Parts of two rings, both held: a bent contact line without gap.
