@@ -29,6 +29,10 @@ fn a_cube_on_a_sphere_has_the_forces_of_another_code() {
         assert!(solved.is_certified());
         let results = solved.results.unwrap();
         assert_near(results.contact_force, force, 1e-7);
+        // Normals are not unit vectors.
+        for of_body in solved.rows.last().unwrap().contact_forces {
+            assert_near(of_body, results.contact_force, 1e-9);
+        }
         assert_near(results.max_pressure, peak, 1e-6);
         // The sphere carries the load and what the planes of symmetry do not.
         assert_near(results.contacts[0].resultant[2], 20.0, 1e-10);

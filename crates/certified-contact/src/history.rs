@@ -10,8 +10,8 @@ use nndd::{Iterate, IterationRow};
 pub struct IterationRecord {
     /// The data of the iteration.
     pub iteration: IterationRow,
-    /// The contact forces on the first and on the second bodies of the pairs, N/m, positive in compression: equal at
-    /// the discrete solution.
+    /// The contact forces on the first and on the second bodies of the pairs, `∑ P_i |n_i|`, N/m, positive in compression: equal at the discrete
+    /// solution.
     pub contact_forces: [f64; 2],
     /// The discretisation indicator, if it was computed.
     pub eta_dis: Option<f64>,
@@ -23,8 +23,13 @@ impl IterationRecord {
     /// Creates the row of an iterate without estimate.
     pub(crate) fn new<S: Space>(iterate: &Iterate, problem: &ContactProblem<S>) -> Self {
         let mut contact_forces = [0.0; 2];
+        let [first, second] = iterate.forces();
         for (pair, block) in problem.contacts.iter().zip(problem.blocks()) {
-            let by_side = pair.roles.by_side(iterate.contact_forces_of(block));
+            let pressed = |forces: &[f64]| -> f64 {
+                let of_pairs = pair.interface.pairs().iter().zip(&forces[block.clone()]);
+                of_pairs.map(|(pair, force)| force * pair.normal_length()).fold(0.0, |sum, force| sum + force)
+            };
+            let by_side = pair.roles.by_side([0.0 - pressed(first), pressed(second)]);
             contact_forces.iter_mut().zip(by_side).for_each(|(sum, force)| *sum += force);
         }
         Self { iteration: iterate.into(), contact_forces, eta_dis: None, e_cre: None }

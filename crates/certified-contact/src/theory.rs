@@ -18,7 +18,7 @@
 //! |---|---|
 //! | (1) | [`LinearElastic::stress`](fem_core::material::LinearElastic::stress), [`field::stresses`](fem_core::field::stresses) |
 //! | (2), (3), (4) | [`BoundaryConditions`](fem_core::boundary::BoundaryConditions), evaluated in [`Body::new`](fem_core::body::Body::new); their weak form in [`System::assemble`](fem_core::assembly::System::assemble) |
-//! | (5)-(7) | the nodal law in step 1, (9); its pairs, normals and gaps in [`ContactInterface`](fem_core::interface::ContactInterface) |
+//! | (5)-(7) | the nodal law in step 1, (9); the sign of `p`: [`ContactSystem`](fem_core::contact_system::ContactSystem); its pairs, normals and gaps in [`ContactInterface`](fem_core::interface::ContactInterface) |
 //!
 //! # The iteration
 //! Given the normal trace λ on Γ_C, nodal forces `r` and the Steklov-Poincaré operators S₁, S₂:
@@ -34,7 +34,7 @@
 //! | (8) | [`InterfaceOperator::reaction`](fem_core::condensation::InterfaceOperator::reaction) |
 //! | (9) | [`contact_qp::solve_box`] |
 //! | (10), (11) | [`InterfaceOperator::trace_from_force`](fem_core::condensation::InterfaceOperator::trace_from_force) |
-//! | the loop | [`nndd::solve`]; weights other than ½ and other updates: [`nndd::Weights`], [`nndd::Acceleration`] |
+//! | the loop, a line per step | `iterate` in `crates/nndd/src/iteration.rs`, called by [`nndd::solve`]; weights other than ½ and other updates: [`nndd::Weights`], [`nndd::Acceleration`] |
 //!
 //! `S` is a by-product of the factorisation `K = L Lᵀ` with the interface last. The displacement is recovered only on
 //! request:

@@ -12,6 +12,7 @@
 //! |---|---|---|---|
 //! | Ω | the meshed body | `n` nodes | [`mesh::Mesh`] |
 //! | 𝔼 | the elasticity tensor | per cell | [`material::LinearElastic`] |
+//! | ∇φ_k | gradients in one cell, its strain and stiffness | per cell | [`element::Element`] |
 //! | u_D, F, b | conditions and loads | per side | [`boundary::BoundaryConditions`], evaluated in [`body::Body`] |
 //! | K, f | stiffness and load in the unknowns | about `2n` or `3n` | [`assembly::System`] |
 //! | L | the factor | | [`cholesky::Cholesky`] |

@@ -108,8 +108,8 @@ impl<'a> Steps<'a> {
         Ok(self.answers(lambda, responses, amounts))
     }
 
-    /// Step 2: the Neumann problems (10) and (11) of all bodies under their shares of the imbalance `r¹ + r²`, and the direction
-    /// `w¹ − w²` in which their traces change λ.
+    /// Step 2: the Neumann problems (10) and (11) of all bodies under their shares of the imbalance `j = P¹ − P² = −(r¹ + r²)`,
+    /// and the direction `w¹ − w²` in which their traces change λ. [`Correction`] has the signs of the shares.
     pub(crate) fn step_2(&self, answers: &StepOne) -> Vec<f64> {
         let pressing = answers.carried.iter().zip(&answers.unilateral);
         let imbalance: Vec<f64> = pressing.map(|(first, second)| first - second).collect();
