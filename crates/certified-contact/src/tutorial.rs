@@ -127,7 +127,35 @@
 //! [`Obstacle::moved`](fem_core::interface::Obstacle::moved) moves the line, [`Obstacle::stamp`](fem_core::interface::Obstacle::stamp)
 //! lets it move under a force. `examples/assembly.rs` has three blocks, on refined meshes.
 //!
-//! # 6. The meaning of the number
+//! # 6. Solids
+//! The same types with [`Solid`](fem_core::space::Solid) in place of the plane serve tetrahedra. Flat surfaces whose nodes match are paired by
+//! [`pair_flat`](contact_geometry::pair_flat); rigid planes, spheres and cylinders by [`solid_against`](contact_geometry::solid_against). Forces are in N.
+//! ```
+//! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactProblem, Gap},
+//!     material::LinearElastic, mesh::generate::cuboid, space::Solid};
+//! use certified_contact::{Settings, Silent, contact_geometry::pair_flat, solve};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let steel = || LinearElastic::isotropic_solid(2000.0, 0.3);
+//! // One cube on the other, pressed down by 10 Pa; rollers hold the lower one at its bottom, and both at two sides.
+//! let sides = BoundaryConditions::<Solid>::default().roller("left", 0.0).roller("front", 0.0);
+//! let [pressed, on_floor] = [sides.clone().pressure("top", 10.0), sides.roller("bottom", 0.0)];
+//! let upper = Body::new(cuboid([0.0, 0.0, 1.0], [1.0; 3], [4; 3])?, steel()?, &pressed)?;
+//! let lower = Body::new(cuboid([0.0; 3], [1.0; 3], [4; 3])?, steel()?, &on_floor)?;
+//! let between = pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+//! let problem = ContactProblem::between([upper, lower], between);
+//! let answer = solve(problem, &Settings::<Solid>::default(), &mut Silent)?;
+//! // Tetrahedra represent a uniform stress exactly, so the bound is round-off.
+//! assert!(answer.is_certified() && answer.relative() < Some(1e-10));
+//! let results = answer.results.as_ref().ok_or("no results")?;
+//! assert!((results.contact_force - 10.0).abs() < 1e-9);
+//! // The area in contact: of faces closed at every node, and at one node at least.
+//! let area = &results.contacts[0].area;
+//! assert!((area.inner - 1.0).abs() < 1e-12 && (area.outer - 1.0).abs() < 1e-12);
+//! # Ok(()) }
+//! ```
+//! `examples/solids.rs` certifies two blocks of which only a part touches, on three meshes.
+//!
+//! # 7. The meaning of the number
 //! The bound is of the energy norm of the error, and holds for data that are linear along the edges, on the given polygons. If a
 //! check fails by more than round-off, [`certificate`](cre_estimator::Estimate::certificate) is `None`; then there is no bound, and
 //! [`unchecked`](cre_estimator::Estimate::unchecked) has the numbers for a report. [`theory`](crate::theory) has every formula.
