@@ -91,8 +91,7 @@ pub fn unbalanced(rows: &ContactRows) -> Result<Option<Unbalanced>, NnddError> {
     }
     let (matrix, [lower, upper], _) = balance.forces(&rows.limits());
     let (forces, _) = unbalanced_load(&matrix, &rest, [&lower, &upper])?;
-    let work = balance.loads.iter().zip(&unbalanced).map(|(e, a)| e * a).sum();
-    Ok(Some(Unbalanced { motion: UnresistedMotion::new(&unbalanced, work), forces }))
+    Ok(Some(Unbalanced { motion: UnresistedMotion::along(&unbalanced), forces }))
 }
 
 fn size(values: &[f64]) -> f64 {
@@ -252,13 +251,7 @@ impl<'a> Balance<'a> {
         if !(size(&free) > most) {
             return Ok(Held::By(forces));
         }
-        let mut work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
-        // Friction at its limit resists a part of the load.
-        for (i, opened) in matrix.transposed_times(&free).iter().enumerate().filter(|(i, _)| lower[*i] < 0.0)
-        {
-            work -= forces[i] * opened;
-        }
-        let motion = UnresistedMotion::new(&free, work);
+        let motion = UnresistedMotion::along(&free);
         Ok(if cones { Held::OutsideCones(motion) } else { Held::Not(motion) })
     }
 }
