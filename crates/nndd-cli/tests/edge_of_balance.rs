@@ -42,7 +42,7 @@ fn pushed_over(solid: bool, beyond: f64) -> String {
 fn the_load_that_nothing_resists_is_right_to_its_digits() {
     let temp = tempfile::tempdir().unwrap();
     for solid in [false, true] {
-        for beyond in [1e-3, 1e-5, 1e-7, 3e-8, 2e-8, 1e-8, 5e-9, 2e-9, 1e-9, 3e-10] {
+        for beyond in [1e-3, 1e-5, 1e-7, 3e-8, 2e-8, 1e-8, 5e-9, 2e-9, 1e-9, 3e-10, 1e-10, 1e-11] {
             let (code, text) = solved(temp.path(), &pushed_over(solid, beyond));
             assert_eq!(code, 4, "{solid} {beyond:e}: {text}");
             let load = text.split_once("(load ").and_then(|(_, rest)| rest.split_once(' ')).unwrap().0;
@@ -80,4 +80,35 @@ fn a_box_whose_load_is_nearly_between_two_of_three_spheres_is_solved() {
             assert!((force - share).abs() < 1e-12, "{inside:e}: {force:e} is not {share:e}");
         }
     }
+}
+
+#[test]
+fn a_small_torque_on_a_pin_is_rounding_or_is_refused() {
+    let temp = tempfile::tempdir().unwrap();
+    let mut codes = Vec::new();
+    for k in 0..16 {
+        let torque = 10f64.powf(-13.0 + 0.5 * f64::from(k));
+        let ring = |name: &str, radii: &str, more: &str| {
+            format!(
+                "[[body]]\nname = \"{name}\"\nmaterial = \"m\"\ngenerator = {{ kind = \"ring\", radii = {radii}, cells = [48, 4] }}\n\
+                 [[body.curve]]\non = [\"inner\", \"outer\"]\nkind = \"arc\"\n{more}"
+            )
+        };
+        let twisted = format!(
+            "[[body.traction]]\non = \"inner\"\nvector = [\"{torque:?} * -y\", \"{torque:?} * x\"]\n\
+             [[body.traction]]\non = \"inner\"\nvector = [-3.0, 1.0]\n"
+        );
+        let held = "[[body.displacement]]\non = \"outer\"\nfixed = true\n";
+        let case = format!(
+            "schema = 1\n[model]\nhypothesis = \"plane_stress\"\n[materials.m]\nyoung = 210e3\npoisson = 0.3\n{}{}\
+             [contact]\nbodies = [\"lug\", \"pin\"]\nsurfaces = [\"inner\", \"outer\"]\ngap = \"geometric\"\n",
+            ring("lug", "[10.02, 20.0]", held),
+            ring("pin", "[4.0, 10.0]", &twisted),
+        );
+        let (code, text) = solved(temp.path(), &case);
+        assert!(code == 0 || code == 4, "{torque:e}: {code} {text}");
+        codes.push(code);
+    }
+    // From one torque on it is refused.
+    assert!(codes.is_sorted() && codes.contains(&0) && codes.contains(&4), "{codes:?}");
 }

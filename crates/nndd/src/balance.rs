@@ -10,11 +10,8 @@
 use crate::error::NnddError;
 use crate::unresisted::UnresistedMotion;
 use contact_qp::{BalanceRows, Combination, RowSelection, SparseRows, unbalanced_load};
-use fem_core::contact_system::{ContactRows, RowLaw};
+use fem_core::contact_system::{ContactRows, ROUNDING, RowLaw};
 use std::collections::BTreeMap;
-
-/// A load of a motion below this fraction of all loads is round-off.
-const NO_LOAD: f64 = 1e-10;
 
 /// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
 const NEARLY: f64 = 0.25;
@@ -86,7 +83,7 @@ pub struct Unbalanced {
 pub fn unbalanced(rows: &ContactRows) -> Result<Option<Unbalanced>, NnddError> {
     let balance = Balance::new(rows)?;
     let (unbalanced, rest) = balance.parts();
-    if !(size(&unbalanced) > NO_LOAD * rows.load_size) {
+    if !(size(&unbalanced) > ROUNDING * rows.load_size) {
         return Ok(None);
     }
     let (matrix, [lower, upper], _) = balance.forces(&rows.limits());
@@ -234,7 +231,7 @@ impl<'a> Balance<'a> {
             return Ok(Held::By(Vec::new()));
         }
         let (matrix, [lower, upper], cones) = self.forces(limits);
-        let most = NO_LOAD * self.rows.load_size;
+        let most = ROUNDING * self.rows.load_size;
         let left = |forces: &[f64]| -> Vec<f64> {
             matrix.times(forces).iter().zip(&self.loads).map(|(product, e)| e - product).collect()
         };
