@@ -521,4 +521,37 @@ mod tests {
             }
         }
     }
+
+    /// A block on a row of points, or a box on a square of them, with a load on one point, and `beyond` of its width outside of the edge.
+    fn beside_the_edge(cells: usize, solid: bool, beyond: f64) -> (SparseRows, Vec<f64>, f64) {
+        let at = |k: usize| k as f64 / cells as f64 - 0.5;
+        let points: Vec<[f64; 2]> = if solid {
+            (0..(cells + 1) * (cells + 1)).map(|k| [at(k % (cells + 1)), at(k / (cells + 1))]).collect()
+        } else {
+            (0..=cells).map(|k| [at(k), 0.0]).collect()
+        };
+        let mut rows = SparseRows::new(points.len());
+        rows.push((0..points.len()).map(|i| (i, 1.0)));
+        rows.push((0..points.len()).map(|i| (i, points[i][0])));
+        rows.push((0..points.len()).map(|i| (i, points[i][1])));
+        let arm = 0.5 + beyond;
+        (rows, vec![1.0, arm, 0.0], beyond / 1.25f64.sqrt())
+    }
+
+    #[test]
+    fn what_is_left_beside_the_edge_of_what_can_be_balanced_is_right_to_its_digits() {
+        for solid in [false, true] {
+            for cells in [2, 4, 8] {
+                for k in 0..=24 {
+                    let beyond = 1e-12 * 10f64.powf(0.5 * f64::from(k));
+                    let (rows, loads, wanted) = beside_the_edge(cells, solid, beyond);
+                    let (lower, upper) = (vec![0.0; rows.columns()], vec![f64::INFINITY; rows.columns()]);
+                    let (_, left) = unbalanced_load(&rows, &loads, [&lower, &upper]).unwrap();
+                    // The loads have the rounding of numbers of size 1.
+                    let wrong = (norm(&left) - wanted).abs();
+                    assert!(wrong <= 1e-15, "{wrong:e} {solid} {cells} {beyond:e}");
+                }
+            }
+        }
+    }
 }

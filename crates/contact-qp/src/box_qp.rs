@@ -37,8 +37,8 @@ enum Way {
     /// Clarabel's set with multipliers that have the right signs. Those of least norm may have wrong ones if the set determines `x`
     /// alone, such as in a single feasible point.
     Multipliers,
-    /// A descent from Clarabel's point, which lowers the objective with every step: active sets may come back, and the rows may not hold
-    /// on Clarabel's set.
+    /// A descent from Clarabel's point, or from one where the rows hold, which lowers the objective with every step: active sets may come back, and
+    /// the rows may not hold on Clarabel's set.
     Descent,
 }
 
@@ -177,10 +177,15 @@ impl Search<'_> {
 
     fn descent(&mut self) -> Option<ActiveSetPoint> {
         let point = self.point.as_ref().filter(|_| self.is_small())?;
-        // The second one passes all bounds on its way, but finds no set on which the rows cannot hold.
-        for states in [point.states.clone(), self.near.states_at_rest()] {
+        let all = self.near.states_at_rest();
+        // The second one passes all bounds on its way. The third one begins where the rows hold, so that they hold on all its sets: Clarabel's
+        // point may be far from there if gaps are much larger than what the loads move.
+        let starts = [(Some(&point.x), &point.states), (Some(&point.x), &all), (None, &all)];
+        for (from, states) in starts {
             let limit = MOST_DESCENTS + 4 * states.len();
-            let (found, steps) = self.system.descend(&point.x, states, limit);
+            let feasible = if from.is_none() { self.system.feasible(&point.x) } else { None };
+            let Some(from) = from.or(feasible.as_ref()) else { return None };
+            let (found, steps) = self.system.descend(from, states.clone(), limit);
             self.counts.descent_steps += steps;
             if found.is_some() {
                 return found;

@@ -30,8 +30,8 @@ pub struct ContactSystem<'a> {
     pub rigid: Vec<Vec<Vec<f64>>>,
 }
 
-/// A number below this fraction of its terms is rounding.
-const ROUNDING: f64 = 1e-12;
+/// A number below this fraction of its terms is rounding: a trace of a rigid motion, and a load along it.
+pub const ROUNDING: f64 = 1e-12;
 
 /// Returns a trace of a rigid motion, or a load along it, or 0 if it is rounding: forces of 1e16 would balance a load with it.
 ///

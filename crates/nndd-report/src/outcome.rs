@@ -311,7 +311,8 @@ fn unsolved<S: Dimension>(case: &Case<S>, solution: &CertifiedSolution<S>, statu
         (true, QpStatus::MaxIterations, _) => "raise solver.max_iterations",
         // It tries both, whatever solver.qp is.
         _ if newton => {
-            "active sets and Clarabel have been tried: use other mesh sizes, or end one of two contact sides that share nodes an edge earlier"
+            "active sets and Clarabel have been tried: use other mesh sizes, end one of two contact sides that share nodes an edge earlier, or \
+             move a load that lies next to the edge of what the contact sides can balance"
         }
         (.., QpChoice::ActiveSet) => "try solver.qp = \"clarabel\"",
         _ => "try solver.qp = \"active-set\"",

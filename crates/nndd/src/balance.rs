@@ -10,11 +10,8 @@
 use crate::error::NnddError;
 use crate::unresisted::UnresistedMotion;
 use contact_qp::{BalanceRows, Combination, RowSelection, SparseRows, unbalanced_load};
-use fem_core::contact_system::{ContactRows, RowLaw};
+use fem_core::contact_system::{ContactRows, ROUNDING, RowLaw};
 use std::collections::BTreeMap;
-
-/// A load of a motion below this fraction of all loads is round-off.
-const NO_LOAD: f64 = 1e-10;
 
 /// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
 const NEARLY: f64 = 0.25;
@@ -86,13 +83,12 @@ pub struct Unbalanced {
 pub fn unbalanced(rows: &ContactRows) -> Result<Option<Unbalanced>, NnddError> {
     let balance = Balance::new(rows)?;
     let (unbalanced, rest) = balance.parts();
-    if !(size(&unbalanced) > NO_LOAD * rows.load_size) {
+    if !(size(&unbalanced) > ROUNDING * rows.load_size) {
         return Ok(None);
     }
     let (matrix, [lower, upper], _) = balance.forces(&rows.limits());
     let (forces, _) = unbalanced_load(&matrix, &rest, [&lower, &upper])?;
-    let work = balance.loads.iter().zip(&unbalanced).map(|(e, a)| e * a).sum();
-    Ok(Some(Unbalanced { motion: UnresistedMotion::new(&unbalanced, work), forces }))
+    Ok(Some(Unbalanced { motion: UnresistedMotion::along(&unbalanced), forces }))
 }
 
 fn size(values: &[f64]) -> f64 {
@@ -235,7 +231,7 @@ impl<'a> Balance<'a> {
             return Ok(Held::By(Vec::new()));
         }
         let (matrix, [lower, upper], cones) = self.forces(limits);
-        let most = NO_LOAD * self.rows.load_size;
+        let most = ROUNDING * self.rows.load_size;
         let left = |forces: &[f64]| -> Vec<f64> {
             matrix.times(forces).iter().zip(&self.loads).map(|(product, e)| e - product).collect()
         };
@@ -252,13 +248,7 @@ impl<'a> Balance<'a> {
         if !(size(&free) > most) {
             return Ok(Held::By(forces));
         }
-        let mut work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
-        // Friction at its limit resists a part of the load.
-        for (i, opened) in matrix.transposed_times(&free).iter().enumerate().filter(|(i, _)| lower[*i] < 0.0)
-        {
-            work -= forces[i] * opened;
-        }
-        let motion = UnresistedMotion::new(&free, work);
+        let motion = UnresistedMotion::along(&free);
         Ok(if cones { Held::OutsideCones(motion) } else { Held::Not(motion) })
     }
 }

@@ -11,8 +11,12 @@ pub struct UnresistedMotion {
 }
 
 impl UnresistedMotion {
-    pub(crate) fn new(amounts: &[f64], work: f64) -> Self {
-        let moving = amounts.iter().copied().enumerate().filter(|(_, amount)| *amount != 0.0);
-        Self { amounts: moving.collect(), work }
+    /// Takes what forces leave of the loads, `a = e − G P`, for the motion.
+    ///
+    /// The work is `a·a`: with the forces nearest to the loads `P·Gᵀa` is zero but for friction at its limit. The work of the loads themselves,
+    /// `e·a`, is mostly rounding if little of them is left.
+    pub(crate) fn along(left: &[f64]) -> Self {
+        let moving = left.iter().copied().enumerate().filter(|(_, amount)| *amount != 0.0);
+        Self { amounts: moving.collect(), work: left.iter().map(|a| a * a).sum() }
     }
 }

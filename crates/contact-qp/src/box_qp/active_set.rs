@@ -21,6 +21,8 @@ pub(super) struct System<'a> {
     lengths: Vec<f64>,
     /// The sizes of `x` and `y` that the data have.
     size: [f64; 2],
+    /// The size of `x` that the rows have. Gaps much larger than what the loads move ask for a much larger one.
+    in_rows: f64,
 }
 
 /// How the equations of a set are solved.
@@ -59,12 +61,13 @@ impl<'a> System<'a> {
             Algebra::Sparse(_) => qp.matrix.diagonal(i),
         };
         let alone = |i: usize| qp.linear[i] / diagonal(i).max(f64::MIN_POSITIVE);
+        let in_rows = largest(qp.right_side.iter().zip(&lengths).map(|(e, length)| e / length));
         // Of a fixed unknown the stiffness may be rounding.
         let x = largest((0..n).filter(|i| qp.lower[*i] < qp.upper[*i]).map(alone))
-            .max(largest(qp.right_side.iter().zip(&lengths).map(|(e, length)| e / length)))
+            .max(in_rows)
             .max(largest(near.lower.iter().chain(near.upper).map(finite)));
         let y = largest(qp.linear.iter().copied());
-        Self { qp, algebra, lengths, size: [x, y] }
+        Self { qp, algebra, lengths, size: [x, y], in_rows }
     }
 
     /// Computes `P x + q − Gᵀ a`.
@@ -166,6 +169,32 @@ impl<'a> System<'a> {
         (None, limit)
     }
 
+    /// Finds a point within the bounds in which the rows hold, few unknowns away from their bounds; `None` if there is none with given values of the
+    /// unknowns that have two bounds.
+    ///
+    /// * `from`: these values.
+    pub(super) fn feasible(&self, from: &[f64]) -> Option<Vec<f64>> {
+        let (n, m) = (from.len(), self.lengths.len());
+        let (lower, upper) = (self.qp.lower, self.qp.upper);
+        // A value to begin with, and the signs of its change.
+        let change = |i: usize| match (lower[i].is_finite(), upper[i].is_finite()) {
+            (true, true) => (from[i].clamp(lower[i], upper[i]), [].as_slice()),
+            (true, false) => (lower[i], [1.0].as_slice()),
+            (false, true) => (upper[i], [-1.0].as_slice()),
+            (false, false) => (0.0, [-1.0, 1.0].as_slice()),
+        };
+        let mut x: Vec<f64> = (0..n).map(|i| change(i).0).collect();
+        let columns: Vec<(usize, f64)> =
+            (0..n).flat_map(|i| change(i).1.iter().map(move |s| (i, *s))).collect();
+        let rows = &self.unit_rows();
+        let matrix: Vec<f64> =
+            (0..m).flat_map(|k| columns.iter().map(move |(i, s)| s * rows[k * n + i])).collect();
+        let right_side = self.scaled_defect(&x);
+        let (moved, left) = nonnegative_least_squares(&matrix, &right_side).ok()?;
+        columns.iter().zip(moved).for_each(|((i, s), y)| x[*i] += s * y);
+        (norm(&left) <= CONTRADICTION * norm(&right_side)).then_some(x)
+    }
+
     /// Returns `G` with rows of length one, row after row.
     fn unit_rows(&self) -> Vec<f64> {
         let n = self.qp.linear.len();
@@ -205,12 +234,12 @@ impl<'a> System<'a> {
         let free: Vec<usize> = (0..states.len()).filter(|i| states[*i] == BoundState::Free).collect();
         match &self.algebra {
             Algebra::Full(full) => {
-                full.solve((&self.lengths, self.size[0]), (free, from), (&mut x, &mut a))?
+                full.solve((&self.lengths, self.in_rows), (free, from), (&mut x, &mut a))?
             }
             Algebra::Sparse(augmented) => augmented.solve(&self.lengths, &free, (&mut x, &mut a))?,
         }
         let contradiction = self.scaled_defect(&x).iter().fold(0.0f64, |m, d| m.max(d.abs()));
-        if contradiction > CONTRADICTION * self.size[0].max(largest(x.iter().copied())) {
+        if contradiction > CONTRADICTION * self.in_rows.max(largest(x.iter().copied())) {
             return None;
         }
         x.iter().chain(&a).all(|v| v.is_finite()).then(|| ActiveSetPoint { x, a, states: states.to_vec() })

@@ -71,3 +71,61 @@ fn rows_that_cannot_hold_on_the_set_of_clarabel_are_reached_by_a_descent() {
     }
     assert!(descents > 30, "{descents}");
 }
+
+/// A box of unit width that three rigid spheres carry, one below each of three of its nodes, which are drawn. Of a load of 1 they carry given shares.
+///
+/// Returns the numbers of the three contacts.
+fn three_spheres(random: &mut Random, shares: [f64; 3]) -> (Problem, [usize; 3]) {
+    let cells = 2 + (1.5 * (1.0 + random.number())) as usize;
+    let (side, nodes) = (cells + 1, (cells + 1) * (cells + 1));
+    let at = |i: usize| [i % side, i % nodes / side].map(|k| k as f64 / cells as f64 - 0.5);
+    let distance = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a - c).hypot(b - d);
+    let area = |[a, b]: [f64; 2], [c, d]: [f64; 2], [e, f]: [f64; 2]| (c - a) * (f - b) - (e - a) * (d - b);
+    let tops = loop {
+        let tops = [(); 3].map(|()| (0.5 * (1.0 + random.number()) * nodes as f64) as usize);
+        if area(at(tops[0]), at(tops[1]), at(tops[2])).abs() > 0.1 {
+            break tops;
+        }
+    };
+    // Each node may touch each sphere, of radius 2.
+    let n = 3 * nodes;
+    let normal = |i: usize| {
+        let [x, y] = [0, 1].map(|c| 0.5 * (at(i)[c] - at(tops[i / nodes])[c]));
+        [x, y, (1.0 - x * x - y * y).sqrt()]
+    };
+    let entry = |i: usize, j: usize| {
+        let cosine: f64 = normal(i).iter().zip(normal(j)).map(|(a, b)| a * b).sum();
+        1e-5 * cosine / (0.5 / cells as f64 + distance(at(i), at(j)))
+    };
+    let gap = |i: usize| 2.0 - (4.0 - distance(at(i), at(tops[i / nodes])).powi(2)).sqrt();
+    let matrix = (0..n * n).map(|k| entry(k % n, k / n)).collect();
+    let linear = (0..n).map(|i| gap(i) + 1e-5 * random.number()).collect();
+    let mut problem = Problem::below(matrix, linear, vec![0.0; n]);
+    // Forces, and moments about the middle of the box.
+    let wrench = |i: usize| {
+        let ([x, y, z], [a, b]) = (normal(i), at(i));
+        [x, y, z, b * z + 0.5 * y, -0.5 * x - a * z, a * y - b * x]
+    };
+    let rows: Vec<f64> = (0..6).flat_map(|k| (0..n).map(move |i| wrench(i)[k])).collect();
+    problem.rows = SparseRows::from_dense(n, &rows);
+    let contacts = [0, 1, 2].map(|k| k * nodes + tops[k]);
+    let mut forces = vec![0.0; n];
+    contacts.iter().zip(shares).for_each(|(i, share)| forces[*i] = share);
+    problem.right_side = problem.rows.times(&forces);
+    (problem, contacts)
+}
+
+#[test]
+fn forces_much_smaller_than_those_that_would_close_the_gaps_are_found() {
+    // The gaps ask for forces of 1e4, next to which the smallest share is rounding for Clarabel: on its set the rows cannot hold.
+    let mut random = Random::new(31);
+    for k in 0..320 {
+        let least = 10f64.powi(-1 - k % 8);
+        let (problem, contacts) = three_spheres(&mut random, [0.6 - 0.5 * least, 0.4 - 0.1 * least, least]);
+        for method in [QpMethod::ActiveSet, QpMethod::Clarabel] {
+            let found = solved(&problem, method);
+            let third = found.x[contacts[2]];
+            assert!((third - least).abs() <= 1e-12, "{third:e} of {least:e} by {method:?}");
+        }
+    }
+}
