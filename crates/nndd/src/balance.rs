@@ -182,6 +182,17 @@ impl<'a> Balance<'a> {
     /// # Errors
     /// [`NnddError::NotHeld`] with the motion that the loads cause and nothing resists; [`NnddError::OutsideCones`].
     pub(crate) fn check_held(&self, limits: &[f64]) -> Result<(), NnddError> {
+    /// Returns forces that balance as much of the loads as possible, by row, N/m, and the loads that they balance.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn balanced(&self) -> Result<(Vec<f64>, Vec<f64>), NnddError> {
+        let (matrix, [lower, upper], _) = self.forces(&self.rows.limits());
+        let (forces, _) = unbalanced_load(&matrix, &self.parts().1, [&lower, &upper])?;
+        let loads = matrix.times(&forces);
+        Ok((forces, loads))
+    }
+
         match self.question(limits)? {
             Held::By(_) => Ok(()),
             Held::OutsideCones(motion) => Err(NnddError::OutsideCones { motion }),
