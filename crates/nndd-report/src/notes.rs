@@ -8,6 +8,7 @@ use crate::verdict::is_round_off;
 use crate::words;
 use case_io::Case;
 use case_io::case::{BodyCase, Method};
+use case_io::diagnostic::significant;
 use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
 use fem_core::body::Body;
@@ -46,18 +47,7 @@ pub fn of_problem<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -
         notes.push(format!("{what}; it ignores `{}`{advice}", unused.join("`, `")));
     }
     let free = check::free_motions(case, problem).unwrap_or_default();
-    match free.as_slice() {
-        [] => {}
-        [motion] => notes.push(format!("free motion: {motion}; no load drives it, and it stays at zero")),
-        motions => notes.push(format!(
-            "free motions: {}{}; no load drives them, and they stay at zero",
-            motions.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join("; "),
-            motions
-                .len()
-                .checked_sub(MOST_NAMED + 1)
-                .map_or_else(String::new, |more| format!("; {} more", more + 1))
-        )),
-    }
+    notes.extend(of_free_motions(&free, case.adapt.is_some()));
     for (given, body) in case.bodies.iter().zip(&problem.bodies) {
         let imposed = body.node_constraints().iter().map(|constraint| norm(constraint.imposed));
         let largest = imposed.fold(0.0, f64::max);
@@ -72,6 +62,48 @@ pub fn of_problem<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -
         }
     }
     notes
+}
+
+/// Says which motions nothing resists.
+///
+/// * `free`: in words, each with the load along it, 0 if there is none; `refined`: whether finer meshes follow, whose polygons have other loads.
+fn of_free_motions(free: &[(String, f64)], refined: bool) -> Vec<String> {
+    let [alone, all_alone] = match refined {
+        false => ["no load drives it, and it stays at zero", "no load drives them, and they stay at zero"],
+        true => [
+            "no load drives it on this mesh, and it stays at zero",
+            "no load drives them on this mesh, and they stay at zero",
+        ],
+    };
+    let (loaded, unloaded): (Vec<_>, Vec<_>) = free.iter().partition(|(_, load)| *load > 0.0);
+    let with_load =
+        |(motion, load): &&(String, f64)| format!("{motion}, with a load {} along it", significant(*load));
+    let loaded: Vec<String> = loaded.iter().map(with_load).collect();
+    let unloaded: Vec<String> = unloaded.iter().map(|(motion, _)| motion.clone()).collect();
+    let all = [
+        (unloaded, ["free motion", alone], ["free motions", all_alone]),
+        (
+            loaded,
+            [
+                "free motion along declared arcs",
+                "that load is left out, and the motion stays at zero, if the error of the polygon explains the \
+             load; otherwise the body is not held",
+            ],
+            [
+                "free motions along declared arcs",
+                "these loads are left out, and the motions stay at zero, if the error of the polygons explains the \
+             loads; otherwise the bodies are not held",
+            ],
+        ),
+    ];
+    let note = |(motions, one, several): (Vec<String>, [&str; 2], [&str; 2])| {
+        let [name, end] = if motions.len() == 1 { one } else { several };
+        let named = motions.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join("; ");
+        let more = motions.len().saturating_sub(MOST_NAMED);
+        let more = if more == 0 { String::new() } else { format!("; {more} more") };
+        (!motions.is_empty()).then(|| format!("{name}: {named}{more}; {end}"))
+    };
+    all.into_iter().filter_map(note).collect()
 }
 
 /// Lists everything of a report, the important first.
