@@ -161,9 +161,9 @@ fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &
         let names: Vec<String> = cut.map(|(given, _)| format!("\"{}\"", given.name)).collect();
         if !names.is_empty() {
             notes.push(format!(
-                "the relaxation of {} took all estimator.max_steps = {} steps: more than {} may be left to gain",
+                "the relaxation of {} ended after {}, the most of estimator.max_steps, though more than {} may be left to gain: raise it",
                 names.join(", "),
-                until.max_steps,
+                words::counted(until.max_steps, "step"),
                 until.tolerance
             ));
         }
