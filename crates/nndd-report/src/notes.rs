@@ -14,7 +14,7 @@ use cre_estimator::Estimate;
 use fem_core::body::Body;
 use fem_core::geometry::norm;
 use fem_core::interface::ContactProblem;
-use nndd::NnddStatus;
+use nndd::{CoulombStatus, NnddStatus};
 
 /// From this strain on the theory of small strains is doubtful.
 const STRAIN: f64 = 0.1;
@@ -119,7 +119,9 @@ fn of_answer<S: ReportSpace>(case: &Case<S>, answer: &RunResult<S>, run: &[Strin
         |solution: &CertifiedSolution<S>| matches!(solution.nndd.status, NnddStatus::Diverged { .. });
     let mut notes = Vec::new();
     if let Some(estimate) = fields.estimate.filter(|_| !certified.is_some_and(diverged)) {
-        notes.extend(certified.into_iter().flat_map(|solution| what_dominates(case, solution)));
+        let valid = certified.filter(|solution| solution.is_certified());
+        notes.extend(valid.into_iter().flat_map(|solution| what_dominates(case, solution)));
+        notes.extend(no_contact(answer));
         notes.extend(of_fields(case, &fields, estimate));
     }
     notes.extend_from_slice(run);
@@ -128,13 +130,22 @@ fn of_answer<S: ReportSpace>(case: &Case<S>, answer: &RunResult<S>, run: &[Strin
     notes
 }
 
+/// Says that nothing touches, if that is known: the forces of an iterate may be far from those of the solution.
+fn no_contact<S: ReportSpace>(answer: &RunResult<S>) -> Option<String> {
+    let converged = match answer {
+        RunResult::Certified(solution) => solution.nndd.status == NnddStatus::StoppedByCriterion,
+        RunResult::Coulomb(result) => result.solution.status == CoulombStatus::Converged,
+    };
+    let fields = answer.fields();
+    let presses = fields.last.contact.normal_reaction.iter().any(|force| *force > 0.0);
+    let none = converged && !presses && !fields.problem.contacts.is_empty();
+    none.then(|| "no contact: no pressure acts between the bodies".to_owned())
+}
+
 /// Lists what can be said of the displacements that were found.
 fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &Estimate<S>) -> Vec<String> {
     let problem = fields.problem;
     let mut notes = Vec::new();
-    if !problem.contacts.is_empty() && fields.last.contact.normal_reaction.iter().all(|r| *r <= 0.0) {
-        notes.push("no contact: no force passes between the bodies".to_owned());
-    }
     for (body, given) in case.bodies.iter().enumerate() {
         let model = &problem.bodies[body];
         notes.extend(moved_far(given, model, &estimate.pair.bodies[body].displacement));
@@ -193,7 +204,7 @@ fn moved_far<S: ReportSpace>(
 /// From this share of the bound on, round-off gets a note.
 const ROUND_OFF_SHARE: f64 = 0.1;
 
-/// From this bound over the norm on, a material near incompressibility is the likely cause.
+/// From this part of the bound over the norm on, that of the mesh, a material near incompressibility is the likely cause.
 const LOCKING_BOUND: f64 = 0.5;
 
 /// From this Poisson's ratio on, triangles with linear displacements lock.
@@ -231,7 +242,7 @@ fn what_dominates<S: ReportSpace>(case: &Case<S>, solution: &CertifiedSolution<S
             format!("round-off is {share} of the bound, which no finer mesh lowers")
         });
     }
-    if found.e_cre > LOCKING_BOUND * estimate.energy_norm() && S::locks(case) {
+    if found.parts.mesh > LOCKING_BOUND * estimate.energy_norm() && S::locks(case) {
         notes.push(
             format!(
                 "a material is nearly incompressible, so the displacements are too small and the bound is large: {} or take a smaller \
