@@ -64,7 +64,7 @@ fn the_cases_with_coulomb_friction_have_the_figures_of_an_independent_code() {
     let steep = [("body.0.body_force".to_owned(), "[6.0, -10.0]".to_owned())];
     let problem = Case::parse(slope, "slope.toml", &steep).unwrap().build().unwrap().0;
     let refused = solve_coulomb(problem, &CoulombSettings::default(), Relaxation::NONE, &mut Silent);
-    assert!(matches!(refused, Err(SolveError::OutsideCones { load }) if load > 0.0));
+    assert!(matches!(refused, Err(SolveError::OutsideCones { motion }) if motion.load > 0.0));
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Coulomb friction: one solution of the discrete problem, and a residual. Nothing here is a certificate: no bound of the error is known.
 
+use crate::error::in_bodies;
 use crate::history::{IterationRecord, Step};
 use crate::results::Results;
 use cre_estimator::Estimate;
 use fem_core::interface::ContactProblem;
+use fem_core::prepared::AssemblyMotion;
 use fem_core::space::{Plane, Space};
 use nndd::{CoulombSolution, Iterate, NodeState};
 
@@ -40,6 +42,12 @@ impl<S: Space> CoulombResult<S> {
     /// Returns the state of each pair of nodes.
     pub fn states(&self) -> impl Iterator<Item = &[NodeState]> {
         self.solution.exact.friction.iter().map(|of| of.state.as_slice())
+    }
+
+    /// Returns the motion that friction with the pressures found does not resist, with the load that is left along it; `None` unless the limits of
+    /// friction were too small in the end. Other pressures may hold the bodies: that is not known.
+    pub fn unresisted(&self) -> Option<AssemblyMotion<S>> {
+        Some(in_bodies(&self.problem, self.solution.unresisted.as_ref()?))
     }
 
     /// Returns the equilibrated stresses and the admissible pair behind the residual. There is no [`Estimate::certificate`] of it.

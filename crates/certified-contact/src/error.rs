@@ -23,11 +23,12 @@ pub enum SolveError<S: Space = Plane> {
     },
     /// No forces within the cones of Coulomb friction balance the loads.
     #[error(
-        "the load is not balanced within the friction cones: a load of {load:e} is left; hold the bodies, or raise the coefficients of friction"
+        "the load is not balanced within the friction cones: a load of {:e} is left; hold the bodies, or raise the coefficients of friction",
+        motion.load
     )]
     OutsideCones {
-        /// The load that is left, N/m.
-        load: f64,
+        /// A motion that no forces within the cones resist, with the load along it. The bodies may move otherwise.
+        motion: AssemblyMotion<S>,
     },
     /// The iteration cannot be run.
     #[error(transparent)]
@@ -64,13 +65,15 @@ pub(crate) const NO_MOTION: f64 = 1e-10;
 impl<S: Space> SolveError<S> {
     /// Says what an error of the algebra means for the bodies.
     pub(crate) fn of_nndd(problem: &ContactProblem<S>, error: NnddError) -> Self {
-        let motion = |of: UnresistedMotion| {
-            problem.assembly_motion(&problem.rigid_motions(), &of.amounts, of.work, NO_MOTION)
-        };
         match error {
-            NnddError::NotHeld { motion: of } => Self::NotHeld { motion: motion(of) },
-            NnddError::OutsideCones { motion: of } => Self::OutsideCones { load: motion(of).load },
+            NnddError::NotHeld { motion } => Self::NotHeld { motion: in_bodies(problem, &motion) },
+            NnddError::OutsideCones { motion } => Self::OutsideCones { motion: in_bodies(problem, &motion) },
             other => Self::Nndd(other),
         }
     }
+}
+
+/// Returns a motion of the rows as one of the bodies.
+pub(crate) fn in_bodies<S: Space>(problem: &ContactProblem<S>, of: &UnresistedMotion) -> AssemblyMotion<S> {
+    problem.assembly_motion(&problem.rigid_motions(), &of.amounts, of.work, NO_MOTION)
 }

@@ -111,7 +111,7 @@ pub use solve_coulomb::solve_coulomb;
 pub use space::ContactSpace;
 pub use state::estimate;
 pub use steps::LoadSteps;
-pub use support::{PartnerMotions, Support, free_motions, support};
+pub use support::{FreeMotion, PartnerMotions, Support, free_motions, support};
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

@@ -18,6 +18,11 @@ pub trait ContactSpace: Recovery {
         Ok(problem)
     }
 
+    /// Tells whether a contact line is on a declared arc, along which a body can turn.
+    fn is_on_arc(_interface: &ContactInterface<Self>) -> bool {
+        false
+    }
+
     /// Finds the intervals of arc length whose nodes have a property, m.
     fn intervals(_interface: &ContactInterface<Self>, _carries: &dyn Fn(usize) -> bool) -> Vec<[f64; 2]> {
         Vec::new()
@@ -42,6 +47,10 @@ pub trait ContactSpace: Recovery {
 impl ContactSpace for Plane {
     fn without_spin(problem: ContactProblem) -> Result<ContactProblem, SolveError> {
         spin::without_spin(problem)
+    }
+
+    fn is_on_arc(interface: &ContactInterface) -> bool {
+        interface.centre().is_some()
     }
 
     fn intervals(interface: &ContactInterface, carries: &dyn Fn(usize) -> bool) -> Vec<[f64; 2]> {

@@ -6,6 +6,7 @@ use fem_core::body::RigidMotion;
 use fem_core::interface::{ContactProblem, Partner};
 use fem_core::prepared::{AssemblyMotion, BodyMotion};
 use fem_core::space::{Plane, Space};
+use nndd::UnresistedMotion;
 
 /// A body that moves by less than this fraction of the one that moves most does not count as part of a free motion.
 const WEAK: f64 = 1e-3;
@@ -13,15 +14,25 @@ const WEAK: f64 = 1e-3;
 /// A motion of the assembly: each body or obstacle that moves, with its own motion.
 pub type PartnerMotions<S = Plane> = Vec<(Partner, RigidMotion<S>)>;
 
+/// A motion that no pair resists. It stays at zero.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FreeMotion<S: Space = Plane> {
+    /// The bodies and obstacles that move, the one that moves most (by 1 m) first.
+    pub bodies: PartnerMotions<S>,
+    /// The size of the load along it, N/m; 0 if no load drives it. A load is left out as far as the error of a polygon explains it, see
+    /// [`ContactProblem::without_spins`], and is not held otherwise.
+    pub load: f64,
+}
+
 /// How an assembly is held.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Support<S: Space = Plane> {
     /// The motion that the loads cause and nothing resists; `None` if the assembly is held.
     pub unresisted: Option<AssemblyMotion<S>>,
-    /// The motions that no pair resists and no load drives: each with the bodies and obstacles that move, the one that moves most (by 1 m) first.
-    /// They stay at zero.
-    pub free_motions: Vec<PartnerMotions<S>>,
+    /// See [`free_motions`].
+    pub free_motions: Vec<FreeMotion<S>>,
     /// Forces that balance the loads, for [`ContactProblem::balancing`]; empty if none are needed, or none do.
     pub forces: Vec<f64>,
 }
@@ -35,8 +46,7 @@ pub fn support<S: ContactSpace>(problem: &ContactProblem<S>) -> Result<Support<S
     let found =
         nndd::support(&problem.contact_rows()).map_err(|error| SolveError::of_nndd(problem, error))?;
     let motions = problem.rigid_motions();
-    let motion =
-        |of: nndd::UnresistedMotion| problem.assembly_motion(&motions, &of.amounts, of.work, NO_MOTION);
+    let motion = |of: UnresistedMotion| problem.assembly_motion(&motions, &of.amounts, of.work, NO_MOTION);
     Ok(Support {
         free_motions: in_bodies(problem, &motions, &found.free_motions),
         unresisted: found.unresisted.map(motion),
@@ -44,30 +54,43 @@ pub fn support<S: ContactSpace>(problem: &ContactProblem<S>) -> Result<Support<S
     })
 }
 
-/// Lists the motions that no pair resists and no load drives, see [`Support::free_motions`], without asking whether the assembly is held.
+/// Lists the motions that no pair resists and no load drives, and those of bodies whose contact lines are all on declared arcs with their loads, without
+/// asking whether the assembly is held.
 ///
 /// # Errors
 /// Numbers that are not finite.
 pub fn free_motions<S: ContactSpace>(
     problem: &ContactProblem<S>,
-) -> Result<Vec<PartnerMotions<S>>, SolveError<S>> {
-    let problem = &S::without_spin(problem.clone())?;
+) -> Result<Vec<FreeMotion<S>>, SolveError<S>> {
     let found = nndd::free_motions(&problem.contact_rows()).map_err(SolveError::Nndd)?;
     Ok(in_bodies(problem, &problem.rigid_motions(), &found))
 }
 
-fn in_bodies<S: Space>(
+fn in_bodies<S: ContactSpace>(
     problem: &ContactProblem<S>,
     motions: &[BodyMotion<S>],
-    found: &[Vec<(usize, f64)>],
-) -> Vec<PartnerMotions<S>> {
-    let of = |amounts: &Vec<(usize, f64)>| {
-        let motion = problem.assembly_motion(motions, amounts, 0.0, WEAK);
+    found: &[UnresistedMotion],
+) -> Vec<FreeMotion<S>> {
+    let of = |of: &UnresistedMotion| {
+        let motion = problem.assembly_motion(motions, &of.amounts, of.work, WEAK);
+        let left_out = problem.left_out.iter().find(|left_out| {
+            motion.bodies.iter().any(|(partner, _)| *partner == Partner::Body(left_out.body))
+        });
+        let load = left_out.map_or(motion.load, |left_out| left_out.load).abs();
         let mut bodies: Vec<_> = motion.bodies.into_iter().zip(motion.largest).collect();
         bodies.sort_by(|a, b| b.1.total_cmp(&a.1));
-        bodies.into_iter().map(|(of, _)| of).collect()
+        FreeMotion { bodies: bodies.into_iter().map(|(of, _)| of).collect(), load }
     };
-    let mut free: Vec<PartnerMotions<S>> = found.iter().map(of).collect();
-    free.sort_by_key(|bodies| bodies.first().map(|(body, _)| *body));
+    let may_be_left_out =
+        |motion: &FreeMotion<S>| motion.bodies.iter().all(|(partner, _)| is_on_arcs(problem, *partner));
+    let found = found.iter().map(of).filter(|motion| motion.load == 0.0 || may_be_left_out(motion));
+    let mut free: Vec<FreeMotion<S>> = found.collect();
+    free.sort_by_key(|motion| motion.bodies.first().map(|(body, _)| *body));
     free
+}
+
+/// Tells whether all contact lines of a body are on declared arcs.
+fn is_on_arcs<S: ContactSpace>(problem: &ContactProblem<S>, partner: Partner) -> bool {
+    let mut pairs = problem.contacts.iter().filter(|pair| pair.side_of(partner).is_some());
+    pairs.all(|pair| S::is_on_arc(&pair.interface))
 }

@@ -56,6 +56,35 @@ fn a_criterion_below_round_off_is_told_the_value_it_may_have() {
 }
 
 #[test]
+fn nothing_is_said_of_a_bound_that_is_not_valid() {
+    let (code, text) = solved("bad/case_not_certified.toml", &[]);
+    assert!(code == Some(6) && text.contains("the bound is not valid"), "{text}");
+    assert!(!text.contains("the bound is large"), "{text}");
+    let (code, text) = solved("bad/case_nearly_incompressible.toml", &[]);
+    assert!(code == Some(0) && text.contains("the bound is large"), "{text}");
+    // Nearly all of this bound is the iteration's, which no material explains.
+    let (code, text) = solved("true_numbers/absurd-allowance.toml", &[]);
+    assert!(code == Some(0) && !text.contains("the bound is large"), "{text}");
+}
+
+#[test]
+fn an_exact_solution_does_not_stop_by_a_criterion_of_iterations() {
+    let (code, text) = solved("stack.toml", &[]);
+    assert!(code == Some(0) && text.contains("\n  stop       at the exact solution; relaxation"), "{text}");
+    let (code, text) = solved("expressions.toml", &[]);
+    assert!(code == Some(0) && text.contains("\n  stop       estimator ratio 0.01"), "{text}");
+}
+
+/// The first iterates of these blocks are apart, the solution is not.
+#[test]
+fn no_contact_is_said_of_solutions_only() {
+    let (code, text) = solved("bad/adapt_iteration_stopped.toml", &[]);
+    assert!(code == Some(5) && !text.contains("no contact"), "{text}");
+    let (code, text) = solved("bad/case_opens.toml", &[]);
+    assert!(code == Some(0) && text.contains("no contact: no pressure acts"), "{text}");
+}
+
+#[test]
 fn a_target_below_round_off_is_told_the_one_that_can_be_reached() {
     let case = "bad/adapt_below_round_off.toml";
     // Below the allowance for round-off, and between that and what the iteration reaches.

@@ -221,7 +221,7 @@ fn units_label_and_change_no_number() {
 
 /// The line about the contact and the largest stress.
 fn key_results(said: &str) -> Option<&str> {
-    said.lines().find(|line| line.contains("integral of the pressure"))
+    said.lines().find(|line| line.contains("; these are not bounds"))
 }
 
 #[test]
@@ -257,6 +257,32 @@ fn a_run_ends_with_its_force_pressure_and_stress() {
     assert!(coulomb.contains("no bound exists") && key_results(&coulomb).is_none(), "{coulomb}");
     let adaptive = text(&solve(&cases().join("adaptive.toml"), &temp.path().join("adaptive"), &[]).stdout);
     assert!(adaptive.contains("against the mesh before") && key_results(&adaptive).is_none(), "{adaptive}");
+}
+
+/// Two blocks on a base: the surfaces of the first do not match, those of the second do and have the largest pressure.
+#[test]
+fn a_nodal_pressure_is_not_called_recovered() {
+    let block = |name: &str, x: f64, cells: usize, pressure: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmaterial = \"soft\"\n\
+             generator = {{ kind = \"block\", origin = [{x:?}, 1.0], size = [1.0, 1.0], cells = [{cells}, 2] }}\n\
+             [[body.displacement]]\non = \"left\"\nux = 0.0\n[[body.traction]]\non = \"top\"\npressure = {pressure:?}\n\
+             [[contact]]\nbodies = [\"{name}\", \"base\"]\nsurfaces = [\"bottom\", \"top\"]\n"
+        )
+    };
+    let base = "schema = 1\n[materials.soft]\nyoung = 1e5\npoisson = 0.3\n[[body]]\nname = \"base\"\nmaterial = \"soft\"\n\
+                generator = { kind = \"block\", origin = [0.0, 0.0], size = [5.0, 1.0], cells = [10, 2] }\n\
+                [[body.displacement]]\non = \"bottom\"\nfixed = true\n";
+    let temp = tempfile::tempdir().unwrap();
+    let case = temp.path().join("case.toml");
+    std::fs::write(&case, [base, &block("a", 0.5, 3, 1.0), &block("b", 3.0, 2, 10.0)].concat()).unwrap();
+    let out = temp.path().join("out");
+    let said = text(&solve(&case, &out, &[]).stdout);
+    let recovered =
+        report(&out).contact.iter().map(|pair| pair.max_pressure_recovered.is_some()).collect::<Vec<_>>();
+    assert_eq!(recovered, [true, false]);
+    let line = key_results(&said).unwrap_or_else(|| panic!("{said}"));
+    assert!(line.contains(", largest pressure (recovered on pairs that do not match) 12, "), "{line}");
 }
 
 #[test]

@@ -215,12 +215,46 @@ fn a_slope_is_held_up_to_its_coefficient() {
         let output = run(here.path(), command, "slope.toml", &steeper);
         let text = said(&output);
         assert_eq!(output.status.code(), Some(4), "{text}");
-        assert!(text.contains("the load is not balanced within the friction cones"), "{text}");
+        assert!(
+            text.contains("the load is not balanced within the friction cones: body \"block\" can "),
+            "{text}"
+        );
+        assert!(text.contains(" in that direction, which no contact forces"), "{text}");
         assert!(text.contains("\n  expected: ") && text.contains("\n  fix: "), "{text}");
         assert!(!here.path().join("out/report.json").exists());
     }
     let output = run(temp.path(), "check", "slope.toml", &[]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+}
+
+/// Full stick holds the eye around the pin where nothing presses, and pressures of zero made limits of zero.
+#[test]
+fn friction_holds_an_eye_with_clearance_against_a_torque() {
+    let solved = |torque: &str, mu: &str| {
+        let temp = tempfile::tempdir().unwrap();
+        let friction = format!("contact.0.friction={{law=\"coulomb\",mu={mu}}}");
+        let load = format!("body.1.traction.0.vector=[60.0, {torque}]");
+        solved(temp.path(), "true_numbers/pin-free/pin_arc.toml", &[&friction, &load])
+    };
+    for torque in ["0.0", "1e-9", "6.0"] {
+        let (report, text) = solved(torque, "0.3");
+        assert_eq!(report.status.word, "converged", "{torque}: {text}");
+        assert!(report.coulomb.as_ref().unwrap().restarts == 1, "{torque}: {text}");
+        let contact = &report.contact[0];
+        let (force, friction) = (contact.contact_force.unwrap(), contact.friction.as_ref().unwrap());
+        let friction = friction.tangential_force.abs();
+        assert!(friction <= 0.3 * force, "{torque}: {friction} {force}");
+        // A moment of 170 N/mm times the outer radius, over the radius of the pin.
+        let balances = if torque == "6.0" { 340.0 } else { 0.0 };
+        assert!((friction - balances).abs() < 2.0, "{torque}: {friction}");
+    }
+    for (torque, mu) in [("30.0", "0.3"), ("6.0", "0.01")] {
+        let (report, text) = solved(torque, mu);
+        assert_eq!((report.status.word.as_str(), report.status.code), ("stalled", 5), "{text}");
+        assert!(text.contains("friction is too small to hold the bodies with the pressures found"), "{text}");
+        assert!(text.contains(": body \"eye\" can rotate about (0, 0) (load "), "{text}");
+        assert!(text.contains(" in that direction is left)"), "{text}");
+    }
 }
 
 #[test]

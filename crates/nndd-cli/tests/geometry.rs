@@ -71,47 +71,90 @@ fn a_pin_that_may_spin_is_certified_on_finer_meshes() {
         let left_out = &report.certificate.unwrap().projected_load;
         assert_eq!(!left_out.is_empty(), said.contains("for the load without"), "{name}: {said}");
         assert!(left_out.iter().all(|of| of.share < 1e-3), "{name}: {left_out:?}");
+        assert!(!said.contains("no load drives it,"), "{name}: {said}");
+        assert_eq!(!left_out.is_empty(), said.contains("free motion along declared arcs"), "{name}: {said}");
     }
 }
-
-/// A pin under its weight and a torque, which is turned by 2 of the 7.5 degrees between two nodes: the normals of its polygon differ from those of the
-/// arc by 2 degrees in both directions, and have hardly a moment.
-const TURNED: &str = r#"
-schema = 1
-model.hypothesis = "plane_stress"
-materials.steel = { young = 210000.0, poisson = 0.3 }
-[[body]]
-name = "lug"
-material = "steel"
-generator = { kind = "ring", radii = [10.02, 20], cells = [48, 8] }
-displacement = [{ on = "outer", fixed = true }]
-curve = [{ on = ["inner", "outer"], kind = "arc" }]
-[[body]]
-name = "pin"
-material = "steel"
-generator = { kind = "ring", radii = [4.0, 10.0], angles = [2.0, 362.0], cells = [48, 4] }
-body_force = [-3.0, 1.0]
-traction = [{ on = "inner", vector = ["-3*y/4", "3*x/4"] }]
-curve = [{ on = "outer", kind = "arc" }]
-[[contact]]
-bodies = ["lug", "pin"]
-surfaces = ["inner", "outer"]
-gap = "geometric"
-"#;
 
 #[test]
 fn a_torque_that_the_polygon_does_not_explain_is_not_left_out() {
     let here = tempfile::tempdir().unwrap();
     let turned = here.path().join("turned.toml");
-    std::fs::write(&turned, TURNED).unwrap();
+    std::fs::write(&turned, TORQUE).unwrap();
     let of_file =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/true_numbers/pin-free/pin_arc.toml");
-    for (case, torque) in [(of_file, "body.1.traction.0.vector=[60.0, 6.0]"), (turned, "title=\"Turned\"")] {
+    let pulled = (of_file, "body.1.traction.0.vector=[60.0, 6.0]", "eye", "170");
+    let twisted = (turned, "body.1.traction.0.vector=[\"-0.75*y\", \"0.75*x\"]", "pin", "30.1");
+    for (command, (case, torque, body, load)) in
+        ["solve", "check"].into_iter().flat_map(|command| [&pulled, &twisted].map(|of| (command, of)))
+    {
         let mut program = Command::new(env!("CARGO_BIN_EXE_nndd"));
-        program.current_dir(here.path()).arg("solve").arg(case).args(["--set", torque]);
+        program.current_dir(here.path()).arg(command).arg(case).args(["--set", torque]);
         let output = program.output().unwrap();
         let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
         assert_eq!(output.status.code(), Some(4), "{said}");
-        assert!(said.contains("can rotate about (0, 0)"), "{said}");
+        assert!(said.contains(&format!("can rotate about (0, 0) (load {load} in that direction")), "{said}");
+        assert!(!said.contains("no load drives it"), "{said}");
+        let free = format!(
+            "free motion along declared arcs: body \"{body}\" can rotate about (0, 0), with a load {load} along it"
+        );
+        assert!(command == "solve" || said.contains(&free), "{said}");
     }
 }
+
+/// Says that a load is left out only as long as the polygon explains it.
+#[test]
+fn a_load_that_the_next_polygon_does_not_explain_is_called_so() {
+    let here = tempfile::tempdir().unwrap();
+    std::fs::write(here.path().join("torque.toml"), TORQUE).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_nndd"))
+        .current_dir(here.path())
+        .args(["solve", "torque.toml", "--out", "out"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert_eq!(output.status.code(), Some(6), "{said}");
+    assert!(said.contains("for the load without"), "{said}");
+    assert!(said.contains("is more than the error of the polygon of the next mesh"), "{said}");
+    assert!(!said.contains("no load drives it"), "{said}");
+}
+
+/// A pin in an eye, loaded by its weight and a small torque in its bore. It is turned by 2 of the 7.5 degrees between two nodes: the normals of its
+/// polygon differ from those of the arc by 2 degrees in both directions, and have hardly a moment.
+const TORQUE: &str = r#"
+schema = 1
+[materials.steel]
+young = 210e3
+poisson = 0.3
+
+[[body]]
+name = "eye"
+material = "steel"
+generator = { kind = "ring", radii = [10.02, 20.0], cells = [48, 8] }
+[[body.displacement]]
+on = "outer"
+fixed = true
+[[body.curve]]
+on = ["inner", "outer"]
+kind = "arc"
+
+[[body]]
+name = "pin"
+material = "steel"
+generator = { kind = "ring", radii = [4.0, 10.0], angles = [2.0, 362.0], cells = [48, 4] }
+body_force = [-3.0, 1.0]
+[[body.traction]]
+on = "inner"
+vector = ["-0.075 * y", "0.075 * x"]
+[[body.curve]]
+on = "outer"
+kind = "arc"
+
+[[contact]]
+bodies = ["eye", "pin"]
+surfaces = ["inner", "outer"]
+gap = "geometric"
+
+[adapt]
+target_relative_error = 0.05
+"#;

@@ -65,7 +65,12 @@ fn a_given_tolerance_holds() {
 fn steps_that_run_out_are_said() {
     let case = "true_numbers/force-clamped-32.toml";
     let (_, said) = solved(case, &[]);
-    assert!(said.contains("took all estimator.max_steps = 100 steps: more than 0.02 may be left"), "{said}");
+    assert!(
+        said.contains("ended after 100 steps, the most of estimator.max_steps, though more than 0.02"),
+        "{said}"
+    );
+    let (_, said) = solved("stack.toml", &["estimator.max_steps=1"]);
+    assert!(said.contains(" ended after 1 step, the most of estimator.max_steps, though"), "{said}");
     let (_, said) = solved("stack.toml", &[]);
-    assert!(!said.contains("took all"), "{said}");
+    assert!(!said.contains("the most of estimator.max_steps"), "{said}");
 }

@@ -5,6 +5,7 @@ use crate::curves;
 use crate::failure::{Failure, LIMIT, NOT_CERTIFIED};
 use crate::host::Event;
 use crate::memory;
+use crate::motion::all_move;
 use crate::outcome::{self, Ended, NOT_CONVERGED, stalled, word};
 use crate::paraview;
 use crate::resume::{self, RunDirectory};
@@ -14,6 +15,7 @@ use crate::stopwatch::Activity;
 use crate::words::{self, short};
 use case_io::Case;
 use case_io::case::{Adapt, Criterion, Target};
+use case_io::diagnostic::significant;
 use case_io::output::OutputDirectory;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{
@@ -21,7 +23,7 @@ use certified_contact::{
     IterationRecord, Observer, Phase, SolveError, Step, resume_adaptively, resume_coulomb_adaptively,
     solve_adaptively, solve_coulomb_adaptively,
 };
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Partner};
 use nndd::NnddStatus;
 use serde_json::{Value, json};
 
@@ -296,12 +298,27 @@ fn rose(answer: &Course) -> String {
     format!("the {what} rose on two meshes in a row, {}", relative.join(" < "))
 }
 
+/// Says that the next mesh is not held along a motion whose load the polygon of this one explained; `None` for other errors.
+fn no_longer_explained(case: &Case, answer: &Course, error: &SolveError) -> Option<String> {
+    let SolveError::NotHeld { motion } = error else { return None };
+    let left_out = &answer.answer.fields().problem.left_out;
+    left_out.iter().find(|of| motion.bodies.iter().any(|(partner, _)| *partner == Partner::Body(of.body)))?;
+    Some(format!(
+        "the load that is left out on mesh {} is more than the error of the polygon of the next mesh, so it turns the body there: {} (load {} in \
+         that direction, nothing resists); add a [[body.displacement]] that prevents this motion, or change the load",
+        answer.step,
+        all_move(case, motion),
+        significant(motion.load)
+    ))
+}
+
 /// Judges a run whose next mesh cannot be solved.
 fn failed(case: &Case, adapt: &Adapt, answer: &Course, error: &SolveError) -> Status {
     let failure = Failure::solve(case, error);
     let reason = failure.message.unwrap_or_else(|| error.to_string());
     match failure.code {
         LIMIT => word("limit", LIMIT, format!("the next mesh: {reason}")),
+        _ if let Some(reason) = no_longer_explained(case, answer, error) => missed(adapt, answer, &reason),
         _ => missed(adapt, answer, &format!("the next mesh cannot be solved: {reason}")),
     }
 }

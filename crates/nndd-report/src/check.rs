@@ -7,11 +7,11 @@ use crate::space::ReportSpace;
 use crate::words::ROUNDING;
 use case_io::Case;
 use case_io::case::{BodyCase, Factors};
-use certified_contact::SolveError;
+use certified_contact::{FreeMotion, SolveError};
 use fem_core::assembly::{AssemblyError, external_forces};
-use fem_core::body::{Body, RigidMotion, RigidSide};
+use fem_core::body::{Body, RigidSide};
 use fem_core::geometry::Coordinates;
-use fem_core::interface::{ContactProblem, Partner};
+use fem_core::interface::ContactProblem;
 use fem_core::prepared::PrepareError;
 use fem_core::space::{Plane, Space};
 use serde_json::{Value, json};
@@ -122,24 +122,24 @@ pub(crate) fn with_factors<S: ReportSpace>(
     S::with_factors(case, problem, factors).map_err(|error| Failure::solve(case, &error))
 }
 
-/// Says what the motions are that nothing resists and no load drives.
+/// Says what the motions are that nothing resists, each with the load along it, see [`certified_contact::FreeMotion`].
 ///
 /// # Errors
 /// Numbers that are not finite.
 pub(crate) fn free_motions<S: ReportSpace>(
     case: &Case<S>,
     problem: &ContactProblem<S>,
-) -> Result<Vec<String>, Failure> {
+) -> Result<Vec<(String, f64)>, Failure> {
     let loaded = case.step_ends().pop().map(|factors| with_factors(case, problem, &factors)).transpose()?;
     let found = certified_contact::free_motions(loaded.as_ref().unwrap_or(problem));
     let found = found.map_err(|error| Failure::solve(case, &error))?;
-    let of_motion = |bodies: &Vec<(Partner, RigidMotion<S>)>| {
+    let of_motion = |FreeMotion { bodies, load, .. }: &FreeMotion<S>| {
         let moves = bodies.iter().map(|(b, motion)| format!("{} {}", member(case, *b), moves(motion)));
         let mut words: Vec<String> = moves.take(MOST_NAMED).collect();
         words.extend(
             bodies.len().checked_sub(MOST_NAMED + 1).map(|more| format!("{} more with it", more + 1)),
         );
-        words.join(" and ")
+        (words.join(" and "), *load)
     };
     Ok(found.iter().map(of_motion).collect())
 }

@@ -218,11 +218,12 @@ impl Failure {
                 Self::limit(source.to_string())
             }
             SolveError::NotHeld { motion } => Self::not_held(case, motion),
-            SolveError::OutsideCones { load } => Self::no_unique_solution(format!(
-                "the load is not balanced within the friction cones (load {} is left)\n  expected: loads that \
-                     contact forces with |q| <= mu p balance\n  fix: raise mu, add a [[body.displacement]] that holds the body, or \
-                     change the load",
-                significant(*load)
+            SolveError::OutsideCones { motion } => Self::no_unique_solution(format!(
+                "the load is not balanced within the friction cones: {} (load {} in that direction, which no contact forces with \
+                 |q| <= mu p resist)\n  expected: loads that contact forces with |q| <= mu p balance\n  fix: raise mu, add a \
+                 [[body.displacement]] that holds the body, or change the load",
+                motion::all_move(case, motion),
+                significant(motion.load)
             )),
             SolveError::Estimator(
                 source @ (EstimatorError::NotFinite { .. }

@@ -6,6 +6,7 @@ use case_io::case::Dimension;
 use fem_core::body::RigidMotion;
 use fem_core::geometry::{Coordinates, shown};
 use fem_core::interface::Partner;
+use fem_core::prepared::AssemblyMotion;
 use fem_core::space::Space;
 
 /// Names a body or an obstacle.
@@ -18,6 +19,13 @@ pub(crate) fn member<S: Dimension>(case: &Case<S>, of: Partner) -> String {
             format!("the obstacle of \"{}\"", name.map_or("", String::as_str))
         }
     }
+}
+
+/// Describes a motion of the assembly.
+pub(crate) fn all_move<S: Dimension>(case: &Case<S>, motion: &AssemblyMotion<S>) -> String {
+    let of =
+        |(partner, moved): &(Partner, RigidMotion<S>)| format!("{} {}", member(case, *partner), moves(moved));
+    motion.bodies.iter().map(of).collect::<Vec<_>>().join(" and ")
 }
 
 /// Describes a rigid motion.

@@ -8,12 +8,13 @@ use crate::verdict::is_round_off;
 use crate::words;
 use case_io::Case;
 use case_io::case::{BodyCase, Method};
+use case_io::diagnostic::significant;
 use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
 use fem_core::body::Body;
 use fem_core::geometry::norm;
 use fem_core::interface::ContactProblem;
-use nndd::NnddStatus;
+use nndd::{CoulombStatus, NnddStatus};
 
 /// From this strain on the theory of small strains is doubtful.
 const STRAIN: f64 = 0.1;
@@ -46,18 +47,7 @@ pub fn of_problem<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -
         notes.push(format!("{what}; it ignores `{}`{advice}", unused.join("`, `")));
     }
     let free = check::free_motions(case, problem).unwrap_or_default();
-    match free.as_slice() {
-        [] => {}
-        [motion] => notes.push(format!("free motion: {motion}; no load drives it, and it stays at zero")),
-        motions => notes.push(format!(
-            "free motions: {}{}; no load drives them, and they stay at zero",
-            motions.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join("; "),
-            motions
-                .len()
-                .checked_sub(MOST_NAMED + 1)
-                .map_or_else(String::new, |more| format!("; {} more", more + 1))
-        )),
-    }
+    notes.extend(of_free_motions(&free, case.adapt.is_some()));
     for (given, body) in case.bodies.iter().zip(&problem.bodies) {
         let imposed = body.node_constraints().iter().map(|constraint| norm(constraint.imposed));
         let largest = imposed.fold(0.0, f64::max);
@@ -74,6 +64,48 @@ pub fn of_problem<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -
     notes
 }
 
+/// Says which motions nothing resists.
+///
+/// * `free`: in words, each with the load along it, 0 if there is none; `refined`: whether finer meshes follow, whose polygons have other loads.
+fn of_free_motions(free: &[(String, f64)], refined: bool) -> Vec<String> {
+    let [alone, all_alone] = match refined {
+        false => ["no load drives it, and it stays at zero", "no load drives them, and they stay at zero"],
+        true => [
+            "no load drives it on this mesh, and it stays at zero",
+            "no load drives them on this mesh, and they stay at zero",
+        ],
+    };
+    let (loaded, unloaded): (Vec<_>, Vec<_>) = free.iter().partition(|(_, load)| *load > 0.0);
+    let with_load =
+        |(motion, load): &&(String, f64)| format!("{motion}, with a load {} along it", significant(*load));
+    let loaded: Vec<String> = loaded.iter().map(with_load).collect();
+    let unloaded: Vec<String> = unloaded.iter().map(|(motion, _)| motion.clone()).collect();
+    let all = [
+        (unloaded, ["free motion", alone], ["free motions", all_alone]),
+        (
+            loaded,
+            [
+                "free motion along declared arcs",
+                "that load is left out, and the motion stays at zero, if the error of the polygon explains the \
+             load; otherwise the body is not held",
+            ],
+            [
+                "free motions along declared arcs",
+                "these loads are left out, and the motions stay at zero, if the error of the polygons explains the \
+             loads; otherwise the bodies are not held",
+            ],
+        ),
+    ];
+    let note = |(motions, one, several): (Vec<String>, [&str; 2], [&str; 2])| {
+        let [name, end] = if motions.len() == 1 { one } else { several };
+        let named = motions.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join("; ");
+        let more = motions.len().saturating_sub(MOST_NAMED);
+        let more = if more == 0 { String::new() } else { format!("; {more} more") };
+        (!motions.is_empty()).then(|| format!("{name}: {named}{more}; {end}"))
+    };
+    all.into_iter().filter_map(note).collect()
+}
+
 /// Lists everything of a report, the important first.
 pub(crate) fn of_report<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>) -> Vec<String> {
     [of_answer(case, &solved.answer, &solved.notes), of_case(case, &solved.case_notes)].concat()
@@ -87,7 +119,9 @@ fn of_answer<S: ReportSpace>(case: &Case<S>, answer: &RunResult<S>, run: &[Strin
         |solution: &CertifiedSolution<S>| matches!(solution.nndd.status, NnddStatus::Diverged { .. });
     let mut notes = Vec::new();
     if let Some(estimate) = fields.estimate.filter(|_| !certified.is_some_and(diverged)) {
-        notes.extend(certified.into_iter().flat_map(|solution| what_dominates(case, solution)));
+        let valid = certified.filter(|solution| solution.is_certified());
+        notes.extend(valid.into_iter().flat_map(|solution| what_dominates(case, solution)));
+        notes.extend(no_contact(answer));
         notes.extend(of_fields(case, &fields, estimate));
     }
     notes.extend_from_slice(run);
@@ -96,13 +130,22 @@ fn of_answer<S: ReportSpace>(case: &Case<S>, answer: &RunResult<S>, run: &[Strin
     notes
 }
 
+/// Says that nothing touches, if that is known: the forces of an iterate may be far from those of the solution.
+fn no_contact<S: ReportSpace>(answer: &RunResult<S>) -> Option<String> {
+    let converged = match answer {
+        RunResult::Certified(solution) => solution.nndd.status == NnddStatus::StoppedByCriterion,
+        RunResult::Coulomb(result) => result.solution.status == CoulombStatus::Converged,
+    };
+    let fields = answer.fields();
+    let presses = fields.last.contact.normal_reaction.iter().any(|force| *force > 0.0);
+    let none = converged && !presses && !fields.problem.contacts.is_empty();
+    none.then(|| "no contact: no pressure acts between the bodies".to_owned())
+}
+
 /// Lists what can be said of the displacements that were found.
 fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &Estimate<S>) -> Vec<String> {
     let problem = fields.problem;
     let mut notes = Vec::new();
-    if !problem.contacts.is_empty() && fields.last.contact.normal_reaction.iter().all(|r| *r <= 0.0) {
-        notes.push("no contact: no force passes between the bodies".to_owned());
-    }
     for (body, given) in case.bodies.iter().enumerate() {
         let model = &problem.bodies[body];
         notes.extend(moved_far(given, model, &estimate.pair.bodies[body].displacement));
@@ -129,9 +172,9 @@ fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &
         let names: Vec<String> = cut.map(|(given, _)| format!("\"{}\"", given.name)).collect();
         if !names.is_empty() {
             notes.push(format!(
-                "the relaxation of {} took all estimator.max_steps = {} steps: more than {} may be left to gain",
+                "the relaxation of {} ended after {}, the most of estimator.max_steps, though more than {} may be left to gain: raise it",
                 names.join(", "),
-                until.max_steps,
+                words::counted(until.max_steps, "step"),
                 until.tolerance
             ));
         }
@@ -161,7 +204,7 @@ fn moved_far<S: ReportSpace>(
 /// From this share of the bound on, round-off gets a note.
 const ROUND_OFF_SHARE: f64 = 0.1;
 
-/// From this bound over the norm on, a material near incompressibility is the likely cause.
+/// From this part of the bound over the norm on, that of the mesh, a material near incompressibility is the likely cause.
 const LOCKING_BOUND: f64 = 0.5;
 
 /// From this Poisson's ratio on, triangles with linear displacements lock.
@@ -199,7 +242,7 @@ fn what_dominates<S: ReportSpace>(case: &Case<S>, solution: &CertifiedSolution<S
             format!("round-off is {share} of the bound, which no finer mesh lowers")
         });
     }
-    if found.e_cre > LOCKING_BOUND * estimate.energy_norm() && S::locks(case) {
+    if found.parts.mesh > LOCKING_BOUND * estimate.energy_norm() && S::locks(case) {
         notes.push(
             format!(
                 "a material is nearly incompressible, so the displacements are too small and the bound is large: {} or take a smaller \

@@ -1,6 +1,7 @@
 //! The status word, exit status and reason of a run.
 
 use crate::failure::{FILES, INTERRUPTED, LIMIT, NOT_CERTIFIED};
+use crate::motion::all_move;
 use crate::solved::RunResult;
 use crate::words::{components, counted, one_line, raised, short, with_digits};
 use case_io::Case;
@@ -61,7 +62,7 @@ fn judge_coulomb<S: ContactSpace + Dimension>(
     result: &CoulombResult<S>,
     ended: Option<Ended>,
 ) -> Status {
-    let CoulombSolution { status, steps, changes, restarts, .. } = &result.solution;
+    let CoulombSolution { status, steps, changes, .. } = &result.solution;
     let counted = counted(*steps, "step");
     let tolerance = short(case.solver.friction_tolerance);
     let change = changes.last().map_or_else(String::new, |change| format!(", its last change {change:.1e}"));
@@ -93,15 +94,28 @@ fn judge_coulomb<S: ContactSpace + Dimension>(
             ),
         ),
         CoulombStatus::Interrupted => interrupted(ended, &counted),
-        CoulombStatus::TooSmall => stalled(format!(
-            "after {counted} the friction limits are too small to balance the loads, although they were doubled {restarts} \
-                 times; raise mu, hold the bodies, or change the loads"
-        )),
+        CoulombStatus::TooSmall => stalled(not_enough_friction(case, result, &counted)),
         _ => stalled(format!(
             "the problem of step {steps} with a given friction limit was not solved: {}; try another solver.qp",
             result.solution.exact.status
         )),
     }
+}
+
+/// Says which load friction does not hold with the pressures that were found.
+fn not_enough_friction<S: ContactSpace + Dimension>(
+    case: &Case<S>,
+    result: &CoulombResult<S>,
+    counted: &str,
+) -> String {
+    let moves = result.unresisted().map_or_else(String::new, |motion| {
+        let (moves, load) = (all_move(case, &motion), significant(motion.load));
+        format!(": {moves} (load {load} in that direction is left)")
+    });
+    format!(
+        "friction is too small to hold the bodies with the pressures found in {counted}{moves}; whether other pressures hold them is not \
+         known: raise mu, hold the bodies, or change the loads"
+    )
 }
 
 /// Names the checks that fail, and what helps.

@@ -59,7 +59,7 @@ pub(crate) fn report<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, run: Ma
     let bodies = solution.problem.bodies.iter().zip(solution.unknowns).enumerate();
     let bodies = bodies.map(|(b, (body, &unknowns))| {
         let mesh = body.mesh();
-        let own = free.iter().flatten().filter(|(of, _)| *of == Partner::Body(b));
+        let own = free.iter().flat_map(|motion| &motion.bodies).filter(|(of, _)| *of == Partner::Body(b));
         let free_motions = own.map(|(_, motion)| FreeMotion {
             translation: motion.translation.entries().to_vec(),
             rotation: S::spin_written(motion.spin),

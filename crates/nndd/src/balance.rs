@@ -28,8 +28,8 @@ const NO_TRACE: f64 = 1e-9;
 pub struct Support {
     /// The motion that the loads cause and nothing resists; `None` if the assembly is held.
     pub unresisted: Option<UnresistedMotion>,
-    /// The motions that no pair resists and no load drives, as combinations of the rigid motions: number and amount. They stay at zero.
-    pub free_motions: Vec<Combination>,
+    /// See [`free_motions`].
+    pub free_motions: Vec<UnresistedMotion>,
     /// Forces of the rows that balance the loads, N/m; empty if none are needed, or none do.
     pub forces: Vec<f64>,
 }
@@ -58,11 +58,12 @@ pub fn support(rows: &ContactRows) -> Result<Support, NnddError> {
     Ok(Support { unresisted, free_motions: balance.free_motions(), forces })
 }
 
-/// Lists the motions that no pair resists and no load drives, see [`Support::free_motions`], without asking whether the assembly is held.
+/// Lists the motions that no pair resists, without asking whether the assembly is held. Those that no load drives have no work and stay at zero;
+/// the others are not held, unless their load is left out.
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub fn free_motions(rows: &ContactRows) -> Result<Vec<Combination>, NnddError> {
+pub fn free_motions(rows: &ContactRows) -> Result<Vec<UnresistedMotion>, NnddError> {
     Ok(Balance::new(rows)?.free_motions())
 }
 
@@ -127,10 +128,16 @@ impl<'a> Balance<'a> {
         Ok(Self { rows, lines, loads, independent })
     }
 
-    /// Lists the motions that no pair resists and no load drives.
-    fn free_motions(self) -> Vec<Combination> {
+    /// Lists the motions that no pair resists, with the work of the loads along them.
+    fn free_motions(self) -> Vec<UnresistedMotion> {
         let RowSelection { kernel, weak, .. } = self.independent;
-        kernel.into_iter().chain(weak).collect()
+        let most = NO_LOAD * self.rows.load_size;
+        let of_kernel = |amounts: Combination| {
+            let work: f64 = amounts.iter().map(|(k, amount)| amount * self.loads[*k]).sum();
+            UnresistedMotion { amounts, work: if work.abs() > most { work } else { 0.0 } }
+        };
+        let of_weak = |amounts| UnresistedMotion { amounts, work: 0.0 };
+        kernel.into_iter().map(of_kernel).chain(weak.into_iter().map(of_weak)).collect()
     }
 
     /// Returns the lines that the pairs resist, and their loads.
@@ -169,6 +176,17 @@ impl<'a> Balance<'a> {
         let unbalanced = self.independent.unbalanced(&self.loads);
         let rest = self.loads.iter().zip(&unbalanced).map(|(e, part)| e - part).collect();
         (unbalanced, rest)
+    }
+
+    /// Returns forces that balance as much of the loads as possible, by row, N/m, and the loads that they balance.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn balanced(&self) -> Result<(Vec<f64>, Vec<f64>), NnddError> {
+        let (matrix, [lower, upper], _) = self.forces(&self.rows.limits());
+        let (forces, _) = unbalanced_load(&matrix, &self.parts().1, [&lower, &upper])?;
+        let loads = matrix.times(&forces);
+        Ok((forces, loads))
     }
 
     /// Checks that the assembly is held.

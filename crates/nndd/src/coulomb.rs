@@ -3,11 +3,15 @@
 //! ```math
 //! Sᵏ⁺¹ = μ P(Sᵏ),   P(S) of the exact solution with |Q| ≤ S
 //! ```
-//! from full stick, `S⁰ = ∞`, or from the limits of an earlier load step; each step from the active set of the last one. A limit that is too small to balance the loads of a floating
-//! body is doubled, a few times at most. The existence and the uniqueness of solutions for large μ are open: what is found is *one* solution.
+//! from full stick, `S⁰ = ∞`, or from the limits of an earlier load step; each step from the active set of the last one. Full stick may hold a
+//! body where nothing presses, such as a pin with clearance, and the limits of the next step are too small to balance its loads. Then it starts again
+//! from the pressures without friction, under the part of the loads that they balance. If these limits are too small as well, they are doubled, a few
+//! times at most. The existence and the uniqueness of solutions for large μ are open: what is found is *one* solution.
 
+use crate::balance::Balance;
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, ForceQp};
+use crate::unresisted::UnresistedMotion;
 use contact_qp::{BoundState, IndependentRows, QpSettings};
 use fem_core::contact_system::{ContactSystem, RowLaw};
 use nalgebra::DMatrix;
@@ -18,8 +22,8 @@ const BALANCED: f64 = 1e-10;
 /// Forces below this fraction of the ones that the data have are rounding: pairs that carry nothing would never agree.
 const ROUND_OFF: f64 = 1e-14;
 
-/// Limits that are too small to balance the loads are doubled this many times.
-const MOST_RESTARTS: usize = 3;
+/// Limits that are too small to balance the loads are replaced this many times: by those of the pressures without friction, then by twice as much.
+const MOST_RESTARTS: usize = 4;
 
 /// Settings of [`solve_coulomb`].
 #[derive(Clone, Debug, PartialEq)]
@@ -74,8 +78,10 @@ pub struct CoulombSolution {
     pub steps: usize,
     /// `‖s_k − s_{k−1}‖ / ‖s_k‖` of each step after the first.
     pub changes: Vec<f64>,
-    /// How often limits that were too small were doubled.
+    /// How often limits that were too small were replaced by larger ones.
     pub restarts: usize,
+    /// The motion that the limits `μ P` of the pressures found do not resist, with the load that is left; `None` unless they were too small in the end.
+    pub unresisted: Option<UnresistedMotion>,
     /// Where the next load step starts.
     pub start: CoulombStart,
 }
@@ -96,11 +102,12 @@ pub fn solve_coulomb(
     let programme = ForceQp::new(system)?;
     let known = start.filter(|start| start.limits.len() == system.rows.len());
     let (mut limits, states) = match known {
-        Some(start) if programme.is_held(&start.limits)? => (start.limits, Some(start.states)),
+        Some(start) if programme.unresisted(&start.limits)?.is_none() => (start.limits, Some(start.states)),
         _ => (system.rows.limits(), None),
     };
     let (mut exact, mut states) = programme.solve(&limits, states.as_deref(), &settings.qp)?;
     let (mut steps, mut restarts, mut changes) = (1, 0, Vec::new());
+    let mut unresisted = None;
     let status = loop {
         if !exact.status.is_solved() || !(exact.kkt.rows <= BALANCED) {
             break CoulombStatus::Unsolved;
@@ -119,21 +126,29 @@ pub fn solve_coulomb(
         if !proceed() {
             break CoulombStatus::Interrupted;
         }
-        let mut held = programme.is_held(&next)?;
+        let mut start = programme.within(&states, &exact, &limits, &next);
+        unresisted = programme.unresisted(&next)?;
+        if restarts == 0 && (unresisted.is_some() || programme.nothing_presses(&next)) {
+            restarts = 1;
+            (next, start) = programme.without_friction(&settings.qp)?;
+            unresisted = programme.unresisted(&next)?;
+        }
+        let mut held = unresisted.is_none();
         while !held && restarts < MOST_RESTARTS {
             restarts += 1;
             programme.double_coulomb(&mut next);
-            held = programme.is_held(&next)?;
+            held = programme.unresisted(&next)?.is_none();
         }
         if !held {
             break CoulombStatus::TooSmall;
         }
-        let start = programme.within(&states, &exact, &limits, &next);
         limits = next;
         (exact, states) = programme.solve(&limits, Some(&start), &settings.qp)?;
         steps += 1;
     };
-    Ok(CoulombSolution { exact, status, steps, changes, restarts, start: CoulombStart { limits, states } })
+    let unresisted = unresisted.filter(|_| status == CoulombStatus::TooSmall);
+    let start = CoulombStart { limits, states };
+    Ok(CoulombSolution { exact, status, steps, changes, restarts, unresisted, start })
 }
 
 impl ForceQp<'_> {
@@ -197,11 +212,36 @@ impl ForceQp<'_> {
         }
     }
 
-    /// Tells whether forces within limits can balance the loads.
-    fn is_held(&self, limits: &[f64]) -> Result<bool, NnddError> {
+    /// Returns the limits `μ P` of the pressures without the friction of Coulomb, and the states to start from with them. Loads that only this
+    /// friction resists are left out.
+    fn without_friction(&self, settings: &QpSettings) -> Result<(Vec<f64>, Vec<BoundState>), NnddError> {
+        let mut system = self.system.clone();
+        for row in &mut system.rows.rows {
+            if matches!(row.law, RowLaw::Coulomb { .. }) {
+                row.law = RowLaw::Coulomb { mu: 0.0 };
+            }
+        }
+        let (forces, loads) = Balance::new(&system.rows)?.balanced()?;
+        system.rows.balancing = forces;
+        system.rows.motions.iter_mut().zip(loads).for_each(|(motion, load)| motion.load = load);
+        let limits = system.rows.limits();
+        let (exact, states) = ForceQp::new(&system)?.solve(&limits, None, settings)?;
+        let next = self.coulomb_limits(&limits, &exact);
+        let start = self.within(&states, &exact, &limits, &next);
+        Ok((next, start))
+    }
+
+    /// Tells whether all limits of the friction of Coulomb are zero.
+    fn nothing_presses(&self, limits: &[f64]) -> bool {
+        let mut rows = self.system.rows.rows.iter().zip(limits);
+        rows.all(|(row, limit)| *limit == 0.0 || !matches!(row.law, RowLaw::Coulomb { .. }))
+    }
+
+    /// Returns the motion that forces within limits do not resist; `None` if they can balance the loads.
+    fn unresisted(&self, limits: &[f64]) -> Result<Option<UnresistedMotion>, NnddError> {
         match self.balance().check_held(limits) {
-            Ok(()) => Ok(true),
-            Err(NnddError::NotHeld { .. } | NnddError::OutsideCones { .. }) => Ok(false),
+            Ok(()) => Ok(None),
+            Err(NnddError::NotHeld { motion } | NnddError::OutsideCones { motion }) => Ok(Some(motion)),
             Err(other) => Err(other),
         }
     }

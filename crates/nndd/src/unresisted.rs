@@ -1,12 +1,12 @@
 //! A motion that nothing resists.
 
-/// A rigid motion of the assembly that nothing resists, while the loads do work on it.
+/// A rigid motion of the assembly that nothing resists.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct UnresistedMotion {
     /// Numbers of rigid motions with their amounts, see [`fem_core::contact_system::ContactRows::motions`].
     pub amounts: Vec<(usize, f64)>,
-    /// The work of the loads along it, less what friction resists, J/m.
+    /// The work of the loads along it, less what friction resists, J/m; 0 if no load drives it.
     pub work: f64,
 }
 

@@ -19,7 +19,7 @@ pub struct BodySummary {
     /// True if its supports leave a rigid motion free.
     #[serde(default)]
     pub floating: bool,
-    /// Its part in the motions of the assembly that nothing resists and no load drives; they stay at zero.
+    /// Its part in the motions of the assembly that nothing resists; they stay at zero.
     #[serde(default)]
     pub free_motions: Vec<FreeMotion>,
     /// Its rigid sides.

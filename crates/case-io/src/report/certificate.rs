@@ -83,7 +83,7 @@ pub struct Coulomb {
     pub steps: usize,
     /// The relative change of the limit of friction in the last step; `None` if there was one step.
     pub change: Option<f64>,
-    /// How often limits that were too small were doubled.
+    /// How often limits that were too small were replaced by larger ones.
     pub restarts: usize,
     /// The checks of the stresses of the residual.
     pub checks: Checks,

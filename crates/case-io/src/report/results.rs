@@ -17,7 +17,7 @@ pub struct Results {
     pub lines: Option<LineResults>,
     /// Largest nodal pressure, Pa: the largest of contact.csv.
     pub max_pressure: Option<f64>,
-    /// Largest pressure recovered over the cells of the coarser side, Pa; left out if the nodes of both sides matched.
+    /// Largest pressure of all pairs, Pa: recovered over the cells of the coarser side on those whose nodes did not match; left out if all matched.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_pressure_recovered: Option<f64>,
     /// Largest mean pressure of a facet of the interface, Pa.

@@ -88,11 +88,10 @@ pub(super) fn results<S: ReportSpace>(page: &mut String, case: &Case<S>, report:
             row(&format!("its place, {axis}"), Some(*x), Kind::Place);
         }
         if r.max_pressure_recovered.is_some() {
-            row(
-                "largest pressure, recovered over the coarser side's cells",
-                r.max_pressure_recovered,
-                Kind::Stress,
-            );
+            let all = report.contact.iter().all(|pair| pair.max_pressure_recovered.is_some());
+            let which = if all { "" } else { " of pairs that do not match" };
+            let name = format!("largest pressure, recovered over the coarser side's cells{which}");
+            row(&name, r.max_pressure_recovered, Kind::Stress);
         }
         let Words { article, facet, .. } = S::WORDS;
         row(&format!("largest mean pressure of {article} {facet}"), r.max_edge_pressure, Kind::Stress);
