@@ -15,6 +15,7 @@ use crate::workspace::{Outcome, Workspace};
 pub(super) use roster::Pardiso;
 use roster::{Answer, Peer, Runner};
 use serde_json::Value;
+pub(crate) use targets::verdict;
 
 /// Threads of every program.
 pub(super) const THREADS: usize = 2;

@@ -23,7 +23,7 @@ const MEMORY_MESH: usize = 1280;
 /// Says if a value keeps to a limit, or by how much it misses it.
 ///
 /// * `at_most`: true for an upper limit.
-pub(super) fn verdict(value: f64, limit: f64, at_most: bool) -> String {
+pub(crate) fn verdict(value: f64, limit: f64, at_most: bool) -> String {
     let kept = if at_most { value <= limit } else { value >= limit };
     if kept { "met".to_owned() } else { format!("missed by {:.0} %", 100.0 * (value / limit - 1.0).abs()) }
 }
