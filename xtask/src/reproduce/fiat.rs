@@ -59,7 +59,7 @@ pub(super) fn judge(workspace: &Workspace, folder: &Path) -> Outcome<Result<Stri
 
 /// The targets with the largest figures of all cells, then a line for each cell.
 fn page(cells: &[Cell]) -> String {
-    let largest = |of: &dyn Fn(&Cell) -> f64| cells.iter().map(of).fold(0.0, larger);
+    let largest = |of: fn(&Cell) -> f64| cells.iter().map(of).fold(0.0, larger);
     let mut text = "| target | found | verdict |\n|---|---|---|\n".to_owned();
     let whole = cells.iter().all(|c| [c.dimension, c.rank] == [DIMENSIONS[0]; 2]);
     let still = cells.iter().all(|c| c.dimensions == [DIMENSIONS[1]; 2]);
@@ -72,14 +72,14 @@ fn page(cells: &[Cell]) -> String {
     ] {
         let _ = writeln!(text, "| {what} | {} cells | {} |", cells.len(), said(holds));
     }
-    let limits: [(&str, f64, &dyn Fn(&Cell) -> f64); 7] = [
-        ("FIAT's functions are symmetric", SAME, &|c| c.asymmetry),
-        ("FIAT's functions are linear in each part", SAME, &|c| c.bend),
-        ("the stress lies in FIAT's space", SAME, &|c| c.residual),
-        ("the spaces without divergence are the same", ROUNDED, &|c| c.apart),
-        ("the stress has the given moments", ROUNDED, &|c| larger(c.moments, c.missed)),
-        ("its energy is that of its values", ENERGY, &|c| c.sum),
-        ("its energy is the least in FIAT's space with these moments in balance", ENERGY, &|c| c.energy),
+    let limits: [(&str, f64, fn(&Cell) -> f64); 7] = [
+        ("FIAT's functions are symmetric", SAME, |c| c.asymmetry),
+        ("FIAT's functions are linear in each part", SAME, |c| c.bend),
+        ("the stress lies in FIAT's space", SAME, |c| c.residual),
+        ("the spaces without divergence are the same", ROUNDED, |c| c.apart),
+        ("the stress has the given moments", ROUNDED, |c| larger(c.moments, c.missed)),
+        ("its energy is that of its values", ENERGY, |c| c.sum),
+        ("its energy is the least in FIAT's space with these moments in balance", ENERGY, |c| c.energy),
     ];
     for (what, limit, of) in limits {
         let found = largest(of);

@@ -29,7 +29,7 @@ pub(crate) fn verdict(value: f64, limit: f64, at_most: bool) -> String {
 }
 
 /// Computes ratios of paired runs: the ratio of the medians, the smallest and the largest ratio of a pair.
-pub(super) fn ratio(pairs: &[[f64; 2]]) -> Option<[f64; 3]> {
+pub(in crate::bench) fn ratio(pairs: &[[f64; 2]]) -> Option<[f64; 3]> {
     let [above, below] =
         [0, 1].map(|k| spread_of(pairs.iter().map(|p| p[k]).collect()).map(|[median, ..]| median));
     let [_, least, most] = spread_of(pairs.iter().map(|p| p[0] / p[1]).collect())?;
