@@ -9,6 +9,7 @@ mod adversarial;
 mod counts;
 mod effectivity;
 mod exact;
+mod fiat;
 mod figure;
 mod formulation;
 mod friction;
@@ -29,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let problems = number("--problems").transpose()?;
     let [study, folder, ..] = arguments.as_slice() else {
         return Err(
-            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction|solids FOLDER [--quick] [--solids] [--problems N] [--only N]"
+            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction|solids|fiat FOLDER [--quick] [--solids] [--problems N] [--only N]"
                 .into(),
         );
     };
@@ -46,8 +47,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         },
         "friction" => friction::page(&folder, quick),
         "solids" => formulation::page(quick),
+        "fiat" => fiat::cells(&folder, quick),
         other => Err(format!(
-            "no study is named {other:?}: iterations, effectivity, adaptivity, adversarial, friction or solids"
+            "no study is named {other:?}: iterations, effectivity, adaptivity, adversarial, friction, solids or fiat"
         )
         .into()),
     }

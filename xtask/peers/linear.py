@@ -20,14 +20,18 @@ import process
 
 
 def write_matrix(nx, ny, file, copies=1):
-    """Writes the upper triangle of the stiffness of the free unknowns, rows sorted, as three plain arrays."""
+    """Writes the upper triangle of the stiffness of the free unknowns."""
     import paper
 
     free = []
     for block in paper.blocks(nx, ny):
         kept = np.setdiff1d(np.arange(len(block.f)), block.imposed)
         free.append(sp.csr_matrix(block.k)[kept][:, kept])
-    upper = sp.triu(sp.block_diag(free * copies), format="csr")
+    write_upper(sp.triu(sp.block_diag(free * copies), format="csr"), file)
+
+
+def write_upper(upper, file):
+    """Writes an upper triangle, rows sorted, as three plain arrays."""
     upper.sort_indices()
     np.savez(file, data=upper.data, indices=upper.indices.astype(np.int32), indptr=upper.indptr.astype(np.int32))
 

@@ -11,6 +11,7 @@
 //! | other programs on the same meshes | [`peers`] |
 //! | assemblies and friction | [`assemblies`] |
 //! | their scaling with the number of bodies | [`scaling`] |
+//! | solids | [`solids`] |
 //! | machine, commit, compiler | [`machine`] |
 //! | the page of an ordinary run | [`page`] |
 
@@ -25,6 +26,7 @@ mod page;
 pub(crate) mod peers;
 mod process;
 mod scaling;
+mod solids;
 
 use crate::workspace::{Outcome, Workspace};
 use clap::Args;
@@ -54,6 +56,9 @@ pub(crate) struct Arguments {
     /// Time assemblies and pairs with friction beside a linear solve of PARDISO, and nothing else
     #[arg(long, conflicts_with_all = ["peers", "build", "factor", "limits"])]
     assemblies: bool,
+    /// Time contact and certificate of solids beside PARDISO, and nothing else; with --quick on small boxes alone
+    #[arg(long, conflicts_with_all = ["peers", "build", "factor", "limits", "assemblies"])]
+    solids: bool,
     /// Runs of each process, after a discarded first run
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -71,6 +76,7 @@ impl Arguments {
             (self.factor, " --factor"),
             (self.limits, " --limits"),
             (self.assemblies, " --assemblies"),
+            (self.solids, " --solids"),
             (self.quick, " --quick"),
             (self.large, " --large"),
         ];
@@ -95,6 +101,10 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     if arguments.assemblies {
         workspace.build_nndd()?;
         return assemblies::run(workspace, &arguments.command(), arguments.runs as usize);
+    }
+    if arguments.solids {
+        workspace.build_nndd()?;
+        return solids::run(workspace, &arguments.command(), arguments.quick);
     }
     if arguments.peers {
         workspace.build_nndd()?;

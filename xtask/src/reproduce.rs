@@ -1,5 +1,6 @@
 //! `cargo xtask reproduce`: runs the studies of the package `tests` and writes their pages to `bench-results/`.
 
+mod fiat;
 mod mutations;
 mod peers;
 
@@ -11,7 +12,7 @@ use std::process::Command;
 /// Arguments of `reproduce`.
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Only this study: iterations, effectivity, adaptivity, adversarial, friction, solids or mutations
+    /// Only this study: iterations, effectivity, adaptivity, adversarial, friction, solids, fiat or mutations
     study: Option<String>,
     /// Fewer and smaller meshes
     #[arg(long)]
@@ -28,14 +29,17 @@ pub(crate) struct Arguments {
 }
 
 /// The studies, each with its title and the text above its tables.
-const PAGES: [(&str, &str); 6] = [
+const PAGES: [(&str, &str); 7] = [
     ("iterations", include_str!("reproduce/iterations.md")),
     ("effectivity", include_str!("reproduce/effectivity.md")),
     ("adaptivity", include_str!("reproduce/adaptivity.md")),
     ("adversarial", include_str!("reproduce/adversarial.md")),
     ("friction", include_str!("reproduce/friction.md")),
     ("solids", include_str!("reproduce/printed.md")),
+    (FIAT, include_str!("reproduce/fiat.md")),
 ];
+/// The study whose page needs a program of others.
+const FIAT: &str = "fiat";
 
 /// Writes `bench-results/STUDY/` for each study.
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
@@ -47,8 +51,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         let names = PAGES.map(|(study, _)| study).join(", ");
         return Err(format!("no such study; there are {names}, mutations"));
     }
-    // Solids need nothing but the package of the studies.
-    let alone = arguments.solids || arguments.study.as_deref() == Some("solids");
+    // These need nothing but the package of the studies.
+    let alone = arguments.solids || ["solids", FIAT].map(Some).contains(&arguments.study.as_deref());
     let packages: &[&str] = if alone { &["-p", "tests"] } else { &["--workspace"] };
     let mut build = workspace.cargo(&[&["build", "--release", "--bin", "reproduce"], packages].concat());
     if stream(&mut build)? != Some(0) {
@@ -123,9 +127,20 @@ fn write_solids(workspace: &Workspace, commit: &str, arguments: &Arguments) -> O
 
 fn write(workspace: &Workspace, study: &str, page: &str, commit: &str, arguments: &Arguments) -> Outcome<()> {
     let folder = workspace.root.join("bench-results").join(study);
-    let mut command = program(workspace, study, &folder, arguments);
+    // FIAT's cells are no result.
+    let files = if study == FIAT { workspace.target.join(study) } else { folder.clone() };
+    let mut command = program(workspace, study, &files, arguments);
     let load = load();
     let mut tables = output(&mut command)?;
+    if study == FIAT {
+        match fiat::judge(workspace, &files)? {
+            Ok(found) => tables = found,
+            Err(reason) => {
+                println!("skipped {reason}");
+                return Ok(());
+            }
+        }
+    }
     if study == "adaptivity" {
         let file = folder.join("adaptivity.csv");
         let csv = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", workspace.shown(&file)))?;
@@ -140,7 +155,9 @@ fn write(workspace: &Workspace, study: &str, page: &str, commit: &str, arguments
         "{title}\n\nWritten by `cargo xtask reproduce {study}{flag}` at commit {commit}, on {load}.\n\n{text}\n{}\n",
         tables.trim_end()
     );
-    workspace.write(&folder.join("README.md"), &text)
+    workspace.write(&folder.join("README.md"), &text)?;
+    let missed = study == FIAT && tables.contains("missed");
+    if missed { Err(format!("a target of {study} is missed: see its page")) } else { Ok(()) }
 }
 
 /// Describes the machine as far as times depend on it: processors, and how busy they were before the run.

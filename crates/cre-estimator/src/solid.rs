@@ -21,7 +21,7 @@ use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
 use crate::size::larger;
-use cell::{CellMap, CellMoments, CellStress};
+use cell::{CellMap, CellMoments};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
@@ -169,8 +169,9 @@ impl EquilibratedStress<Solid> {
         })
     }
 
-    /// Computes the stress in a cell.
-    fn cell(&self, body: &Body<Solid>, cell: usize) -> CellStress {
+    /// Computes the stress in a tetrahedron, Pa: a part for each face, in the order of [`Solid::facet`], linear between the three corners of the face
+    /// and the barycentre.
+    pub fn cell(&self, body: &Body<Solid>, cell: usize) -> [[SymTensor3; 4]; 4] {
         let corners = body.mesh().corners(cell);
         let mut moments = self.cell_moments(body, cell);
         let force = body.body_force();

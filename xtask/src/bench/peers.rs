@@ -12,9 +12,11 @@ use super::process::{self, CELLS};
 use super::{Arguments, criterion, machine::Machine, write_all};
 use crate::python::last_line;
 use crate::workspace::{Outcome, Workspace};
-pub(super) use roster::Pardiso;
+pub(super) use roster::{Answer as LinearAnswer, Pardiso};
 use roster::{Answer, Peer, Runner};
 use serde_json::Value;
+pub(super) use targets::ratio;
+pub(crate) use targets::verdict;
 
 /// Threads of every program.
 pub(super) const THREADS: usize = 2;

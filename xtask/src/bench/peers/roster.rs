@@ -100,20 +100,31 @@ pub(super) fn muster(environment: &Environment) -> (Vec<Peer>, Vec<String>) {
 
 /// One run of a peer.
 #[derive(Clone, Debug)]
-pub(super) struct Answer {
+pub(in crate::bench) struct Answer {
     /// The time of its [`Task`].
-    pub(super) seconds: f64,
+    pub(in crate::bench) seconds: f64,
     /// Wall time of its process.
     pub(super) whole: f64,
     /// Memory in bytes: of the solver alone for [`Task::Linear`], of the process otherwise.
-    pub(super) memory: Option<f64>,
+    pub(in crate::bench) memory: Option<f64>,
     /// Peak of its whole process, bytes.
-    pub(super) process_memory: Option<f64>,
+    pub(in crate::bench) process_memory: Option<f64>,
     /// Everything else it says.
     pub(super) details: Value,
 }
 
-/// One linear solve of PARDISO with the stiffnesses of any even number of blocks, each held by its supports, as one block-diagonal matrix.
+impl Answer {
+    fn new(task: Task, run: &process::Run, details: Value) -> Self {
+        let process_memory = run.memory.map(|kib| kib * 1024.0);
+        let of_process = if task == Task::CalculiX { process_memory } else { None };
+        let memory = details["memory_bytes"].as_f64().or(of_process);
+        let seconds = details["seconds"].as_f64().unwrap_or(run.seconds);
+        Self { seconds, whole: run.seconds, memory, process_memory, details }
+    }
+}
+
+/// One linear solve of PARDISO with the stiffnesses of any even number of blocks, or of two boxes, each held by its supports, as one
+/// block-diagonal matrix.
 pub(in crate::bench) struct Pardiso<'a> {
     workspace: &'a Workspace,
     environment: Environment,
@@ -147,6 +158,24 @@ impl<'a> Pardiso<'a> {
         Ok([first?, second?])
     }
 
+    /// Writes the matrix of two boxes with this many cubes of six tetrahedra along each edge, each held on one side.
+    pub(in crate::bench) fn prepare_boxes(&self, cells: usize, matrix: &Path) -> Outcome<()> {
+        let write = |command: &mut Command| {
+            command.arg(cells.to_string()).arg(matrix);
+        };
+        self.runner([cells; 2]).python("boxes.py", None, write).map(|_| ())
+    }
+
+    /// Solves once with a written matrix: in its default order, or in the other one.
+    pub(in crate::bench) fn solve(&self, matrix: &Path, other: bool) -> Outcome<Answer> {
+        self.runner([0; 2]).linear(PEERS[usize::from(other)], matrix)
+    }
+
+    /// Names and versions of what is installed.
+    pub(in crate::bench) fn versions(&self) -> String {
+        self.environment.versions()
+    }
+
     fn runner(&self, cells: [usize; 2]) -> Runner<'_> {
         Runner { workspace: self.workspace, environment: &self.environment, cells }
     }
@@ -177,13 +206,7 @@ impl Runner<'_> {
     pub(super) fn run(&self, peer: &Peer) -> Outcome<Answer> {
         let blas = if peer.on_mkl { mkl(self.environment) } else { None };
         let (run, details) = match peer.task {
-            Task::Linear(solver) => {
-                let run = self.python("linear.py", None, |c| {
-                    c.arg(solver).arg(self.matrix());
-                })?;
-                let details = json(&run.said)?;
-                (run, details)
-            }
+            Task::Linear(_) => return self.linear(*peer, &self.matrix()),
             Task::ActiveSet(solver) => {
                 let [nx, ny] = self.cells.map(|n| n.to_string());
                 let run = self.python("active_set.py", blas.as_deref(), |c| {
@@ -202,12 +225,17 @@ impl Runner<'_> {
                 (run, json(&said)?)
             }
         };
-        let process_memory = run.memory.map(|kib| kib * 1024.0);
-        let memory = details["memory_bytes"]
-            .as_f64()
-            .or_else(|| if peer.task == Task::CalculiX { process_memory } else { None });
-        let seconds = details["seconds"].as_f64().unwrap_or(run.seconds);
-        Ok(Answer { seconds, whole: run.seconds, memory, process_memory, details })
+        Ok(Answer::new(peer.task, &run, details))
+    }
+
+    /// Runs a linear solver once on a matrix.
+    fn linear(&self, peer: Peer, matrix: &Path) -> Outcome<Answer> {
+        let Task::Linear(solver) = peer.task else { return Err(format!("{} takes no matrix", peer.name)) };
+        let run = self.python("linear.py", None, |c| {
+            c.arg(solver).arg(matrix);
+        })?;
+        let details = json(&run.said)?;
+        Ok(Answer::new(peer.task, &run, details))
     }
 
     fn folder(&self) -> PathBuf {

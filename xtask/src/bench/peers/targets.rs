@@ -23,13 +23,13 @@ const MEMORY_MESH: usize = 1280;
 /// Says if a value keeps to a limit, or by how much it misses it.
 ///
 /// * `at_most`: true for an upper limit.
-pub(super) fn verdict(value: f64, limit: f64, at_most: bool) -> String {
+pub(crate) fn verdict(value: f64, limit: f64, at_most: bool) -> String {
     let kept = if at_most { value <= limit } else { value >= limit };
     if kept { "met".to_owned() } else { format!("missed by {:.0} %", 100.0 * (value / limit - 1.0).abs()) }
 }
 
 /// Computes ratios of paired runs: the ratio of the medians, the smallest and the largest ratio of a pair.
-pub(super) fn ratio(pairs: &[[f64; 2]]) -> Option<[f64; 3]> {
+pub(in crate::bench) fn ratio(pairs: &[[f64; 2]]) -> Option<[f64; 3]> {
     let [above, below] =
         [0, 1].map(|k| spread_of(pairs.iter().map(|p| p[k]).collect()).map(|[median, ..]| median));
     let [_, least, most] = spread_of(pairs.iter().map(|p| p[0] / p[1]).collect())?;
