@@ -131,7 +131,7 @@ impl<'a> Balance<'a> {
     /// Lists the motions that no pair resists, with the work of the loads along them.
     fn free_motions(self) -> Vec<UnresistedMotion> {
         let RowSelection { kernel, weak, .. } = self.independent;
-        let most = NO_LOAD * self.rows.load_size;
+        let most = ROUNDING * self.rows.load_size;
         let of_kernel = |amounts: Combination| {
             let work: f64 = amounts.iter().map(|(k, amount)| amount * self.loads[*k]).sum();
             UnresistedMotion { amounts, work: if work.abs() > most { work } else { 0.0 } }
