@@ -66,7 +66,7 @@ pub fn of_problem<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -
 
 /// Says which motions nothing resists.
 ///
-/// * `free`: in words, each with the load along it, 0 if there is none; `refined`: whether finer meshes follow, whose polygons have other loads.
+/// * `free`: in words, each with the load along it, 0 without one; `refined`: whether finer meshes follow, whose polygons have other loads.
 fn of_free_motions(free: &[(String, f64)], refined: bool) -> Vec<String> {
     let [alone, all_alone] = match refined {
         false => ["no load drives it, and it stays at zero", "no load drives them, and they stay at zero"],
