@@ -55,13 +55,13 @@ impl Recovery for Solid {
         if relaxation.max_steps() == 0 {
             return RelaxationReport::unrelaxed(stress.distance_squared(body));
         }
-        drop(used);
         match stars {
             Some(stars) => {
+                drop(used);
                 stars.restate(&stress.conditions);
                 stars.relax(stress, relaxation)
             }
-            None => stars.insert(EdgeStars::new(body, &stress.conditions)).relax(stress, relaxation),
+            None => stars.insert(EdgeStars::new(body, &stress.conditions, used)).relax(stress, relaxation),
         }
     }
 

@@ -44,6 +44,9 @@ struct Cell {
     below: [f64; 2],
 }
 
+/// A target: its name, the largest figure, and the figure of a cell.
+type Limit = (&'static str, f64, fn(&Cell) -> f64);
+
 /// Lets FIAT judge the file of cells in a folder, and returns the tables of the page; a reason if FIAT is not here.
 pub(super) fn judge(workspace: &Workspace, folder: &Path) -> Outcome<Result<String, String>> {
     let environment = Environment::make(workspace.target.join("fiat-venv"), &GROUPS);
@@ -72,7 +75,7 @@ fn page(cells: &[Cell]) -> String {
     ] {
         let _ = writeln!(text, "| {what} | {} cells | {} |", cells.len(), said(holds));
     }
-    let limits: [(&str, f64, fn(&Cell) -> f64); 7] = [
+    let limits: [Limit; 7] = [
         ("FIAT's functions are symmetric", SAME, |c| c.asymmetry),
         ("FIAT's functions are linear in each part", SAME, |c| c.bend),
         ("the stress lies in FIAT's space", SAME, |c| c.residual),

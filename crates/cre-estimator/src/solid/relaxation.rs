@@ -37,8 +37,9 @@ pub struct EdgeStars<'a> {
     length: f64,
     /// The unit of energies of moments, 1/(Pa m): single precision has a small range.
     unit: f64,
-    /// The energy matrix of each cell, over the unit.
-    energy: Vec<EnergyMatrix>,
+    /// The energy matrices of all cells, over the unit, see [`matrices`]. Zeros of plain numbers come from the system: each thread touches its own
+    /// memory first.
+    energy: Vec<f32>,
     clusters: Vec<Cluster>,
     /// Clusters of one colour share no face.
     colours: Vec<Vec<u32>>,
@@ -61,9 +62,40 @@ pub(crate) fn bytes(mesh: &TetMesh) -> usize {
         + faces * (size_of::<FaceSpace>() + 6 * FACE * size_of::<f64>())
 }
 
+/// The energy matrix of each cell.
+fn matrices(energy: &[f32]) -> &[EnergyMatrix] {
+    energy.as_chunks().0.as_chunks().0
+}
+
+/// The same, to be written.
+fn matrices_mut(energy: &mut [f32]) -> &mut [EnergyMatrix] {
+    energy.as_chunks_mut().0.as_chunks_mut().0
+}
+
+/// Finds memory for the energy matrices of some cells: that of other stars if it suffices. What pads the rows is zero.
+fn room(cells: usize, used: Option<EdgeStars<'_>>) -> Vec<f32> {
+    let numbers = cells * size_of::<EnergyMatrix>() / size_of::<f32>();
+    match used {
+        Some(EdgeStars { mut energy, .. }) if energy.len() >= numbers => {
+            energy.truncate(numbers);
+            energy
+        }
+        used => {
+            drop(used);
+            vec![0.0; numbers]
+        }
+    }
+}
+
 impl<'a> EdgeStars<'a> {
     /// Assembles and inverts the blocks of all edges.
-    pub(crate) fn new(body: &'a Body<Solid>, conditions: &[FacetCondition<Solid>]) -> Self {
+    ///
+    /// * `used`: stars whose memory may be reused.
+    pub(crate) fn new(
+        body: &'a Body<Solid>,
+        conditions: &[FacetCondition<Solid>],
+        used: Option<EdgeStars<'_>>,
+    ) -> Self {
         let mesh = body.mesh();
         let (cells, faces) = (mesh.cells().len(), mesh.topology().facets().len());
         let tension = SymTensor3 { xx: 1.0, ..SymTensor3::default() };
@@ -74,8 +106,8 @@ impl<'a> EdgeStars<'a> {
             FaceSpace::new(mesh.facet_corners(face), reaction(mesh, conditions, face), length)
         };
         let spaces: Vec<FaceSpace> = (0..faces).into_par_iter().with_min_len(CHUNK).map(face).collect();
-        let mut energy = vec![[[0.0; 40]; MOMENTS]; cells];
-        energy.par_chunks_mut(CHUNK).enumerate().for_each(|(k, chunk)| {
+        let mut energy = room(cells, used);
+        matrices_mut(&mut energy).par_chunks_mut(CHUNK).enumerate().for_each(|(k, chunk)| {
             let cells = k * CHUNK..k * CHUNK + chunk.len();
             energies(body, &spaces, (length, unit), cells, chunk);
         });
@@ -84,7 +116,7 @@ impl<'a> EdgeStars<'a> {
         let (edges, colours) = clusters(mesh, &rings);
         let clusters = each_task(edges.len(), |k| {
             let mut cluster = Cluster::new(mesh, &rings, &edges[k], length);
-            cluster.prepare(mesh, (&spaces, &rims), length, &energy);
+            cluster.prepare(mesh, (&spaces, &rims), length, matrices(&energy));
             cluster
         });
         Self { body, spaces, rims, length, unit, energy, clusters, colours }
@@ -110,14 +142,14 @@ impl<'a> EdgeStars<'a> {
             energies(body, spaces, (length, *unit), cells.iter().map(|cell| *cell as usize), to);
         });
         for (cell, matrix) in changed.iter().zip(renewed) {
-            energy[*cell as usize] = matrix;
+            matrices_mut(energy)[*cell as usize] = matrix;
         }
         let near =
             |cluster: &&mut Cluster| cluster.cells().iter().any(|cell| changed.binary_search(cell).is_ok());
         clusters
             .par_iter_mut()
             .filter(near)
-            .for_each(|cluster| cluster.prepare(mesh, (spaces, rims), length, energy));
+            .for_each(|cluster| cluster.prepare(mesh, (spaces, rims), length, matrices(energy)));
     }
 
     /// Relaxes a stress in place.
@@ -126,7 +158,7 @@ impl<'a> EdgeStars<'a> {
         stress: &mut EquilibratedStress<Solid>,
         relaxation: Relaxation,
     ) -> RelaxationReport {
-        let of_cells = AtomicSlots::zeros(MOMENTS * self.energy.len());
+        let of_cells = AtomicSlots::zeros(MOMENTS * self.cells());
         let residual = AtomicSlots::zeros(FACE * self.spaces.len());
         self.residual(stress, &of_cells, &residual);
         let energies = [stress.distance_squared(self.body), stress.finite_element_energy(self.body)];
@@ -147,6 +179,11 @@ impl<'a> EdgeStars<'a> {
         report
     }
 
+    /// The number of cells.
+    fn cells(&self) -> usize {
+        self.body.mesh().cells().len()
+    }
+
     /// The moments of each unit coordinate of a face.
     fn columns(&self, face: usize) -> [[Vector3<f64>; 3]; FACE] {
         let corners = self.body.mesh().facet_corners(FacetId::new(face));
@@ -164,7 +201,7 @@ impl<'a> EdgeStars<'a> {
         let sweep = |colour: &Vec<u32>, back: bool| {
             for_each_task(colour.len(), &|k| {
                 let cluster = &self.clusters[colour[k] as usize];
-                let (mesh, energy) = (self.body.mesh(), &self.energy);
+                let (mesh, energy) = (self.body.mesh(), matrices(&self.energy));
                 pulp::Arch::new().dispatch(Sweep { mesh, energy, cluster, back, left, z, scale });
             });
         };
@@ -176,7 +213,7 @@ impl<'a> EdgeStars<'a> {
     ///
     /// * `of_cells`: memory for the parts of the cells.
     fn multiply(&self, (p, of_cells): (&AtomicSlots, &AtomicSlots), to: &AtomicSlots) {
-        for_each_task(self.energy.len().div_ceil(CHUNK), &|k| {
+        for_each_task(self.cells().div_ceil(CHUNK), &|k| {
             pulp::Arch::new().dispatch(Product { stars: self, first: k * CHUNK, p, of_cells });
         });
         self.each_face(|face, slots| {
@@ -193,7 +230,7 @@ impl<'a> EdgeStars<'a> {
         for_each_task(faces.div_ceil(CHUNK), &|k| {
             for face in k * CHUNK..faces.min((k + 1) * CHUNK) {
                 let slot = |cell: u32| {
-                    let inside = (cell as usize) < self.energy.len();
+                    let inside = (cell as usize) < self.cells();
                     inside.then(|| {
                         MOMENTS * cell as usize + FACE * topology.facet_in(cell as usize, FacetId::new(face))
                     })
@@ -207,8 +244,8 @@ impl<'a> EdgeStars<'a> {
     ///
     /// * `of_cells`: memory for the parts of the cells.
     fn residual(&self, stress: &EquilibratedStress<Solid>, of_cells: &AtomicSlots, to: &AtomicSlots) {
-        for_each_task(self.energy.len().div_ceil(CHUNK), &|k| {
-            for cell in k * CHUNK..self.energy.len().min((k + 1) * CHUNK) {
+        for_each_task(self.cells().div_ceil(CHUNK), &|k| {
+            for cell in k * CHUNK..self.cells().min((k + 1) * CHUNK) {
                 let work = gradient(self.body, stress, cell);
                 for (k, (places, sign)) in order(self.body, cell).into_iter().enumerate() {
                     for (place, work) in places.into_iter().zip(work[k]) {
@@ -246,10 +283,10 @@ impl pulp::NullaryFnOnce for Product<'_> {
     #[inline(always)]
     fn call(self) {
         let Self { stars, first, p, of_cells } = self;
-        let facets = stars.body.mesh().topology().cell_facets();
-        for cell in first..stars.energy.len().min(first + CHUNK) {
+        let (facets, energy) = (stars.body.mesh().topology().cell_facets(), matrices(&stars.energy));
+        for cell in first..stars.cells().min(first + CHUNK) {
             let mut sums = [0.0; 40];
-            for (face, rows) in facets[cell].iter().zip(stars.energy[cell].chunks_exact(FACE)) {
+            for (face, rows) in facets[cell].iter().zip(energy[cell].chunks_exact(FACE)) {
                 for (i, row) in rows.iter().enumerate() {
                     let amount = p.get(FACE * face.index() + i);
                     for (sum, h) in sums.iter_mut().zip(row) {

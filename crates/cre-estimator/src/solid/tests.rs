@@ -120,7 +120,7 @@ fn wrenches_pass_between_two_clamped_sides() {
     for (n, effectivities) in [(3, [1.0275, 1.0014]), (4, [1.0174, 1.0007])] {
         let body = held_cube(n, &["bottom", "top"]);
         let (mut by_stars, mut stress) = (recovered(&body), recovered(&body));
-        EdgeStars::new(&body, body.facet_conditions()).relax(&mut by_stars, Relaxation::Steps(100));
+        EdgeStars::new(&body, body.facet_conditions(), None).relax(&mut by_stars, Relaxation::Steps(100));
         let report = relax(&body, &mut stress, Relaxation::Steps(100));
         let [stars, best] = [&by_stars, &stress].map(|stress| stress.distance_squared(&body).sqrt());
         assert_eq!(report.columns, 6);
@@ -224,7 +224,7 @@ fn stars_serve_again_under_other_conditions() {
     };
     let held = body(BoundaryConditions::default().fix("bottom"));
     let rolling = body(BoundaryConditions::default().roller("bottom", 0.0));
-    let mut stars = EdgeStars::new(&rolling, held.facet_conditions());
+    let mut stars = EdgeStars::new(&rolling, held.facet_conditions(), None);
     for body in [&rolling, &held, &rolling] {
         stars.restate(body.facet_conditions());
         let mut first = recovered(body);
