@@ -169,7 +169,7 @@ impl<'a> System<'a> {
         (None, limit)
     }
 
-    /// Finds a point within the bounds in which the rows hold, few unknowns away from their bounds; `None` if there is none with given values of the
+    /// Finds a point within the bounds in which the rows hold, few unknowns away from their bounds; `None` if no such point has the given values of the
     /// unknowns that have two bounds.
     ///
     /// * `from`: these values.
