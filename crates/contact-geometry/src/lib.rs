@@ -49,6 +49,7 @@
 pub mod common_refinement;
 mod contacts;
 mod facing;
+mod facing_sides;
 mod flat;
 mod geometric_gap;
 mod matching;
@@ -65,6 +66,7 @@ use fem_core::interface::{ContactFacet, ContactInterface};
 use fem_core::space::{Plane, Space};
 
 pub use contacts::{Contact, Paired, PairingError, Refined, Sides, paired};
+pub use facing_sides::{FacingSides, facing_sides};
 pub use flat::{pair_flat, solid_against};
 pub use obstacle::against;
 pub use pairing::{pair, pair_along, pair_refined};

@@ -49,6 +49,24 @@ fn shown<V: Coordinates>(force: V) -> String {
     components(force.entries(), seven)
 }
 
+/// Sides that are named in a line.
+const MOST_UNPAIRED: usize = 20;
+
+/// Lists the sides that face each other and are in no contact.
+fn unpaired<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> String {
+    let mut all = nndd_report::check::facing(case, problem);
+    all.retain(|facing| facing.contact.is_none());
+    let mut text = String::new();
+    for facing in all.iter().take(MOST_UNPAIRED) {
+        let [first, second] = facing.sides.each_ref().map(|(body, side)| format!("\"{side}\" of \"{body}\""));
+        let _ = writeln!(text, "  in no contact     {first} faces {second}");
+    }
+    if let Some(more) = all.len().checked_sub(MOST_UNPAIRED).filter(|more| *more > 0) {
+        let _ = writeln!(text, "  in no contact     {more} more sides face each other");
+    }
+    if text.is_empty() { text } else { format!("\n{text}") }
+}
+
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let machine = Machine::start(options.format == Format::Json);
     match run::read_case(&options.case.case, &run::overrides(&options.case.set)?)? {
@@ -82,6 +100,7 @@ fn check<S: ReportSpace>(options: &Check, case: &Case<S>, machine: &Machine) -> 
         let (pairs, extent) = (pair.interface.pairs().len(), seven(pair.interface.measure()));
         let _ = writeln!(text, "    pairs           {pairs}, {} {extent}", S::EXTENT);
     }
+    text += &unpaired(case, &problem);
     let floating = problem.bodies.iter().filter(|body| body.free_motion().is_some()).count();
     let free = problem.obstacles.iter().filter(|obstacle| !obstacle.free_motions().is_empty()).count();
     let bodies = match floating {

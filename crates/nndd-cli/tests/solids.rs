@@ -152,6 +152,42 @@ fn a_sweep_and_a_check_take_solids() {
 }
 
 #[test]
+fn a_check_lists_the_sides_that_face_each_other() {
+    let temp = tempfile::tempdir().unwrap();
+    let stack = std::fs::read_to_string(cases().join("stack.toml")).unwrap();
+    let checked = |text: &str, more: &[&str]| {
+        let case = temp.path().join("case.toml");
+        std::fs::write(&case, text).unwrap();
+        let output = nndd(&[&["check", case.to_str().unwrap()], more].concat());
+        assert!(output.status.success(), "{}", said(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(!checked(&stack, &[]).contains("in no contact"));
+    let found: Value = serde_json::from_str(&checked(&stack, &["--format", "json"])).unwrap();
+    let names = found["contact"].as_array().unwrap().iter().map(|contact| contact["name"].clone());
+    let contacts = found["facing"].as_array().unwrap().iter().map(|facing| facing["contact"].clone());
+    assert_eq!(names.collect::<Vec<_>>(), contacts.collect::<Vec<_>>());
+    assert_eq!(found["facing"][0]["surfaces"], serde_json::json!(["top", "bottom"]));
+    // The middle block is clamped, and the contact below it is forgotten.
+    let clamped = stack.replacen(
+        "[[body.traction]]\non = \"back\"\nvector = [0.0, 0.0, 10.0]",
+        "[[body.displacement]]\non = \"back\"\nfixed = true",
+        1,
+    );
+    let forgotten = clamped.replacen(
+        "[[contact]]\nbodies = [\"middle\", \"bottom\"]\nsurfaces = [\"bottom\", \"top\"]\n",
+        "",
+        1,
+    );
+    assert!(clamped != stack && forgotten != clamped);
+    let text = checked(&forgotten, &[]);
+    assert!(
+        text.contains("in no contact     \"top\" of \"bottom\" faces \"bottom\" of \"middle\""),
+        "{text}"
+    );
+}
+
+#[test]
 fn wrong_cases_of_solids_are_refused_with_advice() {
     let temp = tempfile::tempdir().unwrap();
     let half_open = std::fs::read_to_string(cases().join("half_open.toml")).unwrap();

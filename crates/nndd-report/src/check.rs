@@ -6,7 +6,8 @@ use crate::motion::{member, moves};
 use crate::space::ReportSpace;
 use crate::words::ROUNDING;
 use case_io::Case;
-use case_io::case::{BodyCase, Factors};
+use case_io::case::{BodyCase, Contact, Factors};
+use certified_contact::contact_geometry::{FacingSides, facing_sides};
 use certified_contact::{FreeMotion, SolveError};
 use fem_core::assembly::{AssemblyError, external_forces};
 use fem_core::body::{Body, RigidSide};
@@ -144,6 +145,38 @@ pub(crate) fn free_motions<S: ReportSpace>(
     Ok(found.iter().map(of_motion).collect())
 }
 
+/// Two sides that face each other, with the names of the bodies.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CheckedSides {
+    /// Body and side, in the file's order of the bodies.
+    pub sides: [(String, String); 2],
+    /// The name of the contact in which they are; `None` if they are in none.
+    pub contact: Option<String>,
+}
+
+/// Lists the sides of different bodies that face each other, and the contact in which facets of both are.
+pub fn facing<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> Vec<CheckedSides> {
+    let share = |body: usize, names: [&str; 2]| {
+        let [own, given] = names.map(|name| problem.bodies[body].mesh().group(name).unwrap_or(&[]));
+        // Both are sorted by number.
+        own.iter().any(|facet| given.binary_search(facet).is_ok())
+    };
+    let of = |FacingSides { bodies, sides, .. }: FacingSides| {
+        let is_in = |contact: &&Contact<S>| {
+            (0..2).all(|k| {
+                let mut given = contact.bodies.iter().zip(&contact.surfaces);
+                given.any(|(b, name)| *b == bodies[k] && share(*b, [&sides[k], name]))
+            })
+        };
+        let contact = case.contacts.iter().find(is_in).map(|contact| contact.name.clone());
+        let [first, second] = sides;
+        let name = |k: usize| case.bodies[bodies[k]].name.clone();
+        CheckedSides { sides: [(name(0), first), (name(1), second)], contact }
+    };
+    facing_sides(&problem.bodies).into_iter().map(of).collect()
+}
+
 /// Makes one object of what a check found.
 ///
 /// * `notes`: about the case and the problem, see [`crate::run::build`] and [`crate::notes::of_problem`].
@@ -182,11 +215,16 @@ pub fn summary<S: ReportSpace>(
             S::EXTENT: pair.interface.measure(),
         })
     });
+    let facing = facing(case, problem).into_iter().map(|CheckedSides { sides, contact }| {
+        let [bodies, surfaces] = [sides.each_ref().map(|of| &of.0), sides.each_ref().map(|of| &of.1)];
+        json!({ "bodies": bodies, "surfaces": surfaces, "contact": contact })
+    });
     json!({
         "event": "checked",
         "case": case.file_name(),
         "bodies": bodies.iter().enumerate().map(body).collect::<Vec<_>>(),
         "contact": contact.collect::<Vec<_>>(),
+        "facing": facing.collect::<Vec<_>>(),
         "resultant": resultant(problem, bodies).entries(),
         "memory_bytes": memory::estimate(problem).round() as u64,
         "notes": notes,
