@@ -184,7 +184,7 @@ impl Search<'_> {
         for (from, states) in starts {
             let limit = MOST_DESCENTS + 4 * states.len();
             let feasible = if from.is_none() { self.system.feasible(&point.x) } else { None };
-            let Some(from) = from.or(feasible.as_ref()) else { return None };
+            let from = from.or(feasible.as_ref())?;
             let (found, steps) = self.system.descend(from, states.clone(), limit);
             self.counts.descent_steps += steps;
             if found.is_some() {

@@ -8,7 +8,7 @@ use crate::programme::BoxQp;
 use std::borrow::Cow;
 use std::cell::RefCell;
 
-/// Dependent rows contradict each other beyond this fraction of the right-hand side. Sets are judged and taken by the same number.
+/// Dependent rows contradict each other beyond this fraction of the right-hand side. A solution is judged as strictly.
 pub(super) const CONTRADICTION: f64 = 1e-12;
 
 /// Eigenvalues of the rows' Schur complement below this fraction of the largest one are zero.
