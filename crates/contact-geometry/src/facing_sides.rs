@@ -139,10 +139,10 @@ mod tests {
             at([1.02, 0.0, 0.0], [2; 3]),
             at([5.0, 0.0, 0.0], [2; 3]),
         ];
-        assert_eq!(named(&bodies), ["0 right 2 left", "0 top 1 bottom"]);
+        assert_eq!(named(&bodies), ["0 top 1 bottom", "0 right 2 left"]);
         let at = |x: [f64; 2], cells| plane(block(x, [1.0; 2], cells).unwrap());
         let bodies = [at([0.0; 2], [2; 2]), at([0.0, 1.0], [3; 2]), at([1.02, 0.0], [2; 2])];
-        assert_eq!(named(&bodies), ["0 right 2 left", "0 top 1 bottom"]);
+        assert_eq!(named(&bodies), ["0 top 1 bottom", "0 right 2 left"]);
     }
 
     #[test]
