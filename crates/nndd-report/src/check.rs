@@ -16,6 +16,7 @@ use fem_core::interface::ContactProblem;
 use fem_core::prepared::PrepareError;
 use fem_core::space::{Plane, Space};
 use serde_json::{Value, json};
+use std::collections::HashMap;
 
 /// The parts of a body of a case.
 #[derive(Clone, Debug, PartialEq)]
@@ -162,14 +163,22 @@ pub fn facing<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> Ve
         // Both are sorted by number.
         own.iter().any(|facet| given.binary_search(facet).is_ok())
     };
+    // By their bodies: there may be thousands of contacts.
+    let mut contacts: HashMap<[usize; 2], Vec<&Contact<S>>> = HashMap::new();
+    for contact in &case.contacts {
+        if let [a, b] = contact.bodies[..] {
+            contacts.entry([a.min(b), a.max(b)]).or_default().push(contact);
+        }
+    }
     let of = |FacingSides { bodies, sides, .. }: FacingSides| {
-        let is_in = |contact: &&Contact<S>| {
+        let is_in = |contact: &&&Contact<S>| {
             (0..2).all(|k| {
                 let mut given = contact.bodies.iter().zip(&contact.surfaces);
                 given.any(|(b, name)| *b == bodies[k] && share(*b, [&sides[k], name]))
             })
         };
-        let contact = case.contacts.iter().find(is_in).map(|contact| contact.name.clone());
+        let of_bodies = contacts.get(&bodies).into_iter().flatten();
+        let contact = of_bodies.into_iter().find(is_in).map(|contact| contact.name.clone());
         let [first, second] = sides;
         let name = |k: usize| case.bodies[bodies[k]].name.clone();
         CheckedSides { sides: [(name(0), first), (name(1), second)], contact }
