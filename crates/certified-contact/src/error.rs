@@ -60,7 +60,7 @@ pub enum SolveError<S: Space = Plane> {
 }
 
 /// Bodies that move by at most this fraction of the one that moves most do not move.
-pub(crate) const NO_MOTION: f64 = 1e-10;
+const NO_MOTION: f64 = 1e-10;
 
 impl<S: Space> SolveError<S> {
     /// Says what an error of the algebra means for the bodies.

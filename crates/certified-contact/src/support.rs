@@ -1,10 +1,10 @@
 //! The question whether an assembly is held, in words of its bodies.
 
-use crate::error::{NO_MOTION, SolveError};
+use crate::error::{SolveError, in_bodies};
 use crate::space::ContactSpace;
 use fem_core::body::RigidMotion;
 use fem_core::interface::{ContactProblem, Partner};
-use fem_core::prepared::{AssemblyMotion, BodyMotion};
+use fem_core::prepared::AssemblyMotion;
 use fem_core::space::{Plane, Space};
 use nndd::UnresistedMotion;
 
@@ -45,11 +45,9 @@ pub fn support<S: ContactSpace>(problem: &ContactProblem<S>) -> Result<Support<S
     let problem = &S::without_spin(problem.clone())?;
     let found =
         nndd::support(&problem.contact_rows()).map_err(|error| SolveError::of_nndd(problem, error))?;
-    let motions = problem.rigid_motions();
-    let motion = |of: UnresistedMotion| problem.assembly_motion(&motions, &of.amounts, of.work, NO_MOTION);
     Ok(Support {
-        free_motions: in_bodies(problem, &motions, &found.free_motions),
-        unresisted: found.unresisted.map(motion),
+        free_motions: free_in_bodies(problem, &found.free_motions),
+        unresisted: found.unresisted.map(|of| in_bodies(problem, &of)),
         forces: found.forces,
     })
 }
@@ -63,16 +61,16 @@ pub fn free_motions<S: ContactSpace>(
     problem: &ContactProblem<S>,
 ) -> Result<Vec<FreeMotion<S>>, SolveError<S>> {
     let found = nndd::free_motions(&problem.contact_rows()).map_err(SolveError::Nndd)?;
-    Ok(in_bodies(problem, &problem.rigid_motions(), &found))
+    Ok(free_in_bodies(problem, &found))
 }
 
-fn in_bodies<S: ContactSpace>(
+fn free_in_bodies<S: ContactSpace>(
     problem: &ContactProblem<S>,
-    motions: &[BodyMotion<S>],
     found: &[UnresistedMotion],
 ) -> Vec<FreeMotion<S>> {
+    let motions = problem.rigid_motions();
     let of = |of: &UnresistedMotion| {
-        let motion = problem.assembly_motion(motions, &of.amounts, of.work, WEAK);
+        let motion = problem.assembly_motion(&motions, &of.amounts, of.work, WEAK);
         let left_out = problem.left_out.iter().find(|left_out| {
             motion.bodies.iter().any(|(partner, _)| *partner == Partner::Body(left_out.body))
         });

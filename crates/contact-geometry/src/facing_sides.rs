@@ -1,5 +1,6 @@
 //! The sides of different bodies that face each other, whether or not they are paired.
 
+use super::FACING;
 use fem_core::body::Body;
 use fem_core::geometry::{Coordinates, bounding_box};
 use fem_core::mesh::id::FacetId;
@@ -7,9 +8,6 @@ use fem_core::space::Space;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Cosine of the smallest angle between the outward normals of two facing facets: 120 degrees.
-const FACING: f64 = -0.5;
 
 /// Two sides of different bodies that face each other.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,7 +4,7 @@ use super::geometric_gap::{GeometricGap, Surfaces};
 use super::matching::{TOLERANCE, nearest};
 use super::normals::SUPPORT;
 use super::obstacle::{change, check_apart, faces, pair_with};
-use super::{facet_size, pairing};
+use super::{FACING, facet_size, pairing};
 use fem_core::body::Body;
 use fem_core::geometry::{FLAT_SIDE, norm};
 use fem_core::interface::{
@@ -13,9 +13,6 @@ use fem_core::interface::{
 use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::{Solid, Space};
 use std::collections::{BTreeSet, HashMap};
-
-/// Cosine of the smallest angle between the outward normals of two facing facets: 120 degrees.
-const FACING: f64 = -0.5;
 
 /// Cosine of the largest angle between the normals of an obstacle at the corners of a face: 60 degrees.
 const TURN: f64 = 0.5;

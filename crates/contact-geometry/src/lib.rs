@@ -92,6 +92,9 @@ pub fn sharpest_corner(interface: &ContactInterface, first: &Body) -> Option<(Ve
     corner.map(|(point, cosine)| (point, cosine.acos().to_degrees()))
 }
 
+/// Cosine of the smallest angle between the outward normals of two facing facets: 120 degrees.
+const FACING: f64 = -0.5;
+
 /// Returns the size of a facet, m: the length of an edge, the root of an area.
 fn facet_size<S: Space>(measure: f64) -> f64 {
     measure.powf(1.0 / (S::DIM - 1) as f64)

@@ -5,7 +5,7 @@ use super::chain::{self, Chain, Fixed, Motion};
 use super::curve::{Between, Curve};
 use super::error::CommonRefinementError;
 use super::line::{self, Line, Opposite, Uncut};
-use crate::ContactNormal;
+use crate::{ContactNormal, FACING};
 use fem_core::body::Body;
 use fem_core::geometry::{Vector, norm, right_normal};
 use fem_core::mesh::id::NodeId;
@@ -18,8 +18,6 @@ pub(super) const SAME: f64 = 0.01;
 pub(super) const ROUND_OFF: f64 = 1e-9;
 /// Fraction of the smaller adjacent edge below which nodes are snapped.
 pub(super) const SNAP: f64 = 0.2;
-/// Edges face each other up to this cosine of the angle between their outward normals, 120 degrees.
-const FACING: f64 = -0.5;
 
 /// A node at its place on the common line. A node of one side belongs to a node of the other if their `s` are equal.
 #[derive(Clone, Copy, Debug, PartialEq)]

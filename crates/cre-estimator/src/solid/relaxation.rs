@@ -73,7 +73,7 @@ fn matrices_mut(energy: &mut [f32]) -> &mut [EnergyMatrix] {
 }
 
 /// Finds memory for the energy matrices of some cells: that of other stars if it suffices. What pads the rows is zero.
-fn room(cells: usize, used: Option<EdgeStars<'_>>) -> Vec<f32> {
+fn energy_memory(cells: usize, used: Option<EdgeStars<'_>>) -> Vec<f32> {
     let numbers = cells * size_of::<EnergyMatrix>() / size_of::<f32>();
     match used {
         Some(EdgeStars { mut energy, .. }) if energy.len() >= numbers => {
@@ -106,7 +106,7 @@ impl<'a> EdgeStars<'a> {
             FaceSpace::new(mesh.facet_corners(face), reaction(mesh, conditions, face), length)
         };
         let spaces: Vec<FaceSpace> = (0..faces).into_par_iter().with_min_len(CHUNK).map(face).collect();
-        let mut energy = room(cells, used);
+        let mut energy = energy_memory(cells, used);
         matrices_mut(&mut energy).par_chunks_mut(CHUNK).enumerate().for_each(|(k, chunk)| {
             let cells = k * CHUNK..k * CHUNK + chunk.len();
             energies(body, &spaces, (length, unit), cells, chunk);
