@@ -55,7 +55,7 @@ pub use side::{Circle, SideCase};
 pub use steps::{Factors, StepCase};
 pub use units::Units;
 
-use crate::case_file;
+use crate::case_file::{self, At};
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, excerpt};
 use fem_core::space::Plane;
 use serde::Serialize;
@@ -94,7 +94,7 @@ pub struct Case<S: Dimension = Plane> {
     pub limits: Limits,
     meshes: mesh_files::MeshFiles<S>,
     file_name: String,
-    places: BTreeMap<String, SourcePosition>,
+    places: BTreeMap<String, At>,
 }
 
 /// `theta`: the relaxation parameter.
@@ -286,15 +286,15 @@ impl Case {
 impl<S: Dimension> Case<S> {
     /// Returns the place of a key by its dotted path, `body.0.displacement.1.on`, or of the nearest table above it
     /// that is in the file.
-    pub fn place(&self, path: &str) -> Option<&SourcePosition> {
+    pub fn place(&self, path: &str) -> Option<SourcePosition> {
         let mut path = path;
         loop {
-            if let Some(place) = self.places.get(path) {
-                return Some(place);
+            if let Some(at) = self.places.get(path) {
+                return Some(at.place());
             }
             path = path.rsplit_once('.').map_or("", |(above, _)| above);
             if path.is_empty() {
-                return self.places.get("");
+                return self.places.get("").map(At::place);
             }
         }
     }
@@ -347,6 +347,6 @@ impl<S: Dimension> Case<S> {
     }
 
     fn diagnostic(&self, code: &'static str, path: &str, message: impl Into<String>) -> Diagnostic {
-        Diagnostic::new(code, self.place(path).cloned(), message)
+        Diagnostic::new(code, self.place(path), message)
     }
 }

@@ -13,7 +13,7 @@ use fem_core::geometry::bounding_box;
 use fem_core::interface::{ContactPair, ContactProblem};
 use nndd_report::convert;
 use nndd_report::memory::{self, mebibytes};
-use nndd_report::words::{self, blanked, one_line, plain, seven, short};
+use nndd_report::words::{self, one_line, plain, seven, short};
 use nndd_report::{Failure, ReportSpace};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -119,7 +119,7 @@ fn render(kind: &str, diagnostic: &Diagnostic) -> String {
         return text;
     }
     let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    text + &excerpt::excerpt(place, &blanked(place.source.text()), colour)
+    text + &excerpt::excerpt(place, place.source.text(), colour)
 }
 
 /// The header: version, sizes, settings; no wider than the terminal.

@@ -233,7 +233,7 @@ impl<S: Dimension> Case<S> {
     /// Attributes an error of a body's mesh to its generator.
     pub(crate) fn mesh_diagnostic(&self, body: usize, error: &MeshError) -> Diagnostic {
         let message = format!("body \"{}\": {error}", self.bodies[body].name);
-        generator_fault(self.place(&format!("body.{body}.generator")).cloned(), message, error)
+        generator_fault(self.place(&format!("body.{body}.generator")), message, error)
     }
 
     /// Attributes an error of a material to its key.

@@ -177,7 +177,7 @@ impl<S: Dimension> Case<S> {
         } else {
             format!("body.{body}.mesh.file")
         };
-        Diagnostic::of_mesh_file(error, self.place(&path).cloned())
+        Diagnostic::of_mesh_file(error, self.place(&path))
     }
 
     /// Refuses bodies that are one mesh, or notes that they were parted if that was asked for.

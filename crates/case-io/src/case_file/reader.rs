@@ -28,7 +28,7 @@ pub(crate) struct Findings {
     diagnostics: RefCell<Vec<Diagnostic>>,
     /// Faults that are no longer listed, since many come before them.
     omitted: Cell<usize>,
-    places: RefCell<BTreeMap<String, SourcePosition>>,
+    places: RefCell<BTreeMap<String, At>>,
 }
 
 impl Findings {
@@ -64,17 +64,30 @@ impl Findings {
         self.omitted.get() > 0 || self.diagnostics.borrow().len() >= MOST_DIAGNOSTICS
     }
 
+    /// Keeps the place of a key, unless faults already fill the list.
     fn note(&self, path: &str, at: &At) {
-        self.places.borrow_mut().insert(path.to_owned(), at.place());
+        if self.omitted.get() == 0 {
+            self.places.borrow_mut().insert(path.to_owned(), at.clone());
+        }
+    }
+
+    /// Names what a word was meant to be, unless more faults are found than are listed.
+    pub(crate) fn meant<'a>(
+        &self,
+        word: &str,
+        all: impl IntoIterator<Item = &'a str>,
+        quote: char,
+    ) -> Option<String> {
+        if self.are_many() { None } else { did_you_mean(word, all, quote) }
     }
 
     /// Finds the place of a key that was read.
     pub(crate) fn place(&self, path: &str) -> Option<SourcePosition> {
-        self.places.borrow().get(path).cloned()
+        self.places.borrow().get(path).map(At::place)
     }
 
     /// Returns the faults, how many more there are, and the places of the keys.
-    pub(crate) fn into_parts(self) -> (Vec<Diagnostic>, usize, BTreeMap<String, SourcePosition>) {
+    pub(crate) fn into_parts(self) -> (Vec<Diagnostic>, usize, BTreeMap<String, At>) {
         (self.diagnostics.into_inner(), self.omitted.get(), self.places.into_inner())
     }
 }
@@ -467,7 +480,7 @@ impl<'a> Reader<'a> {
             let keys: Vec<String> = self.known.iter().map(|k| format!("`{k}`")).collect();
             let diagnostic = Diagnostic::new(code::UNKNOWN_KEY, Some(entry.key_at.place()), message)
                 .expected(format!("only the keys {}", keys.join(", ")))
-                .help(did_you_mean(&entry.key, self.known.iter().copied(), '`'))
+                .help(self.findings.meant(&entry.key, self.known.iter().copied(), '`'))
                 .fix("take it out, or write it into the table it belongs to");
             self.findings.push(diagnostic);
         }

@@ -1,6 +1,7 @@
 //! A fault shown in its lines of the source, underlined.
 
 use case_io::diagnostic::SourcePosition;
+use nndd_report::words::blanked;
 use std::fmt::Write as _;
 
 /// Lines shown before and after the one at fault.
@@ -16,7 +17,7 @@ pub(super) fn excerpt(place: &SourcePosition, source: &str, colour: bool) -> Str
     let mut text = String::new();
     for (line, content) in source.lines().enumerate().skip(first - 1).take(place.line + CONTEXT + 1 - first) {
         let number = line + 1;
-        let _ = writeln!(text, "{}", format!(" {number:>digits$} | {content}").trim_end());
+        let _ = writeln!(text, "{}", format!(" {number:>digits$} | {}", blanked(content)).trim_end());
         if number == place.line {
             let before = place.column - 1;
             let marked = source.get(place.span.clone()).and_then(|s| s.lines().next()).unwrap_or_default();
