@@ -10,6 +10,9 @@ use std::collections::BTreeMap;
 /// Means 'no frame but the Cartesian axes'.
 pub(super) const CARTESIAN: u32 = u32::MAX;
 
+/// Directions whose dual vectors are longer than this have no dual frame: its stiffness has the square of their length, and forces lose as many digits.
+const LONGEST: f64 = 20.0;
+
 /// A vector whose length is this close to one is of length one; so are whole numbers.
 const UNIT: f64 = 1e-14;
 
@@ -68,23 +71,27 @@ impl<S: Space> Frames<S> {
         let with = |all: Directions<S>, r: &S::Vector| all.with(*r / norm(*r), PARALLEL);
         let all = retained.iter().fold(constraint.held, with);
         let independent = all.count() == count + retained.len();
+        let dual = || {
+            let vectors = [retained, held, all.complement().basis()].concat();
+            let axes = dual::<S>(S::axes(|c| vectors[c]));
+            let short = |c: usize| norm(axes[c]) * norm(vectors[c]) <= LONGEST;
+            (0..S::DIM).all(short).then_some(axes)
+        };
         let frame = match retained {
             [] => self.perpendicular(node, constraint, None),
             [r] if count == 0 || (count + 1 == S::DIM && beside(r)) => {
                 self.perpendicular(node, constraint, Some(*r))
             }
-            _ if independent => {
-                let mut vectors = [retained, held].concat();
-                vectors.extend_from_slice(all.complement().basis());
+            _ if let Some(axes) = independent.then(dual).flatten() => {
                 let first = retained.len();
                 self.kept[node] = S::axes(|c| c < first);
                 self.fixed[node] = S::axes(|c| (first..first + count).contains(&c));
                 self.imposed[node] =
                     S::axes(|c| if self.fixed[node][c] { constraint.imposed[c - first] } else { 0.0 });
-                Frame { axes: dual::<S>(S::axes(|c| vectors[c])), orthonormal: false }
+                Frame { axes, orthonormal: false }
             }
             _ => {
-                // Fewer unknowns remain than directions are retained.
+                // Fewer unknowns remain than directions are retained, or these are nearly parallel.
                 let free = constraint.held.complement();
                 let kept = all.count() - count;
                 let basis = if all.is_all() { free.basis() } else { &all.basis()[count..] };
