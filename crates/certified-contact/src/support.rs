@@ -23,6 +23,9 @@ pub struct FreeMotion<S: Space = Plane> {
     /// The size of the load along it, N/m; 0 if no load drives it. A load is left out as far as the error of a polygon explains it, see
     /// [`ContactProblem::without_spins`], and is not held otherwise.
     pub load: f64,
+    /// Whether the pairs resist it, by less than the error of their normals. The forces of the solution do not balance its load then; those of the
+    /// certificate do.
+    pub weak: bool,
 }
 
 /// How an assembly is held.
@@ -77,11 +80,12 @@ fn free_in_bodies<S: ContactSpace>(
         let load = left_out.map_or(motion.load, |left_out| left_out.load).abs();
         let mut bodies: Vec<_> = motion.bodies.into_iter().zip(motion.largest).collect();
         bodies.sort_by(|a, b| b.1.total_cmp(&a.1));
-        FreeMotion { bodies: bodies.into_iter().map(|(of, _)| of).collect(), load }
+        FreeMotion { bodies: bodies.into_iter().map(|(of, _)| of).collect(), load, weak: of.weak }
     };
     let may_be_left_out =
         |motion: &FreeMotion<S>| motion.bodies.iter().all(|(partner, _)| is_on_arcs(problem, *partner));
-    let found = found.iter().map(of).filter(|motion| motion.load == 0.0 || may_be_left_out(motion));
+    let found =
+        found.iter().map(of).filter(|motion| motion.load == 0.0 || motion.weak || may_be_left_out(motion));
     let mut free: Vec<FreeMotion<S>> = found.collect();
     free.sort_by_key(|motion| motion.bodies.first().map(|(body, _)| *body));
     free

@@ -124,24 +124,27 @@ pub(crate) fn with_factors<S: ReportSpace>(
     S::with_factors(case, problem, factors).map_err(|error| Failure::solve(case, &error))
 }
 
-/// Says what the motions are that nothing resists, each with the load along it, see [`certified_contact::FreeMotion`].
+/// A motion that nothing resists, in words, with its load and whether it is weak, see [`certified_contact::FreeMotion`].
+pub(crate) type NamedMotion = (String, f64, bool);
+
+/// Says what the motions are that nothing resists.
 ///
 /// # Errors
 /// Numbers that are not finite.
 pub(crate) fn free_motions<S: ReportSpace>(
     case: &Case<S>,
     problem: &ContactProblem<S>,
-) -> Result<Vec<(String, f64)>, Failure> {
+) -> Result<Vec<NamedMotion>, Failure> {
     let loaded = case.step_ends().pop().map(|factors| with_factors(case, problem, &factors)).transpose()?;
     let found = certified_contact::free_motions(loaded.as_ref().unwrap_or(problem));
     let found = found.map_err(|error| Failure::solve(case, &error))?;
-    let of_motion = |FreeMotion { bodies, load, .. }: &FreeMotion<S>| {
+    let of_motion = |FreeMotion { bodies, load, weak, .. }: &FreeMotion<S>| {
         let moves = bodies.iter().map(|(b, motion)| format!("{} {}", member(case, *b), moves(motion)));
         let mut words: Vec<String> = moves.take(MOST_NAMED).collect();
         words.extend(
             bodies.len().checked_sub(MOST_NAMED + 1).map(|more| format!("{} more with it", more + 1)),
         );
-        (words.join(" and "), *load)
+        (words.join(" and "), *load, *weak)
     };
     Ok(found.iter().map(of_motion).collect())
 }

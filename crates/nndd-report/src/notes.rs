@@ -1,6 +1,6 @@
 //! Notes about settings that are allowed but perhaps not intended: it goes to stderr and into report.json.
 
-use crate::check::{self, MOST_NAMED};
+use crate::check::{self, MOST_NAMED, NamedMotion};
 use crate::convert;
 use crate::solved::{Fields, RunResult, Solved};
 use crate::space::ReportSpace;
@@ -66,8 +66,8 @@ pub fn of_problem<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -
 
 /// Says which motions nothing resists.
 ///
-/// * `free`: in words, each with the load along it, 0 without one; `refined`: whether finer meshes follow, whose polygons have other loads.
-fn of_free_motions(free: &[(String, f64)], refined: bool) -> Vec<String> {
+/// * `refined`: whether finer meshes follow, whose polygons have other loads.
+fn of_free_motions(free: &[NamedMotion], refined: bool) -> Vec<String> {
     let [alone, all_alone] = match refined {
         false => ["no load drives it, and it stays at zero", "no load drives them, and they stay at zero"],
         true => [
@@ -75,15 +75,32 @@ fn of_free_motions(free: &[(String, f64)], refined: bool) -> Vec<String> {
             "no load drives them on this mesh, and they stay at zero",
         ],
     };
-    let (loaded, unloaded): (Vec<_>, Vec<_>) = free.iter().partition(|(_, load)| *load > 0.0);
-    let with_load =
-        |(motion, load): &&(String, f64)| format!("{motion}, with a load {} along it", significant(*load));
-    let loaded: Vec<String> = loaded.iter().map(with_load).collect();
-    let unloaded: Vec<String> = unloaded.iter().map(|(motion, _)| motion.clone()).collect();
+    let (loaded, unloaded): (Vec<_>, Vec<_>) = free.iter().partition(|(_, load, _)| *load != 0.0);
+    let (weak, on_arcs): (Vec<_>, Vec<_>) = loaded.into_iter().partition(|(.., weak)| *weak);
+    let with_load = |motions: Vec<&NamedMotion>| -> Vec<String> {
+        let words = |(motion, load, _): &&NamedMotion| {
+            format!("{motion}, with a load {} along it", significant(load.abs()))
+        };
+        motions.iter().map(words).collect()
+    };
+    let unloaded: Vec<String> = unloaded.iter().map(|(motion, ..)| motion.clone()).collect();
     let all = [
         (unloaded, ["free motion", alone], ["free motions", all_alone]),
         (
-            loaded,
+            with_load(weak),
+            [
+                "free motion but for the error of normals",
+                "the motion stays at zero, and the contact forces of the solution do not balance that load; the \
+             pressures of the bound do",
+            ],
+            [
+                "free motions but for the error of normals",
+                "the motions stay at zero, and the contact forces of the solution do not balance these loads; the \
+             pressures of the bound do",
+            ],
+        ),
+        (
+            with_load(on_arcs),
             [
                 "free motion along declared arcs",
                 "that load is left out, and the motion stays at zero, if the error of the polygon explains the \

@@ -129,15 +129,16 @@ impl<'a> Balance<'a> {
     }
 
     /// Lists the motions that no pair resists, with the work of the loads along them.
-    fn free_motions(self) -> Vec<UnresistedMotion> {
-        let RowSelection { kernel, weak, .. } = self.independent;
+    fn free_motions(&self) -> Vec<UnresistedMotion> {
+        let RowSelection { kernel, weak, .. } = &self.independent;
         let most = ROUNDING * self.rows.load_size;
-        let of_kernel = |amounts: Combination| {
-            let work: f64 = amounts.iter().map(|(k, amount)| amount * self.loads[*k]).sum();
-            UnresistedMotion { amounts, work: if work.abs() > most { work } else { 0.0 } }
+        let motion = |weak: bool| {
+            move |amounts: Combination| {
+                let work: f64 = amounts.iter().map(|(k, amount)| amount * self.loads[*k]).sum();
+                UnresistedMotion { amounts, work: if work.abs() > most { work } else { 0.0 }, weak }
+            }
         };
-        let of_weak = |amounts| UnresistedMotion { amounts, work: 0.0 };
-        kernel.into_iter().map(of_kernel).chain(weak.into_iter().map(of_weak)).collect()
+        kernel.iter().cloned().map(motion(false)).chain(weak.iter().cloned().map(motion(true))).collect()
     }
 
     /// Returns the lines that the pairs resist, and their loads.

@@ -8,6 +8,8 @@ pub struct UnresistedMotion {
     pub amounts: Vec<(usize, f64)>,
     /// The work of the loads along it, less what friction resists, J/m; 0 if no load drives it.
     pub work: f64,
+    /// Whether rows resist it, by less than the error of their normals, see [`fem_core::contact_system::ContactRows::normal_error`].
+    pub weak: bool,
 }
 
 impl UnresistedMotion {
@@ -17,6 +19,6 @@ impl UnresistedMotion {
     /// `e·a`, is mostly rounding if little of them is left.
     pub(crate) fn along(left: &[f64]) -> Self {
         let moving = left.iter().copied().enumerate().filter(|(_, amount)| *amount != 0.0);
-        Self { amounts: moving.collect(), work: left.iter().map(|a| a * a).sum() }
+        Self { amounts: moving.collect(), work: left.iter().map(|a| a * a).sum(), weak: false }
     }
 }
