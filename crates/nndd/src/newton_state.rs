@@ -14,13 +14,20 @@ use crate::error::NnddError;
 use crate::exact::ExactSolution;
 use crate::friction::PairFriction;
 use crate::iterate::{Iterate, OwnFields, Recovery, UnilateralSolution, precision};
+use crate::skeleton::leaders;
 use crate::vector::dot;
 use contact_qp::{KktResiduals, QpPath, QpStatus, RowSelection};
-use fem_core::contact_system::{BodyField, BodyFields};
+use fem_core::contact_system::{BodyField, BodyFields, BodyRow};
+use fem_core::dense::pseudo_inverse;
 use fem_core::norm::from_squared;
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
 /// A force or an opening with the wrong sign below this fraction of the largest force or trace is rounding.
 const ROUNDING: f64 = 1e-11;
+
+/// Singular values of the rows of a node below this fraction of the largest one are zero.
+const DEPENDENT: f64 = 1e-9;
 
 /// Sweeps that lift penetrating traces, at most.
 const SWEEPS: usize = 200;
@@ -229,8 +236,8 @@ fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Ve
     (lifted, openings, is_open)
 }
 
-/// Shares the forces that hold the bodies among their rows: `P̃`, and the rest of an unknown in the first row that has it alone. Of Ω₁ and Ω₂,
-/// by row, N/m; an obstacle has `P̃`. The springs of motions that the pairs hardly resist take a part of the rest, which is left out: reactions are
+/// Shares the forces that hold the bodies among their rows: `P̃`, and the rest of an unknown in the first row that has it, or if rows have several
+/// unknowns in their smallest forces. Of Ω₁ and Ω₂, by row, N/m; an obstacle has `P̃`. The springs of motions that the pairs hardly resist take a part of the rest, which is left out: reactions are
 /// in balance.
 fn by_role(broken: &Broken<'_>, forces: &[f64], held: &[f64]) -> [Vec<f64>; 2] {
     let system = broken.system;
@@ -239,16 +246,37 @@ fn by_role(broken: &Broken<'_>, forces: &[f64], held: &[f64]) -> [Vec<f64>; 2] {
     let mut by_role = [forces.to_vec(), forces.to_vec()];
     for (b, of_body) in system.of_body.iter().enumerate() {
         broken.without_motions(b, &mut rest);
-        for row in of_body {
-            let ([(unknown, factor)], pair) = (&row.terms[..], system.rows.rows[row.row].pair) else {
-                continue;
-            };
-            let role = system.rows.pairs[pair].roles.of_side(row.side);
-            let rest = &mut rest[broken.of_body(b).start + unknown];
-            by_role[role][row.row] += std::mem::take(rest) / factor;
+        let rest = &rest[broken.of_body(b)];
+        let leaders = leaders(rest.len(), of_body.iter().map(|row| &row.terms));
+        let mut groups: BTreeMap<usize, Vec<&BodyRow>> = BTreeMap::new();
+        for row in of_body.iter().filter(|row| !row.terms.is_empty()) {
+            groups.entry(leaders[row.terms[0].0]).or_default().push(row);
+        }
+        for (row, force) in groups.into_values().flat_map(|rows| shared(&rows, rest)) {
+            let role = system.rows.pairs[system.rows.rows[row.row].pair].roles.of_side(row.side);
+            by_role[role][row.row] += force;
         }
     }
     by_role
+}
+
+/// Shares forces on unknowns among the rows that have them, `Bᵀ P = f`.
+fn shared<'a>(rows: &[&'a BodyRow], f: &[f64]) -> Vec<(&'a BodyRow, f64)> {
+    if rows.iter().all(|row| row.terms.len() == 1) {
+        let (unknown, factor) = rows[0].terms[0];
+        return vec![(rows[0], f[unknown] / factor)];
+    }
+    let mut unknowns: Vec<usize> = rows.iter().flat_map(|row| row.terms.iter().map(|(k, _)| *k)).collect();
+    unknowns.sort_unstable();
+    unknowns.dedup();
+    let factor = |i: usize, j: usize| {
+        rows[j].terms.iter().find(|(k, _)| *k == unknowns[i]).map_or(0.0, |(_, factor)| *factor)
+    };
+    let transposed = DMatrix::from_fn(unknowns.len(), rows.len(), factor);
+    let f = DVector::from_iterator(unknowns.len(), unknowns.iter().map(|k| f[*k]));
+    let zero = DEPENDENT * transposed.norm();
+    let forces = pseudo_inverse(transposed, zero).map(|inverse| inverse * f);
+    rows.iter().copied().zip(forces.iter().flatten().copied()).collect()
 }
 
 /// Computes the traces of both sides of all rows along their own outward normals, m.

@@ -122,23 +122,9 @@ impl Skeleton {
 
     /// Computes `(Nᵀ K N)⁻¹`, group by group.
     fn weigh(&mut self) {
-        let mut leader: Vec<usize> = (0..self.len()).collect();
-        fn find(leader: &mut [usize], mut k: usize) -> usize {
-            while leader[k] != k {
-                leader[k] = leader[leader[k]];
-                k = leader[k];
-            }
-            k
-        }
-        for terms in &self.terms {
-            for pair in terms.windows(2) {
-                let [a, b] = [pair[0].0, pair[1].0].map(|k| find(&mut leader, k));
-                leader[a.max(b)] = a.min(b);
-            }
-        }
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for k in 0..self.len() {
-            members.entry(find(&mut leader, k)).or_default().push(k);
+        for (k, leader) in leaders(self.len(), &self.terms).into_iter().enumerate() {
+            members.entry(leader).or_default().push(k);
         }
         let groups: Vec<Vec<usize>> = members.into_values().filter(|members| members.len() > 1).collect();
         let mut place: Vec<Option<(usize, usize)>> = vec![None; self.len()];
@@ -273,6 +259,23 @@ impl Skeleton {
         }
         forces
     }
+}
+
+/// Finds the groups of numbers that lists of terms tie: of each number the smallest one of its group.
+pub(crate) fn leaders<'a>(count: usize, terms: impl IntoIterator<Item = &'a Sparse>) -> Vec<usize> {
+    let mut leader: Vec<usize> = (0..count).collect();
+    let find = |leader: &mut [usize], mut k: usize| {
+        while leader[k] != k {
+            leader[k] = leader[leader[k]];
+            k = leader[k];
+        }
+        k
+    };
+    for pair in terms.into_iter().flat_map(|terms| terms.windows(2)) {
+        let [a, b] = [pair[0].0, pair[1].0].map(|k| find(&mut leader, k));
+        leader[a.max(b)] = a.min(b);
+    }
+    (0..count).map(|k| find(&mut leader, k)).collect()
 }
 
 /// Adds up what has the same number.

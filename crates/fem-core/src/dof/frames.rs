@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 pub(super) const CARTESIAN: u32 = u32::MAX;
 
 /// Directions whose dual vectors are longer than this have no dual frame: its stiffness has the square of their length, and forces lose as many digits.
-const LONGEST: f64 = 20.0;
+const LONGEST: f64 = 60.0;
 
 /// A vector whose length is this close to one is of length one; so are whole numbers.
 const UNIT: f64 = 1e-14;
