@@ -60,7 +60,10 @@ pub(crate) fn of_solve(
     each_task(drawn.len(), |k| drawn[k]()).into_iter().flatten().collect()
 }
 
-/// The pressure along each contact line; if there are several, of those under pressure.
+/// At most this many contact lines are drawn.
+const MOST_LINES: usize = 32;
+
+/// The pressure along each contact line; if there are several, of those under pressure, and of many those with the largest forces.
 fn contact_lines(
     case: &Case,
     solution: &Fields<'_>,
@@ -70,18 +73,31 @@ fn contact_lines(
 ) -> Vec<Picture> {
     let digits = certified_digits(report.valid_certificate().and_then(|found| found.relative));
     let pressed = |rows: &[ContactRow]| contact.len() == 1 || rows.iter().any(|row| row.pressure > 0.0);
-    let lines = contact.iter().zip(contact_parts(case)).zip(&solution.problem.contacts);
-    let lines = lines.filter(|(((_, rows), _), _)| solution.estimate.is_some() && pressed(rows));
-    let picture = |(((pair, rows), name), of): ((&(&str, Vec<ContactRow>), String), &ContactPair)| {
+    let is_drawn = |k: &usize| solution.estimate.is_some() && pressed(&contact[*k].1);
+    let mut lines: Vec<usize> = (0..contact.len()).filter(is_drawn).collect();
+    let count = lines.len();
+    if count > MOST_LINES {
+        let force = |k: usize| report.contact[k].contact_force.unwrap_or(0.0);
+        lines.sort_by(|a, b| force(*b).total_cmp(&force(*a)));
+        lines.truncate(MOST_LINES);
+        lines.sort_unstable();
+    }
+    let names = contact_parts(case);
+    let picture = |(place, k): (usize, usize)| {
+        let ((pair, rows), of) = (&contact[k], &solution.problem.contacts[k]);
         let title = match contact.len() {
             1 => "Contact line".to_owned(),
             _ => format!("Contact line of {}", one_line(pair)),
         };
         let (rows, start) = opened(rows, of);
-        let (svg, caption) = plot::contact(&title, &rows, start, digits, labels);
-        Picture { name, svg, caption, numbers: Some("contact.csv") }
+        let (svg, mut caption) = plot::contact(&title, &rows, start, digits, labels);
+        if place == 0 && count > MOST_LINES {
+            caption +=
+                &format!(" {MOST_LINES} of {count} contact lines are drawn, those with the largest forces.");
+        }
+        Picture { name: names[k].clone(), svg, caption, numbers: Some("contact.csv") }
     };
-    lines.map(picture).collect()
+    lines.into_iter().enumerate().map(picture).collect()
 }
 
 /// The density of the error, or of the residual, on the deformed bodies.
