@@ -7,10 +7,13 @@ use tests::random_solids::{FAMILIES, PROMISES, Trial};
 /// Problems of the sample: of each family eight.
 const SAMPLE: u64 = 160;
 
+/// Problems that violated a promise once.
+const FOUND: [u64; 4] = [559, 2834, 3857, 3879];
+
 #[test]
 fn every_promise_is_kept_in_a_sample_of_random_solids() {
     let trials: Vec<Trial> =
-        (1_000_000..1_000_000 + SAMPLE).into_par_iter().map(|n| Trial::new(n).unwrap()).collect();
+        FOUND.into_par_iter().chain(1_000_000..1_000_000 + SAMPLE).map(|n| Trial::new(n).unwrap()).collect();
     let said = |t: &Trial| t.violations().map(|v| format!("{} {v:?}", t.number)).collect::<Vec<_>>();
     let violated: Vec<String> = trials.iter().flat_map(said).collect();
     assert!(violated.is_empty(), "{violated:#?}");

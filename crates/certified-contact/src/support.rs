@@ -23,8 +23,8 @@ pub struct FreeMotion<S: Space = Plane> {
     /// The size of the load along it, N/m; 0 if no load drives it. A load is left out as far as the error of a polygon explains it, see
     /// [`ContactProblem::without_spins`], and is not held otherwise.
     pub load: f64,
-    /// Whether the pairs resist it, by less than the error of their normals. The forces of the solution do not balance its load then; those of the
-    /// certificate do.
+    /// Whether the pairs resist it, by less than the error of their normals. The forces of the solution balance its load only up to that error then;
+    /// the pressures of the certificate balance it.
     pub weak: bool,
 }
 

@@ -119,6 +119,59 @@ fn a_load_that_the_next_polygon_does_not_explain_is_called_so() {
     assert!(!said.contains("no load drives it"), "{said}");
 }
 
+#[test]
+fn a_load_that_only_the_error_of_normals_balances_is_said_and_is_in_the_balance() {
+    let here = tempfile::tempdir().unwrap();
+    std::fs::write(here.path().join("disc.toml"), DISC).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_nndd"))
+        .current_dir(here.path())
+        .args(["solve", "disc.toml", "--out", "out"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    let (_, after) =
+        said.split_once("free motion but for the error of normals: body \"disc\" can rotate").unwrap();
+    let (_, load) = after.split_once("with a load ").unwrap();
+    let load: f64 = load.split_once(' ').unwrap().0.parse().unwrap();
+    let report = std::fs::read_to_string(here.path().join("out/report.json")).unwrap();
+    let report = Report::from_json(&report).unwrap();
+    assert!(report.certificate.unwrap().valid, "{said}");
+    // Forces along it balance only up to the error of the normals.
+    let left = &report.results.balance.unwrap()[0];
+    assert!(left[..2].iter().all(|force| force.abs() < 1e-9), "{left:?}");
+    assert!(load > 1e-6 && left[2].abs() > 1e-6 && left[2].abs() < 1e-2, "{left:?} and {load:e}: {said}");
+}
+
+/// A disc in a ring whose curves are not declared: the polygon of its second mesh hardly resists a rotation.
+const DISC: &str = r#"
+schema = 1
+[materials.soft]
+young = 1000.0
+poisson = 0.3
+[adapt]
+target_relative_error = 0.07
+max_steps = 2
+
+[[body]]
+name = "disc"
+material = "soft"
+generator = { kind = "disc", centre = [0.0, 0.0], radius = 1.0, cells = 3, start = 186.75581079503957 }
+body_force = [-0.14890353530274578, 0.9772719032921581]
+
+[[body]]
+name = "ring"
+material = "soft"
+generator = { kind = "ring", centre = [0.0, 0.0], radii = [1.011090791426044, 2.0], angles = [0.0, 360.0], cells = [18, 1] }
+[[body.displacement]]
+on = "outer"
+fixed = true
+
+[[contact]]
+bodies = ["disc", "ring"]
+surfaces = ["rim", "inner"]
+gap = "geometric"
+"#;
+
 /// A pin in an eye, loaded by its weight and a small torque in its bore. It is turned by 2 of the 7.5 degrees between two nodes: the normals of its
 /// polygon differ from those of the arc by 2 degrees in both directions, and have hardly a moment.
 const TORQUE: &str = r#"

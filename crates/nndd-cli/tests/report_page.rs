@@ -86,6 +86,31 @@ fn the_page_needs_nothing_but_itself() {
 }
 
 #[test]
+fn of_many_contact_lines_those_with_the_largest_forces_are_drawn() {
+    const CIRCLES: usize = 40;
+    let here = tempfile::tempdir().unwrap();
+    let mut case = format!(
+        "schema = 1\n[materials.a]\nyoung = 1000.0\npoisson = 0.2\n[[body]]\nname = \"beam\"\nmaterial = \"a\"\n\
+         generator = {{ kind = \"block\", origin = [0.0, 0.0], size = [{CIRCLES}.0, 1.0], cells = [{}, 1] }}\n\
+         [[body.displacement]]\non = \"left\"\nux = 0.0\n[[body.traction]]\non = \"top\"\npressure = \"1+x\"\n",
+        2 * CIRCLES
+    );
+    for k in 0..CIRCLES {
+        case += &format!(
+            "[[contact]]\nname = \"c{k}\"\nbodies = [\"beam\"]\nsurfaces = [\"bottom\"]\ngap = \"geometric\"\n\
+             obstacle = {{ kind = \"circle\", centre = [{k}.5, -1.0], radius = 1.0 }}\n"
+        );
+    }
+    std::fs::write(here.path().join("many.toml"), case).unwrap();
+    let out = here.path().join("out");
+    assert_eq!(run(here.path().join("many").to_str().unwrap(), &out, &[]), Some(0));
+    let is_drawn = |k: usize| out.join(format!("figures/contact-c{k}.svg")).is_file();
+    // The load grows along the beam.
+    assert_eq!((0..CIRCLES).map(is_drawn).collect::<Vec<_>>(), [vec![false; 8], vec![true; 32]].concat());
+    assert!(page(&out).contains("32 of 40 contact lines are drawn"));
+}
+
+#[test]
 fn the_page_is_the_same_in_every_run() {
     let temp = tempfile::tempdir().unwrap();
     let pages = ["1", "2"].map(|threads| {

@@ -90,13 +90,13 @@ fn of_free_motions(free: &[NamedMotion], refined: bool) -> Vec<String> {
             with_load(weak),
             [
                 "free motion but for the error of normals",
-                "the motion stays at zero, and the contact forces of the solution do not balance that load; the \
-             pressures of the bound do",
+                "the motion stays at zero, and the contact forces of the solution balance that load only up to this error, \
+             see `results.balance`; the pressures of the bound balance it",
             ],
             [
                 "free motions but for the error of normals",
-                "the motions stay at zero, and the contact forces of the solution do not balance these loads; the \
-             pressures of the bound do",
+                "the motions stay at zero, and the contact forces of the solution balance these loads only up to this error, \
+             see `results.balance`; the pressures of the bound balance them",
             ],
         ),
         (

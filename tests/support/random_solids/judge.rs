@@ -19,8 +19,6 @@ use nndd::{Acceleration, Method, NewtonSettings, NnddError, NnddSettings, NnddSt
 pub(super) const ROUNDING: f64 = 1e-11;
 /// Forces on a body balance to this part of their size.
 const BALANCE: f64 = 1e-12;
-/// Forces leave at most this multiple of the load along a weak motion in one component: one line of the balance is left out, the largest of at most six.
-const WEAK: f64 = 2.5;
 /// The forces of an iteration with an error below this part of the energy norm are those of the discrete solution.
 const CONVERGED: f64 = 1e-9;
 /// A finest mesh has at most this many nodes.
@@ -267,16 +265,16 @@ fn of_forces(
     let eta_nndd = solution.last().eta_nndd;
     let exact = matches!(solution.method, Method::Newton(_));
     let converged = exact && eta_nndd <= CONVERGED * norm;
-    // The run says that the forces do not balance loads along motions that only the error of normals resists.
-    let weak: f64 = match free_motions(&solution.problem) {
-        Ok(free) => free.iter().filter(|motion| motion.weak).map(|motion| motion.load.abs()).sum(),
-        Err(_) => f64::NAN,
+    // Along a motion that only the error of normals resists, forces balance up to this error.
+    let weak = match free_motions(&solution.problem) {
+        Ok(free) if free.iter().any(|motion| motion.weak) => Solid::NORMAL_ERROR,
+        _ => 0.0,
     };
     for (b, (of, balance)) in forces.iter().zip(&results.balance).enumerate() {
         // An iterate that is not the discrete solution leaves forces that its error can explain; the exact method leaves rounding.
         let error = if exact { eta_nndd.min(round_off) } else { eta_nndd };
         let inexact = error * of.stiffness.sqrt();
-        let least = BALANCE * largest + of.rounding + inexact + WEAK * weak;
+        let least = (BALANCE + weak) * largest + of.rounding + inexact;
         let rest = balance.force.norm().max(balance.moment.norm() / of.arm);
         trial.worst = trial.worst.max(rest / largest);
         trial.say(Promise::Balance, rest <= least, || {
