@@ -14,11 +14,10 @@ use crate::recovery::Recovery;
 use crate::relaxation::Relaxation;
 use crate::relaxed::{KeptStars, pair_and_frozen};
 use crate::round_off::{self, Noise};
-use crate::size::{larger, largest_of};
+use crate::size::{larger, largest_of, length};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::element::Element;
-use fem_core::geometry::norm;
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, PairState};
 use fem_core::memory::fits_in_memory;
 use fem_core::norm::{from_squared, sum_over_cells};
@@ -337,7 +336,7 @@ fn energy_rounding<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePa
         sum_over_cells(fields.stress.len(), |t| {
             let element = Element::<S>::new(mesh.corners(t));
             let corners = mesh.cells()[t].as_ref().iter().zip(element.gradients.as_ref());
-            let strain: f64 = corners.map(|(n, g)| norm(fields.displacement[*n]) * norm(*g)).sum();
+            let strain: f64 = corners.map(|(n, g)| length(fields.displacement[*n]) * length(*g)).sum();
             let stiffness = body.material(t).stiffness();
             let trace = (1..S::COMPONENTS).fold(stiffness[(0, 0)], |sum, k| sum + stiffness[(k, k)]);
             element.measure * trace * strain * strain
