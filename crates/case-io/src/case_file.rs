@@ -28,7 +28,7 @@ use toml::de::DeTable;
 pub const LARGEST_CASE_FILE: u64 = 16 << 20;
 
 /// Lines, brackets, commas, points, quotes and equals signs of a case file, at most.
-const MOST_SIGNS: usize = 800_000;
+const MOST_SIGNS: usize = 2_000_000;
 
 /// Faults of syntax are looked for as many bytes behind the first one.
 const NEAR: usize = 1 << 16;
