@@ -23,8 +23,8 @@ const DUAL: f64 = 1e-14;
 ///
 /// Each node has a frame of as many vectors as there are axes: Cartesian, or fitted to the directions that are retained or held there. If these
 /// are orthonormal, so is the frame; otherwise it is dual to them, so that each unknown is the trace along its direction, and its
-/// force acts along that direction. If supports leave fewer directions free than are retained, the frame is orthonormal, and the traces follow
-/// from its unknowns. The nodes of a rigid side follow the free motions of the side, one
+/// force acts along that direction. If supports leave fewer directions free than are retained, or if directions are nearly parallel, the frame is
+/// orthonormal, and the traces follow from its unknowns. The nodes of a rigid side follow the free motions of the side, one
 /// unknown each. Unknowns are numbered in the order of elimination: nodes, rigid sides, interface; on the interface in the
 /// order of the retained directions.
 #[derive(Clone, Debug)]

@@ -8,6 +8,8 @@ use std::path::Path;
 use std::process::Command;
 
 /// Solves a case with settings, and returns its report and what was said.
+///
+/// * `name`: of a file in `tests/cases`, or an absolute path.
 fn solved(name: &str, settings: &[&str]) -> (Report, String) {
     let here = tempfile::tempdir().unwrap();
     let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases").join(name);
@@ -122,19 +124,13 @@ fn a_load_that_the_next_polygon_does_not_explain_is_called_so() {
 #[test]
 fn a_load_that_only_the_error_of_normals_balances_is_said_and_is_in_the_balance() {
     let here = tempfile::tempdir().unwrap();
-    std::fs::write(here.path().join("disc.toml"), DISC).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_nndd"))
-        .current_dir(here.path())
-        .args(["solve", "disc.toml", "--out", "out"])
-        .output()
-        .unwrap();
-    let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    let case = here.path().join("disc.toml");
+    std::fs::write(&case, DISC).unwrap();
+    let (report, said) = solved(case.to_str().unwrap(), &[]);
     let (_, after) =
         said.split_once("free motion but for the error of normals: body \"disc\" can rotate").unwrap();
     let (_, load) = after.split_once("with a load ").unwrap();
     let load: f64 = load.split_once(' ').unwrap().0.parse().unwrap();
-    let report = std::fs::read_to_string(here.path().join("out/report.json")).unwrap();
-    let report = Report::from_json(&report).unwrap();
     assert!(report.certificate.unwrap().valid, "{said}");
     // Forces along it balance only up to the error of the normals.
     let left = &report.results.balance.unwrap()[0];

@@ -129,16 +129,15 @@ impl<'a> Balance<'a> {
     }
 
     /// Lists the motions that no pair resists, with the work of the loads along them.
-    fn free_motions(&self) -> Vec<UnresistedMotion> {
-        let RowSelection { kernel, weak, .. } = &self.independent;
-        let most = ROUNDING * self.rows.load_size;
-        let motion = |weak: bool| {
-            move |amounts: Combination| {
-                let work: f64 = amounts.iter().map(|(k, amount)| amount * self.loads[*k]).sum();
-                UnresistedMotion { amounts, work: if work.abs() > most { work } else { 0.0 }, weak }
-            }
+    fn free_motions(self) -> Vec<UnresistedMotion> {
+        let Self { rows, loads, independent: RowSelection { kernel, weak, .. }, .. } = self;
+        let most = ROUNDING * rows.load_size;
+        let motion = |amounts: Combination, weak: bool| {
+            let work: f64 = amounts.iter().map(|(k, amount)| amount * loads[*k]).sum();
+            UnresistedMotion { amounts, work: if work.abs() > most { work } else { 0.0 }, weak }
         };
-        kernel.iter().cloned().map(motion(false)).chain(weak.iter().cloned().map(motion(true))).collect()
+        let free = kernel.into_iter().map(|amounts| motion(amounts, false));
+        free.chain(weak.into_iter().map(|amounts| motion(amounts, true))).collect()
     }
 
     /// Returns the lines that the pairs resist, and their loads.

@@ -236,9 +236,9 @@ fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Ve
     (lifted, openings, is_open)
 }
 
-/// Shares the forces that hold the bodies among their rows: `P̃`, and the rest of an unknown in the first row that has it, or if rows have several
-/// unknowns in their smallest forces. Of Ω₁ and Ω₂, by row, N/m; an obstacle has `P̃`. The springs of motions that the pairs hardly resist take a part of the rest, which is left out: reactions are
-/// in balance.
+/// Shares the forces that hold the bodies among their rows, by row, N/m: those of Ω₁ and of Ω₂. Each row has `P̃`. The first row with an unknown has
+/// the rest too; rows with several unknowns have the smallest forces that make up their rest. An obstacle has `P̃` alone. The springs of motions that the
+/// pairs hardly resist take a part of the rest, which is left out: reactions are in balance.
 fn by_role(broken: &Broken<'_>, forces: &[f64], held: &[f64]) -> [Vec<f64>; 2] {
     let system = broken.system;
     let mut rest: Vec<f64> =

@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 /// Means 'no frame but the Cartesian axes'.
 pub(super) const CARTESIAN: u32 = u32::MAX;
 
-/// Directions whose dual vectors are longer than this have no dual frame: its stiffness has the square of their length, and forces lose as many digits.
+/// Directions whose dual vectors are longer than this, those within a degree, have no dual frame: its stiffness has the square of that length, and
+/// forces lose as many digits.
 const LONGEST: f64 = 60.0;
 
 /// A vector whose length is this close to one is of length one; so are whole numbers.
@@ -71,7 +72,7 @@ impl<S: Space> Frames<S> {
         let with = |all: Directions<S>, r: &S::Vector| all.with(*r / norm(*r), PARALLEL);
         let all = retained.iter().fold(constraint.held, with);
         let independent = all.count() == count + retained.len();
-        let dual = || {
+        let dual_axes = || {
             let vectors = [retained, held, all.complement().basis()].concat();
             let axes = dual::<S>(S::axes(|c| vectors[c]));
             let short = |c: usize| norm(axes[c]) * norm(vectors[c]) <= LONGEST;
@@ -82,7 +83,7 @@ impl<S: Space> Frames<S> {
             [r] if count == 0 || (count + 1 == S::DIM && beside(r)) => {
                 self.perpendicular(node, constraint, Some(*r))
             }
-            _ if let Some(axes) = independent.then(dual).flatten() => {
+            _ if let Some(axes) = independent.then(dual_axes).flatten() => {
                 let first = retained.len();
                 self.kept[node] = S::axes(|c| c < first);
                 self.fixed[node] = S::axes(|c| (first..first + count).contains(&c));
