@@ -81,7 +81,7 @@ fn floating_boxes_stacked_along_any_axis_carry_a_uniform_stress() {
     ];
     let interface = |upper: usize| {
         let sides = ["bottom", "top"];
-        contact_geometry::pair_flat(&bodies[upper], &bodies[upper - 1], sides, &Gap::Touching).unwrap()
+        contact_geometry::pair_solids(&bodies[upper], &bodies[upper - 1], sides, &Gap::Touching).unwrap()
     };
     let pairs = [interface(1), interface(2)];
     let [low, high] = pairs;

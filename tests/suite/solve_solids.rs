@@ -99,7 +99,7 @@ fn a_pressed_block_has_the_resultants_of_its_load() {
     let upper =
         body(1.0, BoundaryConditions::default().traction("top", [0.0.into(), 0.0.into(), (-3.0).into()]));
     let lower = body(0.0, BoundaryConditions::default().fix("bottom"));
-    let interface = contact_geometry::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching).unwrap();
+    let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching).unwrap();
     let found = solved(ContactProblem::between([upper, lower], interface), Relaxation::default());
     let r = results(&found);
     let pair = &r.contacts[0];
@@ -136,7 +136,7 @@ fn bounds_of_the_contact_force_do_not_use_a_motion_along_the_contact() {
         let upper = body(1.0, BoundaryConditions::default().roller("left", 0.0).pressure("top", 3.0));
         let lower = body(0.0, BoundaryConditions::default().roller("bottom", 0.0));
         let interface =
-            contact_geometry::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching).unwrap();
+            contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching).unwrap();
         let found = solved(ContactProblem::between([upper, lower], interface), Relaxation::default());
         let [low, high] = found.bounds.unwrap().contact_force.unwrap();
         assert!(low <= 3.0 && high >= 3.0 && high - low < 1e-9, "{low} {high}");

@@ -19,12 +19,12 @@ use build::{Assembly, Condition};
 use certified_contact::Settings;
 use draw::Draw;
 use fem_core::body::{Body, BodyError};
-use fem_core::interface::InterfaceError;
+use fem_core::interface::{ContactProblem, InterfaceError};
 use fem_core::space::Solid;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 20] = [
+pub const FAMILIES: [&str; 21] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -45,6 +45,7 @@ pub const FAMILIES: [&str; 20] = [
     "round obstacle",
     "floating on round obstacles",
     "round obstacle driven by a force",
+    "curved contact",
 ];
 
 /// The promises that are judged.
@@ -93,12 +94,16 @@ impl Problem {
             .any(|side| matches!(side, Condition::Round(..)))
     }
 
-    fn of_family(number: u64, family: &'static str) -> Made<Self> {
+    /// Draws the problem with a number as one of a family.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_family(number: u64, family: &'static str) -> Made<Self> {
         for attempt in 0..ATTEMPTS {
             let seed = 1_000_003 * number + 7_919 * attempt + 29;
             let assembly = Draw::new(seed, family).assembly()?;
             match assembly.problem(0) {
-                Ok(made) if shows(&assembly, family) && made.bodies.iter().all(moves) => {
+                Ok(made) if shows(&assembly, &made, family) && made.bodies.iter().all(moves) => {
                     let mut random = Random::new(seed + 1);
                     let mut first = Settings::default();
                     if family == "early stop" {
@@ -117,7 +122,7 @@ impl Problem {
 }
 
 /// Tells if an assembly has the feature of its family: the side of a rigid side or a plane may be covered by other boxes.
-fn shows(assembly: &Assembly, family: &str) -> bool {
+fn shows(assembly: &Assembly, made: &ContactProblem<Solid>, family: &str) -> bool {
     let mut sides = assembly.parts.iter().flat_map(|part| part.sides);
     match family {
         "rigid side" => sides.any(|side| matches!(side, Condition::Rigid(..))),
@@ -130,6 +135,10 @@ fn shows(assembly: &Assembly, family: &str) -> bool {
         "round obstacle driven by a force" => {
             sides.any(|side| matches!(side, Condition::Round(_, build::Drive::Force(..))))
         }
+        "curved contact" => made
+            .contacts
+            .iter()
+            .any(|pair| made.obstacle_of(pair).is_none() && pair.interface.has_bent_facets()),
         "two materials in a body" => assembly.parts.iter().any(|part| part.divided.is_some()),
         _ => true,
     }
@@ -145,8 +154,16 @@ fn excluded(error: &(dyn std::error::Error + 'static)) -> bool {
     let interface = error.downcast_ref::<InterfaceError>();
     let body = error.downcast_ref::<BodyError>();
     // A given gap closes a small distance only.
-    matches!(interface, Some(InterfaceError::HeldNode { .. } | InterfaceError::Distance { .. }))
-        || matches!(body, Some(BodyError::Conflict { .. } | BodyError::RigidOccupied { .. }))
+    matches!(
+        interface,
+        Some(
+            InterfaceError::HeldNode { .. }
+                | InterfaceError::Distance { .. }
+                | InterfaceError::CoarseFace { .. }
+                | InterfaceError::NotFacing { .. }
+                | InterfaceError::Overlap { .. }
+        )
+    ) || matches!(body, Some(BodyError::Conflict { .. } | BodyError::RigidOccupied { .. }))
 }
 
 /// The outcome of a problem.

@@ -6,6 +6,7 @@ use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 use fem_core::interface::{ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
+use fem_core::mesh::{Mesh, TetMesh};
 use fem_core::space::Solid;
 use fem_core::tensor::SymTensor3;
 use nalgebra::{Complex, Vector3};
@@ -62,7 +63,7 @@ pub fn half_open(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
         .components(half([0.0, 1.0]), [None, None, Some((-0.02).into())])
         .traction(half([1.0, 2.0]), [0.0.into(), 0.0.into(), 5.0.into()]);
     let (upper, lower) = (body(1.0, pressed)?, body(0.0, Conditions::default().fix("bottom"))?);
-    let interface = contact_geometry::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }
 
@@ -199,7 +200,7 @@ pub fn circle_of(n: usize, fields: [Hertz; 2]) -> Result<ContactProblem<Solid>, 
         Ok(Body::new(mesh, LinearElastic::isotropic_solid(field.modulus, field.nu)?, &conditions)?)
     };
     let (upper, lower) = (body(fields[0], 1.0, "top")?, body(fields[1], -1.0, "bottom")?);
-    let interface = contact_geometry::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }
 
@@ -247,4 +248,42 @@ pub fn on_sphere(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
     let sphere = Obstacle::fixed(sphere);
     let interface = contact_geometry::solid_against(&body, "bottom", &sphere, None)?;
     Ok(ContactProblem::new(vec![body]).obstacle(0, interface, sphere))
+}
+
+/// The loads on two bodies with a spherical interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnSphere {
+    /// The lower body is clamped, and the top side of the upper one moves down and tilts.
+    Tilted,
+    /// The lower body is clamped, and a side of the upper one moves, contact nodes among it.
+    SideMoved,
+    /// The lower body is clamped, and a traction presses the upper one, which only contact holds along z.
+    Pressed,
+}
+
+/// Two bodies on `(0,1)² × (0,2)`, with two planes of symmetry and `n` cells per unit of length, that touch on the sphere of radius 2
+/// around `(0, 0, -1)`: the upper one with twice the stiffness.
+pub fn on_each_other(n: usize, loads: OnSphere) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let body = |z: f64, young: f64, conditions: Conditions| -> Result<Body<Solid>, Box<dyn Error>> {
+        let mesh: TetMesh = cuboid([0.0, 0.0, z], [1.0; 3], [n; 3])?;
+        let facets = |ids: &[_]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
+        let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), facets(ids))).collect();
+        let sphere = |x: &Vector3<f64>| {
+            let height = (4.0 - x[0] * x[0] - x[1] * x[1]).sqrt() - 2.0;
+            x + Vector3::z() * ((1.0 - (x[2] - 1.0).abs()) * height)
+        };
+        let mesh = Mesh::new(mesh.points().iter().map(sphere).collect(), mesh.cells().to_vec(), groups)?;
+        let conditions = conditions.roller("left", 0.0).roller("front", 0.0);
+        Ok(Body::new(mesh, LinearElastic::isotropic_solid(young, 0.3)?, &conditions)?)
+    };
+    let tilt = ScalarData::<Solid>::Function(Arc::new(|x: Vector3<f64>| -0.02 + 0.03 * x[0]));
+    let moved = [0.01, 0.0, -0.02].map(|u| Some(u.into()));
+    let upper = match loads {
+        OnSphere::Tilted => Conditions::default().components("top", [None, None, Some(tilt)]),
+        OnSphere::SideMoved => Conditions::default().components("right", moved),
+        OnSphere::Pressed => Conditions::default().traction("top", [0.0.into(), 0.0.into(), (-20.0).into()]),
+    };
+    let (upper, lower) = (body(1.0, 2000.0, upper)?, body(0.0, 1000.0, Conditions::default().fix("bottom"))?);
+    let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    Ok(ContactProblem::between([upper, lower], interface))
 }

@@ -27,7 +27,7 @@ fn blocks(n: usize) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
         .components(half([0.0, 1.0]), [None, None, Some((-0.02).into())])
         .traction(half([1.0, 2.0]), [0.0.into(), 0.0.into(), 5.0.into()]);
     let (upper, lower) = (body(1.0, pressed)?, body(0.0, BoundaryConditions::default().fix("bottom"))?);
-    let interface = contact_geometry::pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }
 

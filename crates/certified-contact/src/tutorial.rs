@@ -128,12 +128,12 @@
 //! lets it move under a force. `examples/assembly.rs` has three blocks, on refined meshes.
 //!
 //! # 6. Solids
-//! The same types with [`Solid`](fem_core::space::Solid) in place of the plane serve tetrahedra. Flat surfaces whose nodes match are paired by
-//! [`pair_flat`](contact_geometry::pair_flat); rigid planes, spheres and cylinders by [`solid_against`](contact_geometry::solid_against). Forces are in N.
+//! The same types with [`Solid`](fem_core::space::Solid) in place of the plane serve tetrahedra. Surfaces whose nodes match, flat or curved, are paired by
+//! [`pair_solids`](contact_geometry::pair_solids); rigid planes, spheres and cylinders by [`solid_against`](contact_geometry::solid_against). Forces are in N.
 //! ```
 //! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactProblem, Gap},
 //!     material::LinearElastic, mesh::generate::cuboid, space::Solid};
-//! use certified_contact::{Settings, Silent, contact_geometry::pair_flat, solve};
+//! use certified_contact::{Settings, Silent, contact_geometry::pair_solids, solve};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let steel = || LinearElastic::isotropic_solid(2000.0, 0.3);
 //! // One cube on the other, pressed down by 10 Pa; rollers hold the lower one at its bottom, and both at two sides.
@@ -141,7 +141,7 @@
 //! let [pressed, on_floor] = [sides.clone().pressure("top", 10.0), sides.roller("bottom", 0.0)];
 //! let upper = Body::new(cuboid([0.0, 0.0, 1.0], [1.0; 3], [4; 3])?, steel()?, &pressed)?;
 //! let lower = Body::new(cuboid([0.0; 3], [1.0; 3], [4; 3])?, steel()?, &on_floor)?;
-//! let between = pair_flat(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+//! let between = pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
 //! let problem = ContactProblem::between([upper, lower], between);
 //! let answer = solve(problem, &Settings::<Solid>::default(), &mut Silent)?;
 //! // Tetrahedra represent a uniform stress exactly, so the bound is round-off.

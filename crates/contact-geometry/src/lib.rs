@@ -14,7 +14,7 @@
 //! | ℓ_i | tributary length or area, m or m² | per pair | `weight` of the pair |
 //!
 //! # Functions, in the order one meets them
-//! [`pair()`] takes two surfaces whose nodes match, [`against`] a surface and an obstacle, [`pair_flat`] and [`solid_against`] those of solids. The
+//! [`pair()`] takes two surfaces whose nodes match, [`against`] a surface and an obstacle, [`pair_solids`] and [`solid_against`] those of solids. The
 //! result is a [`ContactInterface`], which goes into a
 //! [`ContactProblem`](fem_core::interface::ContactProblem). Surfaces that do not match are made to match by [`common_refinement`] and paired by
 //! [`pair_refined`]. [`paired`] does all of this for the sides of any number of bodies. [`refined`] makes the same problem on finer
@@ -50,7 +50,6 @@ pub mod common_refinement;
 mod contacts;
 mod facing;
 mod facing_sides;
-mod flat;
 mod geometric_gap;
 mod matching;
 mod normals;
@@ -59,6 +58,7 @@ mod outline;
 mod pairing;
 mod profile;
 mod refinement;
+mod solid_pairs;
 
 use fem_core::body::Body;
 use fem_core::geometry::Vector;
@@ -67,10 +67,10 @@ use fem_core::space::{Plane, Space};
 
 pub use contacts::{Contact, Paired, PairingError, Refined, Sides, paired};
 pub use facing_sides::{FacingSides, facing_sides};
-pub use flat::{pair_flat, solid_against};
 pub use obstacle::against;
 pub use pairing::{pair, pair_along, pair_refined};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem, close, refined};
+pub use solid_pairs::{pair_solids, solid_against};
 
 /// How the contact normal is chosen. In each case it is a datum, frozen on the undeformed meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -134,9 +134,7 @@ impl<'a> Broken<'a> {
         let of_body = |k: usize| self.parts.partition_point(|part| part.unknowns.end <= k);
         for entries in x.chunk_by(|a, b| of_body(a.0) == of_body(b.0)) {
             let Some(part) = self.parts.get(of_body(entries[0].0)) else { continue };
-            let mut own = vec![0.0; part.unknowns.len()];
-            entries.iter().for_each(|(k, value)| own[k - part.unknowns.start] = *value);
-            forces.extend(part.unknowns.clone().zip(part.stiffness(&own)));
+            forces.extend(part.unknowns.clone().zip(part.stiffness_sparse(entries)));
         }
         forces
     }
@@ -273,6 +271,22 @@ impl<'a> Part<'a> {
     fn stiffness(&self, x: &[f64]) -> Vec<f64> {
         let mut forces = DVector::zeros(x.len());
         self.condensed.apply_schur(x, forces.as_mut_slice());
+        self.without_springs(forces)
+    }
+
+    /// Computes `S x` from the columns of the given unknowns, N/m.
+    fn stiffness_sparse(&self, x: &[(usize, f64)]) -> Vec<f64> {
+        let mut forces = DVector::zeros(self.unknowns.len());
+        for (unknown, value) in x {
+            let column = self.condensed.schur().chunks(forces.len()).nth(unknown - self.unknowns.start);
+            let terms = forces.iter_mut().zip(column.unwrap_or_default());
+            terms.for_each(|(force, stiffness)| *force += value * stiffness);
+        }
+        self.without_springs(forces)
+    }
+
+    /// Takes the forces of the springs out of forces under `S_s`.
+    fn without_springs(&self, mut forces: DVector<f64>) -> Vec<f64> {
         if self.basis.ncols() > 0 {
             let held = &self.inverse * self.basis.tr_mul(&forces);
             forces -= &self.moved * held;

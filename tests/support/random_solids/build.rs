@@ -4,7 +4,9 @@ use super::grid::{Cells, Grid, Patch, SIDES, prolonged};
 use crate::model::Made;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData};
-use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
+use fem_core::interface::{
+    ContactFacet, ContactInterface, ContactProblem, Gap, NodePair, Obstacle, RigidLine, SAME_NORMAL,
+};
 use fem_core::material::{LinearElastic, Materials};
 use fem_core::space::Solid;
 use nalgebra::{Rotation3, Vector3};
@@ -180,7 +182,14 @@ impl Assembly {
         for (k, touch) in self.touches.iter().enumerate() {
             let ([a, b], name) = (touch.bodies, format!("touch {k}"));
             let gap = Gap::Given(self.linear(touch.gap));
-            let interface = contact_geometry::pair_flat(&bodies[a], &bodies[b], [&name, &name], &gap)?;
+            let pair = |bodies: [&Body<Solid>; 2]| {
+                contact_geometry::pair_solids(bodies[0], bodies[1], [&name, &name], &gap)
+            };
+            let mut interface = pair([&bodies[a], &bodies[b]])?;
+            if halved > 0 && interface.has_bent_facets() {
+                let coarse = pair([&self.body(a, 0)?, &self.body(b, 0)?])?;
+                interface = self.inherited(a, &coarse, &interface, halved);
+            }
             problem = problem.contact([a, b], interface);
         }
         for (b, side) in (0..self.parts.len()).flat_map(|b| (0..6).map(move |side| (b, side))) {
@@ -236,22 +245,44 @@ impl Assembly {
     ) -> Made<ContactInterface<Solid>> {
         let gap = given.map(|gap| Gap::Given(self.linear(gap)));
         let coarse = self.body(b, 0)?;
-        let mut found = contact_geometry::solid_against(&coarse, SIDES[side], obstacle, gap.as_ref())?;
+        let found = contact_geometry::solid_against(&coarse, SIDES[side], obstacle, gap.as_ref())?;
         if halved == 0 {
             return Ok(found);
         }
-        let mut gaps = vec![Vector3::zeros(); coarse.mesh().points().len()];
-        for pair in found.pairs() {
-            gaps[pair.nodes[0].index()] = pair.normal * (pair.gap / pair.normal.norm_squared());
-        }
-        for k in 0..halved {
-            gaps = prolonged(self.parts[b].cells.counts().map(|n| n << k), &gaps);
-        }
         // Distances are not refused as given gaps may be.
-        found = contact_geometry::solid_against(&self.body(b, halved)?, SIDES[side], obstacle, None)?;
-        let along: Vec<f64> =
-            found.pairs().iter().map(|pair| gaps[pair.nodes[0].index()].dot(&pair.normal).max(0.0)).collect();
-        found.replace_gaps(&along);
-        Ok(found)
+        let fine = contact_geometry::solid_against(&self.body(b, halved)?, SIDES[side], obstacle, None)?;
+        Ok(self.inherited(b, &found, &fine, halved))
+    }
+
+    /// Gives the pairs of a finer mesh the normals and gaps of the coarse one: vectors that are linear on its faces.
+    ///
+    /// * `body`: the first one of the pair.
+    fn inherited(
+        &self,
+        body: usize,
+        coarse: &ContactInterface<Solid>,
+        fine: &ContactInterface<Solid>,
+        halved: u32,
+    ) -> ContactInterface<Solid> {
+        let counts = self.parts[body].cells.counts();
+        let field = |of: fn(&NodePair<Solid>) -> Vector3<f64>| {
+            let mut field = vec![Vector3::zeros(); self.parts[body].cells.nodes()];
+            coarse.pairs().iter().for_each(|pair| field[pair.nodes[0].index()] = of(pair));
+            (0..halved).fold(field, |field, k| prolonged(counts.map(|n| n << k), &field))
+        };
+        let normals = field(|pair| pair.normal);
+        let gaps = field(|pair| pair.normal * (pair.gap / pair.normal.norm_squared()));
+        let of_pair = |pair: &NodePair<Solid>| {
+            let node = pair.nodes[0].index();
+            NodePair { normal: normals[node], gap: gaps[node].dot(&normals[node]).max(0.0), ..*pair }
+        };
+        let pairs: Vec<NodePair<Solid>> = fine.pairs().iter().map(of_pair).collect();
+        let of_face = |face: &ContactFacet<Solid>| {
+            let [a, b, c] = face.pairs.map(|k| pairs[k as usize].normal);
+            let bent = [a - b, b - c, c - a].iter().any(|turn| turn.norm() > SAME_NORMAL);
+            ContactFacet { bent, ..*face }
+        };
+        let facets = fine.facets().iter().map(of_face).collect();
+        ContactInterface::new(pairs, facets, fine.gap().clone())
     }
 }

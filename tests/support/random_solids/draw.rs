@@ -14,6 +14,8 @@ const NODES: usize = 150;
 /// The source of all choices, and the family that forces some of them.
 pub(super) struct Draw {
     pub(super) random: Random,
+    /// The source of bent sides: problems without them are drawn as before there were any.
+    bends: Random,
     family: &'static str,
     /// Unit of length, m, of stress, Pa, and a typical strain.
     length: f64,
@@ -59,7 +61,8 @@ impl Draw {
         };
         let strain = 10f64.powf(-4.0 + 2.0 * r.unit());
         let floating = family == "floating bodies" || family == "floating on round obstacles";
-        Self { random, family, length, stress, strain, contrast, turn, floating }
+        let bends = Random::new(seed + 2);
+        Self { random, bends, family, length, stress, strain, contrast, turn, floating }
     }
 
     /// Decides about a feature: its own family always has it.
@@ -163,6 +166,7 @@ impl Draw {
         }
         let mut assembly = Assembly { grid, parts, touches: Vec::new(), turn: self.turn };
         self.touches(&mut assembly);
+        self.bend(&mut assembly, &boxes)?;
         self.conditions(&mut assembly);
         Ok(assembly)
     }
@@ -312,6 +316,29 @@ impl Draw {
                 assembly.touches.push(Touch { bodies: [a, b], axis, faces, gap });
             }
         }
+    }
+
+    /// Bends common sides: smoothly or with kinks. Sides beside round obstacles stay as they are: these are placed at the nodes before.
+    fn bend(&mut self, assembly: &mut Assembly, boxes: &[Cells]) -> Made<()> {
+        let random = &mut self.bends;
+        let drawn = random.unit() < 0.15 || self.family == "curved contact";
+        if !drawn || self.family.contains("round") {
+            return Ok(());
+        }
+        for touch in &assembly.touches {
+            let (kinks, size) = (random.unit() < 0.3, 0.3 * random.signed());
+            let about = [0; 3].map(|_| random.unit());
+            let height = |at: [usize; 3]| {
+                let arm = |a: usize| {
+                    let [low, high] = [touch.faces.low[a], touch.faces.high[a]];
+                    if low < high { (at[a] - low) as f64 / (high - low) as f64 - about[a] } else { 0.0 }
+                };
+                let smooth: f64 = (0..3).map(|a| arm(a).powi(2)).sum();
+                size * if kinks { random.signed() } else { smooth }
+            };
+            assembly.grid = assembly.grid.clone().bent((touch.axis, &touch.faces), boxes, height)?;
+        }
+        Ok(())
     }
 
     fn plane(&mut self, grid: &Grid, (number, side): (usize, &Cells), by: f64) -> Condition {

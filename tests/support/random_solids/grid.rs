@@ -76,6 +76,8 @@ pub(super) struct Grid {
     moved: Vec<Vector3<f64>>,
     /// The size of the moves.
     pub(super) part: f64,
+    /// Further moves, m; none if it is empty.
+    bent: Vec<Vector3<f64>>,
 }
 
 impl Grid {
@@ -97,7 +99,7 @@ impl Grid {
                 moved.push(direction);
             }
         }
-        Self { planes, moved, part: 0.0 }
+        Self { planes, moved, part: 0.0, bent: Vec::new() }
     }
 
     /// Returns the grid with moves of a size, as a part of the cells.
@@ -105,16 +107,55 @@ impl Grid {
         Self { part, ..self.clone() }
     }
 
+    /// Bends a common side of two boxes along its axis by `height` at its nodes, a part of the next cell, if no other box has a side there and the nodes
+    /// are not at the end of a larger side. Returns the grid before if cells get slivers or turn over.
+    ///
+    /// * `height`: of a node by its place on the side.
+    ///
+    /// # Errors
+    /// None, for the boxes of this grid.
+    pub(super) fn bent(
+        self,
+        (axis, faces): (usize, &Cells),
+        boxes: &[Cells],
+        mut height: impl FnMut([usize; 3]) -> f64,
+    ) -> Made<Self> {
+        let sides = |of: &Cells| [of.side(axis), of.side(axis + 3)];
+        let all = || boxes.iter().flat_map(sides);
+        let is_whole = all().filter(|side| side == faces).count() == 2;
+        let has = |of: &Cells, at: [usize; 3]| (0..3).all(|a| of.low[a] <= at[a] && at[a] <= of.high[a]);
+        let mut found = self.clone();
+        found.bent.resize(found.moved.len(), Vector3::zeros());
+        for n in 0..found.moved.len() {
+            let counts = [0, 1].map(|a: usize| self.planes[a].len());
+            let at = [n % counts[0], n / counts[0] % counts[1], n / counts[0] / counts[1]];
+            let within = (0..3).all(|a| a == axis || faces.low[a] < at[a] && at[a] < faces.high[a]);
+            if has(faces, at) && (within || is_whole) && all().filter(|side| has(side, at)).count() == 2 {
+                found.bent[n][axis] = height(at) * self.spacing(at, axis);
+            }
+        }
+        Ok(if found.smallest_angle(boxes)? > 3.0 { found } else { self })
+    }
+
+    /// Tells if any side is bent.
+    pub(super) fn is_bent(&self) -> bool {
+        self.bent.iter().any(|by| *by != Vector3::zeros())
+    }
+
+    /// Returns the distance to the next plane, m.
+    fn spacing(&self, at: [usize; 3], axis: usize) -> f64 {
+        let (planes, at) = (&self.planes[axis], at[axis]);
+        let next = [at.checked_sub(1), Some(at + 1)].into_iter().flatten().filter_map(|n| planes.get(n));
+        next.map(|next| (next - planes[at]).abs()).fold(f64::INFINITY, f64::min)
+    }
+
     fn point(&self, at: [usize; 3]) -> Vector3<f64> {
         let counts = [0, 1, 2].map(|a: usize| self.planes[a].len());
-        let direction = self.moved[at[0] + counts[0] * (at[1] + counts[1] * at[2])];
-        Vector3::from_fn(|a, _| {
-            let planes = &self.planes[a];
-            let next =
-                [at[a].checked_sub(1), Some(at[a] + 1)].into_iter().flatten().filter(|n| *n < counts[a]);
-            let spacing = next.map(|n| (planes[n] - planes[at[a]]).abs()).fold(f64::INFINITY, f64::min);
-            planes[at[a]] + self.part * direction[a] * spacing
-        })
+        let n = at[0] + counts[0] * (at[1] + counts[1] * at[2]);
+        let direction = self.moved[n];
+        let flat =
+            Vector3::from_fn(|a, _| self.planes[a][at[a]] + self.part * direction[a] * self.spacing(at, a));
+        self.bent.get(n).map_or(flat, |bent| flat + bent)
     }
 
     fn points(&self, of: &Cells) -> Vec<Vector3<f64>> {

@@ -101,11 +101,8 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
         InterfaceError::Curved { .. } => {
             ("a surface without sharp corners", "end the contact surface at the corner, or refine it there")
         }
-        InterfaceError::NotFlat { .. } => {
-            ("two flat surfaces", "choose a flat part of the side, or make the surface flat")
-        }
         InterfaceError::CoarseFace { .. } => (
-            "faces that are smaller than the obstacle",
+            "faces along which the normal turns by at most 60 degrees",
             "refine the contact side there, or end it before the place",
         ),
         InterfaceError::HeldNode { .. } => (

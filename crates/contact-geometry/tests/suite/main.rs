@@ -4,6 +4,6 @@
 
 mod clamped_ends;
 mod curves;
-mod flat_contact;
 mod friction;
 mod interpolation;
+mod solid_pairs;

@@ -13,6 +13,9 @@ use faer::{Accum, MatMut, MatRef, Par};
 /// Rows and columns that are mirrored at once, so that both are in the cache.
 const MIRRORED: usize = 32;
 
+/// Columns of an inverse that are solved together: a column of `L⁻ᵀ` has no entry below its diagonal.
+const TOGETHER: usize = 128;
+
 /// Overwrites the first columns of a symmetric matrix with those of its Cholesky factor: `L₁₁ L₁₁ᵀ = A₁₁`, `L₂₁ = A₂₁ L₁₁⁻ᵀ`.
 ///
 /// * `columns`: `width` columns of `height` entries, from the diagonal down; entries above it have no meaning before and after.
@@ -87,8 +90,13 @@ pub fn square(factor: &[f64], n: usize) -> Vec<f64> {
 pub(crate) fn invert(factor: &[f64], n: usize) -> Vec<f64> {
     let mut transpose = vec![0.0; n * n];
     transpose.iter_mut().step_by(n + 1).for_each(|diagonal| *diagonal = 1.0);
-    let x = MatMut::from_column_major_slice_mut(&mut transpose, n, n);
-    solve_upper_triangular_in_place(MatRef::from_column_major_slice(factor, n, n).transpose(), x, Par::Seq);
+    let upper = MatRef::from_column_major_slice(factor, n, n).transpose();
+    for first in (0..n).step_by(TOGETHER) {
+        let end = n.min(first + TOGETHER);
+        let columns = MatMut::from_column_major_slice_mut(&mut transpose, n, n);
+        let columns = columns.submatrix_mut(0, first, end, end - first);
+        solve_upper_triangular_in_place(upper.submatrix(0, 0, end, end), columns, Par::Seq);
+    }
     times_transpose(&transpose, n, [BlockStructure::TriangularUpper, BlockStructure::TriangularLower])
 }
 

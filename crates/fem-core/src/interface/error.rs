@@ -198,27 +198,15 @@ pub enum InterfaceError {
         /// Depth, m.
         depth: f64,
     },
-    /// A contact surface of a solid is not flat.
+    /// The normal turns too much along a contact face of a solid, or from it to a neighbour.
     #[error(
-        "the contact surface of body {body} is not flat: its node at {point} is {distance:.3e} from the plane of the surface; \
-         contact of solids takes flat surfaces that lie on each other"
-    )]
-    NotFlat {
-        /// 0 or 1.
-        body: usize,
-        /// The node that is farthest off.
-        point: Point,
-        /// Its distance, m.
-        distance: f64,
-    },
-    /// The normal of a round obstacle turns too much along a face of a solid.
-    #[error(
-        "the normal of the obstacle turns by {degrees:.0} degrees along the contact face at {point}, and at most 60 are allowed"
+        "the contact normal turns by {degrees:.0} degrees at the face with its middle at {point}; at most 60 are allowed along a face, and \
+         from one face to the next"
     )]
     CoarseFace {
         /// The middle of the face.
         point: Point,
-        /// The angle between the normals at two of its corners.
+        /// The angle.
         degrees: f64,
     },
     /// A support holds a contact node of a solid along the normal, or supports hold both nodes of a pair.

@@ -143,7 +143,7 @@ impl Dimension for Solid {
         let interface = |(pair, contact): (usize, &Contact<Self>)| {
             let found = match &contact.sides {
                 Sides::Bodies { bodies: [a, b], surfaces: [first, second], gap, .. } => {
-                    contact_geometry::pair_flat(&bodies[*a], &bodies[*b], [first, second], gap)
+                    contact_geometry::pair_solids(&bodies[*a], &bodies[*b], [first, second], gap)
                 }
                 Sides::Obstacle { body, surface, obstacle, gap } => {
                     contact_geometry::solid_against(&bodies[*body], surface, obstacle, gap.as_ref())
@@ -165,7 +165,7 @@ impl Dimension for Solid {
     }
 
     fn fits(bodies: [&Body<Self>; 2], sides: [&str; 2], gap: &Gap<Self>, _: ContactNormal<Self>) -> bool {
-        contact_geometry::pair_flat(bodies[0], bodies[1], sides, gap).is_ok()
+        contact_geometry::pair_solids(bodies[0], bodies[1], sides, gap).is_ok()
     }
 
     fn notes(case: &Case<Self>, problem: &ContactProblem<Self>, _: &[Option<Refined>]) -> Vec<String> {
@@ -304,7 +304,7 @@ impl Keys for Solid {
             fix: "write `kind = \"sphere\"`",
         },
         later("contact.friction", "contact of solids is frictionless so far", TAKE_OUT),
-        later("contact.normal", "the surfaces are flat, and have their own normal", TAKE_OUT),
+        later("contact.normal", "surfaces of solids have their own normals", TAKE_OUT),
         later(
             "contact.direction",
             "surfaces of solids have to match so far",

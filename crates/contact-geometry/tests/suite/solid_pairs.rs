@@ -33,7 +33,7 @@ fn free() -> Conditions {
 }
 
 fn pair(upper: &Body<Solid>, lower: &Body<Solid>, gap: &Gap<Solid>) -> Result {
-    contact_geometry::pair_flat(upper, lower, ["bottom", "top"], gap)
+    contact_geometry::pair_solids(upper, lower, ["bottom", "top"], gap)
 }
 
 fn given(gap: impl Fn(Vector) -> f64 + Send + Sync + 'static) -> Gap<Solid> {
@@ -81,7 +81,7 @@ fn gaps_are_given_or_measured() {
     assert!(measured.gap_change().is_none());
     // A wedge: linear along the surface, and both sides are flat.
     let wedge = body(1.0, &free(), |x| x + Vector::z() * (0.1 * x[0]));
-    let flat = contact_geometry::pair_flat(&lower, &wedge, ["top", "bottom"], &Gap::Geometric).unwrap();
+    let flat = contact_geometry::pair_solids(&lower, &wedge, ["top", "bottom"], &Gap::Geometric).unwrap();
     for pair in flat.pairs() {
         assert!((pair.gap - 0.1 * lower.mesh().points()[pair.nodes[0]][0]).abs() < 1e-15);
     }
@@ -92,16 +92,52 @@ fn gaps_are_given_or_measured() {
 }
 
 #[test]
-fn surfaces_that_are_not_flat_or_do_not_match_are_refused() {
+fn normals_of_bent_surfaces_are_means_and_one_flat_surface_gives_its_own() {
+    let height = |x: Vector| 0.1 * x[0] * x[0];
+    let bend = move |x: Vector| x + Vector::z() * height(x);
+    let held = free().roller("front", 0.0).roller("back", 0.0);
+    let [upper, lower] = [1.0, 0.0].map(|z| body(z, &held, bend));
+    let interface = pair(&upper, &lower, &Gap::Touching).unwrap();
+    assert!(interface.has_bent_facets() && interface.pairs().iter().all(|pair| pair.gap == 0.0));
+    for pair in interface.pairs() {
+        // Faces are 0.5 wide and rise by 0.1 (2 x + 0.5) from x on; one or two thirds of those at a node are on one side of it.
+        let (x, normal) = (upper.mesh().points()[pair.nodes[0]][0], pair.normal);
+        let slope = if x == 0.0 {
+            0.05
+        } else if x == 2.0 {
+            0.35
+        } else {
+            0.2 * x
+        };
+        assert!((normal.norm() - 1.0).abs() < 1e-14 && normal[1].abs() < 1e-14, "{normal}");
+        assert!((normal[0] / normal[2] + slope).abs() < 0.05 / 3.0 + 1e-14, "{normal} at {x}");
+    }
+    // On a flat surface the bent one is a gap.
+    let flat = body(0.0, &free(), |x| x);
+    for (first, second) in [(&upper, &flat), (&flat, &upper)] {
+        let names = if std::ptr::eq(first, &upper) { ["bottom", "top"] } else { ["top", "bottom"] };
+        let found = contact_geometry::pair_solids(first, second, names, &Gap::Geometric).unwrap();
+        assert!(!found.has_bent_facets());
+        for pair in found.pairs() {
+            let point = first.mesh().points()[pair.nodes[0]];
+            assert!((pair.gap - height(point)).abs() < 1e-14 && pair.normal[2].abs() == 1.0, "{pair:?}");
+        }
+    }
+}
+
+#[test]
+fn surfaces_that_are_folded_or_do_not_match_are_refused() {
     let (upper, lower) = (body(1.0, &free(), |x| x), body(0.0, &free(), |x| x));
     let refused = |upper: &Body<Solid>, lower: &Body<Solid>, gap: &Gap<Solid>| {
         let error = pair(upper, lower, gap).unwrap_err();
         (error.to_string(), error)
     };
-    let bent = body(1.0, &free(), |x| x + Vector::z() * (0.01 * x[0] * x[0]));
-    let (said, error) = refused(&bent, &lower, &Gap::Geometric);
-    assert!(matches!(error, InterfaceError::NotFlat { body: 0, .. }), "{said}");
-    assert!(said.contains("the contact surface of body 0 is not flat"), "{said}");
+    // A surface that is folded at x = 1, by more than 60 degrees.
+    let folded = |x: Vector| x + Vector::z() * (0.8 * (x[0] - 1.0).abs() * x[2].min(2.0 - x[2]));
+    let [above, below] = [1.0, 0.0].map(|z| body(z, &free(), folded));
+    let (said, error) = refused(&above, &below, &Gap::Touching);
+    assert!(matches!(error, InterfaceError::CoarseFace { .. }), "{said}");
+    assert!(said.contains("the contact normal turns by 77 degrees at the face"), "{said}");
     let finer = cells(0.0, [5, 3, 2], &free(), |x| x);
     assert!(matches!(refused(&upper, &finer, &Gap::Touching).1, InterfaceError::NotMatching { .. }));
     // The same nodes, joined by the other diagonals.
@@ -117,7 +153,7 @@ fn surfaces_that_are_not_flat_or_do_not_match_are_refused() {
     assert!(matches!(refused(&upper, &into, &Gap::Geometric).1, InterfaceError::Overlap { .. }));
     let beside = body(0.0, &free(), |x| x + Vector::x() * 1e-3);
     assert!(matches!(refused(&upper, &beside, &Gap::Touching).1, InterfaceError::Offset { .. }));
-    let same = contact_geometry::pair_flat(&upper, &upper, ["top", "top"], &Gap::Touching);
+    let same = contact_geometry::pair_solids(&upper, &upper, ["top", "top"], &Gap::Touching);
     assert!(matches!(same, Err(InterfaceError::NotFacing { .. })));
     assert!(matches!(refused(&upper, &lower, &given(|_| -0.1)).1, InterfaceError::BadGap { .. }));
 }
@@ -137,7 +173,7 @@ fn surfaces_that_are_held_or_loaded_are_refused_in_the_words_of_solids() {
     let both =
         pair(&body(1.0, &free().fix("left"), |x| x), &body(0.0, &free().fix("left"), |x| x), &Gap::Touching);
     assert!(matches!(both, Err(InterfaceError::HeldNode { body: 0, .. })), "{both:?}");
-    let unknown = contact_geometry::pair_flat(&upper, &upper, ["lid", "top"], &Gap::Touching).unwrap_err();
+    let unknown = contact_geometry::pair_solids(&upper, &upper, ["lid", "top"], &Gap::Touching).unwrap_err();
     assert!(unknown.to_string().contains("no face group \"lid\""), "{unknown}");
 }
 

@@ -1,4 +1,7 @@
-//! Pairs two flat contact surfaces of solids that match node by node, and a side of a solid with an obstacle.
+//! Pairs two contact surfaces of solids that match node by node, and a side of a solid with an obstacle.
+//!
+//! The normal is a frozen field, linear on the faces between normals at the nodes: face normals would lock, since matching polyhedra
+//! interlock at their edges.
 
 use super::geometric_gap::{GeometricGap, Surfaces};
 use super::matching::{TOLERANCE, nearest};
@@ -14,19 +17,24 @@ use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::{Solid, Space};
 use std::collections::{BTreeSet, HashMap};
 
-/// Cosine of the largest angle between the normals of an obstacle at the corners of a face: 60 degrees.
+/// Cosine of the largest angle between two normals of a face, or of two neighbouring faces: 60 degrees.
 const TURN: f64 = 0.5;
 
 type Vector = <Solid as Space>::Vector;
 
-/// Pairs flat contact surfaces of two solids node by node. All pairs have the normal of the first body's plane.
+/// Pairs contact surfaces of two solids node by node.
+///
+/// If one of the surfaces is flat, all pairs have its normal. Otherwise the normal of a pair is the mean of the first body's face normals around the
+/// node, weighted by area. At a node on rollers that normal is turned into the direction that they leave free, if it is within the angle to the next
+/// normals: on a plane of symmetry the normal of the whole surface lies in that plane. Where one of the two nodes cannot move the normal stays.
 ///
 /// * `surfaces`: the face group of the first and of the second body.
 /// * `gap`: the initial gap along the normal.
 ///
 /// # Errors
-/// Surfaces that are not flat, do not match or do not face each other, or are held or loaded, see [`InterfaceError`].
-pub fn pair_flat(
+/// Surfaces that do not match or do not face each other, that turn by more than 60 degrees along a face or between two, or are held or loaded, see
+/// [`InterfaceError`].
+pub fn pair_solids(
     first: &Body<Solid>,
     second: &Body<Solid>,
     surfaces: [&str; 2],
@@ -34,21 +42,30 @@ pub fn pair_flat(
 ) -> Result<ContactInterface<Solid>, InterfaceError> {
     let bodies = [first, second];
     let groups = [pairing::surface(first, 0, surfaces[0])?, pairing::surface(second, 1, surfaces[1])?];
-    let normals = [plane(first, 0, groups[0])?, plane(second, 1, groups[1])?];
-    if normals[0].dot(&normals[1]) >= FACING {
+    let planes = [plane(first, groups[0]), plane(second, groups[1])];
+    if let [Some(one), Some(other)] = planes
+        && one.dot(&other) >= FACING
+    {
         return Err(InterfaceError::NotFacing { point: first.mesh().facet_middle(groups[0][0]).into() });
     }
-    let normal = normals[0];
-    let across = |point: Vector| match gap {
-        Gap::Geometric => point - point.dot(&normal) * normal,
-        Gap::Given(_) | Gap::Touching => point,
+    let flat = planes[0].or(planes[1].map(|normal| -normal));
+    let across = |point: Vector| match (gap, flat) {
+        (Gap::Geometric, Some(normal)) => point - point.dot(&normal) * normal,
+        _ => point,
     };
     let nodes = nodes(first, groups[0]);
     let partner = nearest(bodies, groups, nodes.iter().copied(), across)?;
+    let normal = flat.unwrap_or_default();
     let new = |node: &NodeId| NodePair { nodes: [*node, partner[node]], normal, gap: 0.0, weight: 0.0 };
     let mut pairs: Vec<NodePair<Solid>> = nodes.iter().map(new).collect();
-    let facets = facets(bodies, groups, &pairs)?;
+    let mut facets = facets(bodies, groups, &pairs)?;
     weigh(&mut pairs, &facets);
+    if flat.is_none() {
+        averaged(bodies, &mut pairs, &facets)?;
+    }
+    for facet in &mut facets {
+        facet.bent = check_face(bodies, facet, &pairs)?;
+    }
     pairs.iter().try_for_each(|pair| check_supports(bodies, pair))?;
     let drawn = GeometricGap::measure(bodies, &pairs, &facets, None)?;
     let found = Surfaces { drawn: &drawn, facets: &facets, between: &[] };
@@ -123,13 +140,89 @@ pub fn solid_against(
 /// A turn of more than 60 degrees.
 fn turns(normals: [Vector; 3], middle: Vector) -> Result<bool, InterfaceError> {
     let edges = || ContactFacet::<Solid>::edges().map(|ends| ends.map(|corner| normals[corner]));
+    check_turns(edges(), middle)?;
+    Ok(edges().any(|[a, b]| norm(a - b) > SAME_NORMAL))
+}
+
+/// Refuses normals of which two differ by more than 60 degrees.
+///
+/// * `normals`: two by two; `middle`: of a face where they are, m.
+fn check_turns(normals: impl IntoIterator<Item = [Vector; 2]>, middle: Vector) -> Result<(), InterfaceError> {
     let cosine = |[a, b]: [Vector; 2]| a.dot(&b) / (norm(a) * norm(b));
-    let worst = edges().map(cosine).fold(1.0, |least, cosine| if cosine >= least { least } else { cosine });
+    let worst = normals
+        .into_iter()
+        .map(cosine)
+        .fold(1.0, |least, cosine| if cosine >= least { least } else { cosine });
     if !(worst >= TURN) {
         let degrees = worst.clamp(-1.0, 1.0).acos().to_degrees();
         return Err(InterfaceError::CoarseFace { point: middle.into(), degrees });
     }
-    Ok(edges().any(|[a, b]| norm(a - b) > SAME_NORMAL))
+    Ok(())
+}
+
+/// Gives each pair the mean of the normals of the first body's faces around it, or the direction next to it that supports leave free.
+///
+/// # Errors
+/// Two neighbouring faces at more than 60 degrees.
+fn averaged(
+    bodies: [&Body<Solid>; 2],
+    pairs: &mut [NodePair<Solid>],
+    facets: &[ContactFacet<Solid>],
+) -> Result<(), InterfaceError> {
+    let mesh = bodies[0].mesh();
+    let mut along: HashMap<[u32; 2], Vector> = HashMap::new();
+    for facet in facets {
+        let normal = mesh.facet_normal(facet.facets[0]);
+        facet.pairs.iter().for_each(|k| pairs[*k as usize].normal += facet.measure * normal);
+        for ends in ContactFacet::<Solid>::edges() {
+            let mut edge = ends.map(|corner| facet.pairs[corner]);
+            edge.sort_unstable();
+            if let Some(other) = along.insert(edge, normal) {
+                check_turns([[normal, other]], mesh.facet_middle(facet.facets[0]))?;
+            }
+        }
+    }
+    pairs.iter_mut().for_each(|pair| pair.normal /= norm(pair.normal));
+    let mut turns = vec![0.0f64; pairs.len()];
+    for ends in facets.iter().flat_map(|facet| {
+        ContactFacet::<Solid>::edges().map(|ends| ends.map(|corner| facet.pairs[corner] as usize))
+    }) {
+        let [a, b] = ends.map(|k| pairs[k].normal);
+        ends.iter().for_each(|k| turns[*k] = turns[*k].max(a.angle(&b)));
+    }
+    for (pair, turn) in pairs.iter_mut().zip(turns) {
+        let held = [0, 1].map(|b: usize| bodies[b].node_constraints()[pair.nodes[b]].held);
+        if held.iter().any(|held| held.is_all()) {
+            continue;
+        }
+        for held in held.into_iter().filter(|held| !held.is_none()) {
+            if let Some(free) = held.complement().nearest(pair.normal)
+                && pair.normal.angle(&free) <= 2.0 * turn
+            {
+                pair.normal = free;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Tells whether the normal turns along a face, and checks it.
+///
+/// # Errors
+/// Normals that turn by more than 60 degrees, also from those of the face itself, or point into the first body or out of the second.
+fn check_face(
+    bodies: [&Body<Solid>; 2],
+    facet: &ContactFacet<Solid>,
+    pairs: &[NodePair<Solid>],
+) -> Result<bool, InterfaceError> {
+    let normals = facet.pairs.map(|k| pairs[k as usize].normal);
+    let [own, other] = [0, 1].map(|b: usize| bodies[b].mesh().facet_normal(facet.facets[b]));
+    let middle = bodies[0].mesh().facet_middle(facet.facets[0]);
+    if !normals.iter().all(|normal| normal.dot(&own) > 0.0 && normal.dot(&other) < 0.0) {
+        return Err(InterfaceError::NotFacing { point: middle.into() });
+    }
+    check_turns(normals.map(|normal| [normal, own]), middle)?;
+    turns(normals, middle)
 }
 
 /// Lists the nodes of facets, ascending.
@@ -149,24 +242,15 @@ fn weigh(pairs: &mut [NodePair<Solid>], facets: &[ContactFacet<Solid>]) {
     }
 }
 
-/// Finds the normal of a flat surface, out of its body.
-fn plane(body: &Body<Solid>, number: usize, facets: &[FacetId]) -> Result<Vector, InterfaceError> {
+/// Finds the normal of a flat surface, out of its body; `None` if it is not flat.
+fn plane(body: &Body<Solid>, facets: &[FacetId]) -> Option<Vector> {
     let mesh = body.mesh();
     let corners = |facet: &FacetId| {
         mesh.topology().oriented_facet(*facet, mesh.cells()).map(|node| mesh.points()[node])
     };
     let corners: Vec<[Vector; 3]> = facets.iter().map(corners).collect();
     let outward = |normal: &Vector| corners.iter().all(|c| Solid::facet_normal(c).dot(normal) > -FACING);
-    if let Some(normal) = Solid::flat_normal(&corners, FLAT_SIDE).filter(outward) {
-        return Ok(normal);
-    }
-    let sum: Vector = corners.iter().map(|c| Solid::facet_normal(c) * Solid::facet_measure(c)).sum();
-    let (start, length) = (corners[0][0], norm(sum));
-    let normal = if length > 0.0 { sum / length } else { Solid::facet_normal(&corners[0]) };
-    let distance = |point: &Vector| (point - start).dot(&normal).abs();
-    let farthest = corners.as_flattened().iter().max_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let point = farthest.copied().unwrap_or(start);
-    Err(InterfaceError::NotFlat { body: number, point: point.into(), distance: distance(&point) })
+    Solid::flat_normal(&corners, FLAT_SIDE).filter(outward)
 }
 
 /// Finds the second body's facet for each of the first.
@@ -210,7 +294,7 @@ fn check_supports(bodies: [&Body<Solid>; 2], pair: &NodePair<Solid>) -> Result<(
     let both = constraints.iter().all(|constraint| constraint.is_clamped());
     for (body, constraint) in constraints.into_iter().enumerate() {
         let held = constraint.held;
-        let along = !held.is_all() && norm(held.components(pair.normal)) > SUPPORT;
+        let along = !held.is_all() && norm(held.components(pair.normal)) > SUPPORT * norm(pair.normal);
         if both || along || constraint.rigid_side.is_some() {
             let point = bodies[body].mesh().points()[pair.nodes[body]].into();
             return Err(InterfaceError::HeldNode { body, point });
