@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use nndd::stopping::EtaNndd;
 use nndd::{Method, NewtonSettings, NnddSettings, NnddSolution, solve};
 use tests::formulation::{PRINTED, compared};
-use tests::solids::{Hertz, half_open};
+use tests::solids::{Hertz, OnSphere, half_open, on_each_other};
 
 type Conditions = BoundaryConditions<Solid>;
 
@@ -156,4 +156,36 @@ fn a_stamp_that_may_tilt_presses_a_box_onto_a_fixed_plane() {
 fn exact(prepared: &PreparedProblem<Solid>) -> NnddSolution {
     let start = vec![0.0; prepared.rows()];
     solve(&prepared.system(), start, NewtonSettings::default(), &mut EtaNndd::new(1e-12)).unwrap()
+}
+
+#[test]
+fn a_ball_in_a_declared_socket_may_spin_and_is_not_held_against_a_torque() {
+    for n in [2, 4] {
+        let free = certified_contact::free_motions(&on_each_other(n, OnSphere::Socket).unwrap()).unwrap();
+        assert_eq!(free.len(), 3);
+        for motion in free {
+            assert!(!motion.weak && motion.load == 0.0, "{motion:?}");
+            // The centre of the sphere stays.
+            let centre = motion.bodies[0].1.at(Vector3::new(0.0, 0.0, -1.0));
+            assert!(centre.norm() < 1e-12, "{centre}");
+        }
+        let turned = certified_contact::support(&on_each_other(n, OnSphere::Turned).unwrap()).unwrap();
+        let motion = turned.unresisted.unwrap();
+        assert!(motion.load > 0.5, "{motion:?}");
+    }
+}
+
+#[test]
+fn a_ball_in_a_socket_is_certified_and_its_error_is_below_the_bound() {
+    let solved = |n: usize| {
+        let prepared = PreparedProblem::new(on_each_other(n, OnSphere::Socket).unwrap()).unwrap();
+        let last = exact(&prepared).last;
+        let found = certified_contact::estimate(&prepared, &last, cre_estimator::Relaxation::Steps(4)).unwrap();
+        (found.certificate().map(|of| of.e_cre), found.energy_norm())
+    };
+    let (bound, norm) = solved(4);
+    // The meshes of a sphere are not nested: the energies differ by what the faces leave out as well.
+    let (finer, fine) = solved(8);
+    let (bound, finer) = (bound.unwrap(), finer.unwrap());
+    assert!(finer < bound && (fine - norm).abs() < bound, "{bound} {finer}, {norm} {fine}");
 }

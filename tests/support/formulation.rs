@@ -27,7 +27,7 @@ use std::sync::OnceLock;
 type Row = (&'static str, &'static str, usize, &'static str);
 
 /// The figures as printed.
-pub const PRINTED: [Row; 31] = [
+pub const PRINTED: [Row; 33] = [
     ("4", "half-open", 2, "iterations to 1e-10: 58"),
     (
         "4",
@@ -174,6 +174,20 @@ pub const PRINTED: [Row; 31] = [
         "a(u,u), body 1: 0.3035432678; a(u,u), body 2: 0.3011568929; force, pair 1: 21.64876345; closed, pair 1: 25; \
          nodes of pair 1: 25; 2∫po with the lift: 3.4911770526e-3; ‖û−u‖²: 1.5874621588e-3; ‖τ−σ̂‖ by EET, body 1: 0.44302766387; \
          ‖τ−σ̂‖ by EET, body 2: 0.46769693456",
+    ),
+    (
+        "11",
+        "socket",
+        2,
+        "a(u,u), body 1: 0.391842168378; a(u,u), body 2: 0.993448365819; force, pair 1: 25.2883489031; closed, pair 1: 8; \
+         nodes of pair 1: 9",
+    ),
+    (
+        "11",
+        "socket",
+        4,
+        "a(u,u), body 1: 0.418711046427; a(u,u), body 2: 1.28900312416; force, pair 1: 25.1028124575; closed, pair 1: 19; \
+         nodes of pair 1: 25",
     ),
     (
         "12",
@@ -378,6 +392,7 @@ fn problem(name: &str, n: usize) -> Made<Option<ContactProblem<Solid>>> {
         "tilted on a sphere" => on_each_other(n, OnSphere::Tilted)?,
         "side moved on a sphere" => on_each_other(n, OnSphere::SideMoved)?,
         "pressed on a sphere" => on_each_other(n, OnSphere::Pressed)?,
+        "socket" => on_each_other(n, OnSphere::Socket)?,
         _ => return Ok(None),
     }))
 }

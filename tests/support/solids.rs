@@ -1,7 +1,7 @@
 //! Problems of solid bodies whose solutions another code has printed.
 
 use case_io::case::AnyCase;
-use fem_core::body::Body;
+use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 use fem_core::interface::{ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
@@ -259,22 +259,41 @@ pub enum OnSphere {
     SideMoved,
     /// The lower body is clamped, and a traction presses the upper one, which only contact holds along z.
     Pressed,
+    /// The lower body is clamped, and a traction along the radii presses the upper one, which may spin about the centre: there are no planes of symmetry,
+    /// and the surface is declared.
+    Socket,
+    /// As [`Self::Socket`], with a traction that turns the upper body.
+    Turned,
 }
 
 /// Two bodies on `(0,1)² × (0,2)`, with two planes of symmetry and `n` cells per unit of length, that touch on the sphere of radius 2
 /// around `(0, 0, -1)`: the upper one with twice the stiffness.
 pub fn on_each_other(n: usize, loads: OnSphere) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
-    let body = |z: f64, young: f64, conditions: Conditions| -> Result<Body<Solid>, Box<dyn Error>> {
-        let mesh: TetMesh = cuboid([0.0, 0.0, z], [1.0; 3], [n; 3])?;
-        let facets = |ids: &[_]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
-        let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), facets(ids))).collect();
-        let sphere = |x: &Vector3<f64>| {
-            let height = (4.0 - x[0] * x[0] - x[1] * x[1]).sqrt() - 2.0;
-            x + Vector3::z() * ((1.0 - (x[2] - 1.0).abs()) * height)
+    let floats = [OnSphere::Socket, OnSphere::Turned].contains(&loads);
+    let body =
+        |z: f64, young: f64, side: &str, conditions: Conditions| -> Result<Body<Solid>, Box<dyn Error>> {
+            let mesh: TetMesh = cuboid([0.0, 0.0, z], [1.0; 3], [n; 3])?;
+            let facets = |ids: &[_]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
+            let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), facets(ids))).collect();
+            let sphere = |x: &Vector3<f64>| {
+                let height = (4.0 - x[0] * x[0] - x[1] * x[1]).sqrt() - 2.0;
+                x + Vector3::z() * ((1.0 - (x[2] - 1.0).abs()) * height)
+            };
+            let mesh = Mesh::new(mesh.points().iter().map(sphere).collect(), mesh.cells().to_vec(), groups)?;
+            let material = LinearElastic::isotropic_solid(young, 0.3)?;
+            if !floats {
+                let conditions = conditions.roller("left", 0.0).roller("front", 0.0);
+                return Ok(Body::new(mesh, material, &conditions)?);
+            }
+            let surface = DeclaredSurface { on: side.into(), kind: SurfaceKind::Sphere };
+            Ok(Body::new(mesh, material, &conditions)?.with_surfaces(&[surface])?)
         };
-        let mesh = Mesh::new(mesh.points().iter().map(sphere).collect(), mesh.cells().to_vec(), groups)?;
-        let conditions = conditions.roller("left", 0.0).roller("front", 0.0);
-        Ok(Body::new(mesh, LinearElastic::isotropic_solid(young, 0.3)?, &conditions)?)
+    let along = |turn: f64| {
+        let arm = Vector3::new(0.0, 0.0, -1.0);
+        [0, 1, 2].map(|c: usize| {
+            let moved = if c == 1 { turn } else { 0.0 };
+            ScalarData::<Solid>::Function(Arc::new(move |x: Vector3<f64>| -8.0 * (x - arm)[c] + moved))
+        })
     };
     let tilt = ScalarData::<Solid>::Function(Arc::new(|x: Vector3<f64>| -0.02 + 0.03 * x[0]));
     let moved = [0.01, 0.0, -0.02].map(|u| Some(u.into()));
@@ -282,8 +301,11 @@ pub fn on_each_other(n: usize, loads: OnSphere) -> Result<ContactProblem<Solid>,
         OnSphere::Tilted => Conditions::default().components("top", [None, None, Some(tilt)]),
         OnSphere::SideMoved => Conditions::default().components("right", moved),
         OnSphere::Pressed => Conditions::default().traction("top", [0.0.into(), 0.0.into(), (-20.0).into()]),
+        OnSphere::Socket => Conditions::default().traction("top", along(0.0)),
+        OnSphere::Turned => Conditions::default().traction("top", along(1.0)),
     };
-    let (upper, lower) = (body(1.0, 2000.0, upper)?, body(0.0, 1000.0, Conditions::default().fix("bottom"))?);
+    let upper = body(1.0, 2000.0, "bottom", upper)?;
+    let lower = body(0.0, 1000.0, "top", Conditions::default().fix("bottom"))?;
     let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }

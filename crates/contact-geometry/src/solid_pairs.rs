@@ -11,7 +11,7 @@ use super::{FACING, facet_size, pairing};
 use fem_core::body::Body;
 use fem_core::geometry::{FLAT_SIDE, norm};
 use fem_core::interface::{
-    ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, Obstacle, SAME_NORMAL,
+    ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, Obstacle, RigidLine, SAME_NORMAL,
 };
 use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::{Solid, Space};
@@ -24,7 +24,8 @@ type Vector = <Solid as Space>::Vector;
 
 /// Pairs contact surfaces of two solids node by node.
 ///
-/// If one of the surfaces is flat, all pairs have its normal. Otherwise the normal of a pair is the mean of the first body's face normals around the
+/// On a declared surface normals are its own, `(x − c)/R` if it is round: of the first body, or else of the second. Without one, if one of the surfaces
+/// is flat, all pairs have its normal. Otherwise the normal of a pair is the mean of the first body's face normals around the
 /// node, weighted by area. At a node on rollers that normal is turned into the direction that they leave free, if it is within the angle to the next
 /// normals: on a plane of symmetry the normal of the whole surface lies in that plane. Where one of the two nodes cannot move the normal stays.
 ///
@@ -48,9 +49,17 @@ pub fn pair_solids(
     {
         return Err(InterfaceError::NotFacing { point: first.mesh().facet_middle(groups[0][0]).into() });
     }
-    let flat = planes[0].or(planes[1].map(|normal| -normal));
-    let across = |point: Vector| match (gap, flat) {
-        (Gap::Geometric, Some(normal)) => point - point.dot(&normal) * normal,
+    let shapes = [declared(first, 0, groups[0])?, declared(second, 1, groups[1])?];
+    let round =
+        |b: usize| shapes[b].filter(|line| !matches!(line, RigidLine::Plane { .. })).map(|line| (b, line));
+    let round = round(0).or_else(|| if planes[0].is_none() { round(1) } else { None });
+    let flat = planes[0].or(planes[1].map(|normal| -normal)).filter(|_| round.is_none());
+    let across = |point: Vector| match (gap, flat, round) {
+        (Gap::Geometric, Some(normal), _) => point - point.dot(&normal) * normal,
+        (Gap::Geometric, None, Some((_, line))) => {
+            let (distance, out) = line.distance(point);
+            point + distance * out
+        }
         _ => point,
     };
     let nodes = nodes(first, groups[0]);
@@ -60,8 +69,13 @@ pub fn pair_solids(
     let mut pairs: Vec<NodePair<Solid>> = nodes.iter().map(new).collect();
     let mut facets = facets(bodies, groups, &pairs)?;
     weigh(&mut pairs, &facets);
-    if flat.is_none() {
-        averaged(bodies, &mut pairs, &facets)?;
+    match round {
+        Some((b, line)) => pairs.iter_mut().for_each(|pair| {
+            let normal = line.frozen_normal(bodies[b].mesh().points()[pair.nodes[b]]);
+            pair.normal = if b == 0 { normal } else { -normal };
+        }),
+        None if flat.is_none() => averaged(bodies, &mut pairs, &facets)?,
+        None => {}
     }
     for facet in &mut facets {
         facet.bent = check_face(bodies, facet, &pairs)?;
@@ -158,6 +172,25 @@ fn check_turns(normals: impl IntoIterator<Item = [Vector; 2]>, middle: Vector) -
         return Err(InterfaceError::CoarseFace { point: middle.into(), degrees });
     }
     Ok(())
+}
+
+/// Finds the declared surface of all contact faces of a body; `None` if none is declared there.
+///
+/// # Errors
+/// Faces on several surfaces, or of which only some are on one.
+fn declared(
+    body: &Body<Solid>,
+    number: usize,
+    facets: &[FacetId],
+) -> Result<Option<RigidLine<Solid>>, InterfaceError> {
+    let found = body.surface(facets[0]);
+    match facets.iter().find(|facet| body.surface(**facet) != found) {
+        Some(facet) => {
+            let point = body.mesh().facet_middle(*facet).into();
+            Err(InterfaceError::MixedSurface { body: number, point })
+        }
+        None => Ok(found.copied()),
+    }
 }
 
 /// Gives each pair the mean of the normals of the first body's faces around it, or the direction next to it that supports leave free.

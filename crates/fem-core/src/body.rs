@@ -6,6 +6,7 @@ mod curves;
 mod interpolation;
 mod motion;
 mod rigid;
+mod surfaces;
 
 use crate::boundary::{BoundaryConditions, Support};
 use crate::directions::Directions;
@@ -14,7 +15,9 @@ use crate::material::{LinearElastic, Materials};
 use crate::mesh::Mesh;
 use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::Refinement;
+use crate::rigid_line::RigidLine;
 use crate::space::{Plane, Space, Words};
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use thiserror::Error;
 
@@ -26,6 +29,7 @@ pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::{FreeMotion, RigidMotion};
 pub use rigid::RigidSide;
+pub use surfaces::{DeclaredSurface, SurfaceKind};
 
 /// The condition on one boundary facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +59,30 @@ fn between(corners: &[Point]) -> String {
         [a, b] => format!("from {a} to {b}"),
         _ => format!("between {}", corners.iter().map(Point::to_string).collect::<Vec<_>>().join(", ")),
     }
+}
+
+/// Returns the facets of a declared side.
+///
+/// # Errors
+/// No such group, one without facets, or with facets inside the body.
+fn group<'a, S: Space>(
+    mesh: &'a Mesh<S>,
+    name: &str,
+    place: ConditionPlace,
+) -> Result<&'a [FacetId], BodyError> {
+    let (group, words) = (name.to_owned(), S::WORDS);
+    let Some(facets) = mesh.group(name) else {
+        let names: Vec<&str> = mesh.groups().keys().map(String::as_str).collect();
+        return Err(BodyError::UnknownGroup { place, group, known: names.join(", "), words });
+    };
+    if let Some(&facet) = facets.iter().find(|facet| !mesh.topology().is_boundary(**facet)) {
+        let corners = mesh.facet_corners(facet).as_ref().iter().map(|x| Point::from(*x)).collect();
+        return Err(BodyError::InteriorFacet { place, group, corners, words });
+    }
+    if facets.is_empty() {
+        return Err(BodyError::EmptySelection { place, group, words });
+    }
+    Ok(facets)
 }
 
 /// Why boundary conditions are invalid on a mesh.
@@ -191,13 +219,39 @@ pub enum BodyError {
         /// Its radius, m.
         radius: f64,
     },
-    /// An edge belongs to two curves.
-    #[error("{place} has an edge at {point} that is on an earlier curve")]
+    /// A facet belongs to two curves or surfaces.
+    #[error("{place} has {} {} at {point} that an earlier one has, too", words.article, words.facet)]
     CurvedTwice {
         /// The later curved side.
         place: ConditionPlace,
-        /// Middle of the edge.
+        /// Middle of the facet.
         point: Point,
+        /// The words for its cells.
+        words: &'static Words,
+    },
+    /// No cylinder or sphere passes through the nodes of a side: it is flat, or has too few of them.
+    #[error(
+        "{place}: no {kind} passes through the nodes of the part with the face at {point}: it is flat, or has too few nodes"
+    )]
+    NoSurface {
+        /// The declared surface.
+        place: ConditionPlace,
+        /// The kind of the surface.
+        kind: &'static str,
+        /// Middle of a face.
+        point: Point,
+    },
+    /// A node of a side is off the declared surface.
+    #[error("{place}: the node at {point} is {distance:.3e} off the {kind} through the nodes of this part")]
+    OffSurface {
+        /// The declared surface.
+        place: ConditionPlace,
+        /// The kind of the surface.
+        kind: &'static str,
+        /// The node that is farthest off.
+        point: Point,
+        /// Its distance, m.
+        distance: f64,
     },
     /// The body force is infinite or NaN.
     #[error("the body force is {force}; finite numbers are needed")]
@@ -234,6 +288,8 @@ pub struct Body<S: Space = Plane> {
     selected: conditions::Selected,
     /// None in space.
     curves: curves::Curves,
+    /// None in the plane.
+    surfaces: BTreeMap<FacetId, RigidLine<S>>,
     /// See [`Body::is_inserted`]; ascending.
     inserted: Vec<NodeId>,
     /// Computed on the first request: the checks before a run and the assembly both need it.
@@ -268,7 +324,18 @@ impl<S: Space> Body<S> {
         let scaled = self.conditions.scaled(factor);
         let (mesh, materials) = (self.mesh.clone(), self.materials.clone());
         let body = conditions::evaluate(mesh, materials, &scaled, Some(self.selected.clone()))?;
-        Ok(Self { curves: self.curves.clone(), inserted: self.inserted.clone(), ..body })
+        Ok(self.declared_on(body))
+    }
+
+    /// Gives the same body with other conditions the declared curves and surfaces, and the inserted nodes, of this one.
+    fn declared_on(&self, other: Self) -> Self {
+        let (curves, surfaces) = (self.curves.clone(), self.surfaces.clone());
+        Self { curves, surfaces, inserted: self.inserted.clone(), ..other }
+    }
+
+    /// Returns the declared surface on which a facet lies, with the body on its side, as a [`RigidLine`] has it.
+    pub fn surface(&self, facet: FacetId) -> Option<&RigidLine<S>> {
+        self.surfaces.get(&facet)
     }
 
     /// Creates the same body without its body force.
@@ -302,7 +369,7 @@ impl<S: Space> Body<S> {
         let again = |known: Option<_>| {
             let again =
                 conditions::evaluate(self.mesh.clone(), self.materials.clone(), &self.conditions, known)?;
-            Ok::<_, BodyError>(Self { curves: self.curves.clone(), inserted: self.inserted.clone(), ..again })
+            Ok::<_, BodyError>(self.declared_on(again))
         };
         // A part that has lost all its edges keeps the old ones.
         let Ok(found) = again(None) else { return Ok(self.clone()) };

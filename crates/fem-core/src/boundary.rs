@@ -137,6 +137,8 @@ pub enum ConditionList {
     Rigid,
     /// The curved sides of a body.
     Curve,
+    /// The declared surfaces of a body.
+    Surface,
 }
 
 /// One condition by its list and its place in it.
@@ -155,6 +157,7 @@ impl fmt::Display for ConditionPlace {
             ConditionList::Traction => "traction condition",
             ConditionList::Rigid => "rigid side condition",
             ConditionList::Curve => "curved side",
+            ConditionList::Surface => "declared surface",
         };
         write!(f, "{list} {}", self.index + 1)
     }

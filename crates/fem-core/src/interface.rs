@@ -24,11 +24,12 @@ use crate::space::{Item, Plane, Space};
 use clamped_ends::UntrimmedLine;
 use std::ops::{Add, Mul};
 
+pub use crate::rigid_line::RigidLine;
 pub use area::{ContactArea, ContactPatch};
 pub use clamped_ends::Line;
 pub use error::InterfaceError;
 pub use friction::{Friction, PairRow, SlipBefore};
-pub use obstacle::{Obstacle, RigidLine};
+pub use obstacle::Obstacle;
 pub use partner::Partner;
 pub use problem::{ContactPair, ContactProblem, ContactState, LeftOut, LoadFactorError, PairState};
 pub use profile::Profile;

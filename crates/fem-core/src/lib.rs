@@ -78,6 +78,7 @@ pub mod parallel;
 pub mod prepared;
 pub mod quadrature;
 pub mod residual;
+mod rigid_line;
 pub mod smooth;
 pub mod space;
 pub mod sparse;

@@ -1,7 +1,6 @@
 //! `[[body]]`: mesh, material, supports and loads of one body.
 
 use super::{Dimension, MaterialRegion, Part, Rigid, SideCase, Value};
-use fem_core::body::CurveKind;
 use fem_core::space::Plane;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -29,7 +28,7 @@ pub struct BodyCase<S: Dimension = Plane> {
     /// Rigid sides in the file's order.
     pub rigid: Vec<RigidCase<S>>,
     /// Curved sides in the file's order.
-    pub curves: Vec<CurveCase>,
+    pub curves: Vec<CurveCase<S>>,
 }
 
 impl<S: Dimension> BodyCase<S> {
@@ -176,15 +175,16 @@ pub struct RigidCase<S: Dimension = Plane> {
     pub rigid: Rigid<S>,
 }
 
-/// `[[body.curve]]`: a side whose new nodes on finer meshes lie on a curve.
+/// `[[body.curve]]`: a side whose new nodes on finer meshes lie on a curve. `[[body.surface]]` of a solid: a side on a plane, a cylinder or a sphere.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct CurveCase {
+#[serde(bound = "")]
+pub struct CurveCase<S: Dimension = Plane> {
     /// The side.
     pub on: String,
-    /// Which curve.
-    #[serde(serialize_with = "curve_name")]
-    pub kind: CurveKind,
+    /// Which curve or surface.
+    #[serde(serialize_with = "curve_name::<S, _>")]
+    pub kind: S::Curve,
 }
 
 /// The load of a `[[body.traction]]`.
@@ -243,10 +243,7 @@ pub struct Traction<S: Dimension = Plane> {
     pub load: Load<S>,
 }
 
-/// The curves of the case file.
-pub(super) const CURVES: &[(&str, CurveKind)] = &[("arc", CurveKind::Arc), ("smooth", CurveKind::Smooth)];
-
-/// Writes the word of a curve.
-fn curve_name<S: serde::Serializer>(kind: &CurveKind, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(CURVES.iter().find(|(_, k)| k == kind).map_or("", |(name, _)| name))
+/// Writes the word of a curve or a surface.
+fn curve_name<S: Dimension, Z: serde::Serializer>(kind: &S::Curve, serializer: Z) -> Result<Z::Ok, Z::Error> {
+    serializer.serialize_str(S::CURVES.iter().find(|(_, k)| k == kind).map_or("", |(name, _)| name))
 }

@@ -1,9 +1,9 @@
 //! The bodies of a case, with fem-core's errors at the places of their keys.
 
-use super::{Case, CurveCase, Dimension, MeshSource, fixes};
+use super::{Case, Dimension, MeshSource, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, SourcePosition, code, did_you_mean};
 use contact_geometry::ContactNormal;
-use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace, CurvedSide};
+use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Point;
 use fem_core::interface::{Gap, InterfaceError};
@@ -89,8 +89,8 @@ impl<S: Dimension> Case<S> {
         let mesh = self.build_mesh(body)?;
         let materials = self.build_materials(body, &mesh)?;
         let conditions = self.boundary_conditions(body);
-        let curves: Vec<CurvedSide> = self.bodies[body].curves.iter().map(curved_side).collect();
-        let made = Body::new(mesh, materials, &conditions).and_then(|made| S::curved(made, &curves));
+        let made = Body::new(mesh, materials, &conditions)
+            .and_then(|made| S::curved(made, &self.bodies[body].curves));
         made.map_err(|error| self.body_diagnostic(body, &error).into())
     }
 
@@ -133,6 +133,7 @@ impl<S: Dimension> Case<S> {
                 ConditionList::Traction => "traction",
                 ConditionList::Rigid => "rigid",
                 ConditionList::Curve => "curve",
+                ConditionList::Surface => "surface",
             };
             format!("body.{body}.{list}.{}{key}", place.index)
         };
@@ -152,7 +153,10 @@ impl<S: Dimension> Case<S> {
                 side.map_or_else(|| of(place, ".on"), |k| format!("body.{body}.side.{k}.point"))
             }
             BodyError::SingleNode { place } => of(place, ".on"),
-            BodyError::NoArc { place, .. } | BodyError::OffArc { place, .. } => of(place, ".kind"),
+            BodyError::NoArc { place, .. }
+            | BodyError::OffArc { place, .. }
+            | BodyError::NoSurface { place, .. }
+            | BodyError::OffSurface { place, .. } => of(place, ".kind"),
             BodyError::EmptySelection { place, .. } if self.is_given(&of(place, ".part")) => {
                 of(place, ".part")
             }
@@ -324,8 +328,4 @@ pub(super) fn generator_fault(
         ),
     };
     Diagnostic::new(code::MESH, place, message).expected(expected).fix(fix)
-}
-
-fn curved_side(given: &CurveCase) -> CurvedSide {
-    CurvedSide { on: given.on.clone(), kind: given.kind }
 }

@@ -132,7 +132,7 @@ impl<S: Dimension> Case<S> {
                 (&condition.on, key, value)
             }
             // Its data are numbers, not functions.
-            ConditionList::Rigid | ConditionList::Curve => return String::new(),
+            ConditionList::Rigid | ConditionList::Curve | ConditionList::Surface => return String::new(),
         };
         format!("body \"{}\", {key} = {} on \"{on}\"", given.name, quoted(value))
     }

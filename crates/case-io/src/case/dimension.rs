@@ -5,12 +5,12 @@
 mod plane;
 mod solid;
 
-use super::{Case, RelaxUntil, Units};
+use super::{Case, CurveCase, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::CaseError;
 use crate::report;
 use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined};
-use fem_core::body::{Body, BodyError, CurvedSide, Difference};
+use fem_core::body::{Body, BodyError, Difference};
 use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{LinearElastic, MaterialError};
 use fem_core::mesh::{Mesh, MeshError};
@@ -34,7 +34,13 @@ pub trait Dimension: Space {
     type Generator: Clone + Debug + Default + PartialEq + Serialize + Send + Sync;
     /// The constants of an orthotropic material, angles in degrees.
     type Orthotropic: Copy + Debug + PartialEq + Send + Sync;
+    /// The kinds of declared curves or surfaces.
+    type Curve: Copy + Debug + PartialEq + Send + Sync + 'static;
 
+    /// The table of a body that declares a curve or a surface.
+    const CURVE_TABLE: &'static str;
+    /// The kinds of declared curves or surfaces by their words.
+    const CURVES: &'static [(&'static str, Self::Curve)];
     /// How far stresses are relaxed by default.
     const RELAX_UNTIL: RelaxUntil;
     /// The names of the coordinates.
@@ -100,11 +106,11 @@ pub trait Dimension: Space {
     /// # Errors
     /// Data with another number of values than there are nodes; in space all such data.
     fn evaluate_given(case: &mut Case<Self>) -> Result<(), CaseError>;
-    /// Declares the curved sides of a body.
+    /// Declares the curves or surfaces of a body.
     ///
     /// # Errors
-    /// Sides that lie on no such curve.
-    fn curved(body: Body<Self>, sides: &[CurvedSide]) -> Result<Body<Self>, BodyError>;
+    /// Sides that do not lie on one.
+    fn curved(body: Body<Self>, sides: &[CurveCase<Self>]) -> Result<Body<Self>, BodyError>;
 
     /// Pairs the sides of bodies.
     ///

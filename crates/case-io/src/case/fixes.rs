@@ -55,8 +55,16 @@ pub(super) fn of_body(error: &BodyError) -> Fix {
             "write `kind = \"smooth\"`, name only the edges of the arc, or write the nodes of the mesh with more digits",
         ),
         BodyError::CurvedTwice { .. } => (
-            "one curve for every edge",
-            "take one of the two [[body.curve]] out, or the edge out of one of the sides",
+            "at most one [[body.curve]] or [[body.surface]] for every edge or face",
+            "take one of the two tables out, or the edge or face out of one of the sides",
+        ),
+        BodyError::NoSurface { .. } => (
+            "a curved side with five nodes or more",
+            "write the kind that the side has, or take this [[body.surface]] out",
+        ),
+        BodyError::OffSurface { .. } => (
+            "nodes on one surface, to 1e-6 of the size of the side",
+            "write the kind that the side has, name only the faces on it, or write the nodes of the mesh with more digits",
         ),
         BodyError::BodyForce { .. } => ("two finite numbers", "write the numbers themselves"),
         BodyError::Materials { .. } => {
@@ -104,6 +112,10 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
         InterfaceError::CoarseFace { .. } => (
             "faces along which the normal turns by at most 60 degrees",
             "refine the contact side there, or end it before the place",
+        ),
+        InterfaceError::MixedSurface { .. } => (
+            "a contact side on one declared surface, or on none",
+            "write a [[contact]] for each surface, or declare the rest of the side",
         ),
         InterfaceError::HeldNode { .. } => (
             "contact nodes that can move along the normal",

@@ -1,6 +1,6 @@
 //! The `[[body]]` tables: names, meshes, displacements and tractions.
 
-use super::body::{CURVES, file_stem};
+use super::body::file_stem;
 use super::dimension::{Keys, refuse_foreign};
 use super::regions::regions;
 use super::{
@@ -48,7 +48,7 @@ fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> Bo
         r.tables("displacement").unwrap_or_default().into_iter().map(|r| displacement(r, s)).collect();
     let tractions = r.tables("traction").unwrap_or_default().into_iter().map(|r| traction(r, s)).collect();
     let rigid = r.tables("rigid").unwrap_or_default().into_iter().map(|r| rigid(r, s)).collect();
-    let curves = if foreign { None } else { r.tables("curve") };
+    let curves = if foreign { None } else { r.tables(S::CURVE_TABLE) };
     let curves = curves.unwrap_or_default().into_iter().filter_map(|r| curve(r, s)).collect();
     BodyCase { name, material, regions, mesh, body_force, displacements, tractions, sides, rigid, curves }
 }
@@ -229,10 +229,10 @@ fn rigid<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> RigidCase<
     RigidCase { name, on, part, rigid }
 }
 
-fn curve<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> Option<CurveCase> {
+fn curve<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> Option<CurveCase<S>> {
     let on = on(&mut r, sides);
     r.require(&["kind"]);
-    let kind = if r.has("kind") { r.choice("kind", CURVES) } else { None };
+    let kind = if r.has("kind") { r.choice("kind", S::CURVES) } else { None };
     r.finish();
     Some(CurveCase { on, kind: kind? })
 }

@@ -48,7 +48,7 @@ impl<S: Dimension> BodyCase<S> {
             ConditionList::Displacement => self.displacements.get(place.index).map(|c| &c.name),
             ConditionList::Traction => self.tractions.get(place.index).map(|c| &c.name),
             ConditionList::Rigid => self.rigid.get(place.index).map(|c| &c.name),
-            ConditionList::Curve => None,
+            ConditionList::Curve | ConditionList::Surface => None,
         };
         name?.as_deref()
     }

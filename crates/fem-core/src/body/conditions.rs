@@ -78,6 +78,7 @@ pub(super) fn evaluate<S: Space>(
         conditions,
         selected,
         curves: Default::default(),
+        surfaces: Default::default(),
         inserted: Vec::new(),
         free_motion,
     })

@@ -3,8 +3,8 @@
 //! A side is declared as an arc or as a smooth curve, and every edge of it gets a piece of that curve, which the parts of the edge
 //! inherit. A new node lies on the piece, so finer meshes approach the curve; nodes of the first mesh do not move.
 
-use super::{Body, BodyError, ConditionList, ConditionPlace};
-use crate::geometry::{Point, Vector, cross, norm, perpendicular};
+use super::{Body, BodyError, ConditionList, ConditionPlace, group};
+use crate::geometry::{Vector, cross, norm, perpendicular};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::refine::Refinement;
@@ -182,19 +182,7 @@ impl Curves {
         let mut pieces = BTreeMap::new();
         for (index, side) in sides.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Curve, index };
-            let group = side.on.clone();
-            let Some(edges) = mesh.group(&group) else {
-                let names: Vec<&str> = mesh.groups().keys().map(String::as_str).collect();
-                let known = names.join(", ");
-                return Err(BodyError::UnknownGroup { place, group, known, words: Plane::WORDS });
-            };
-            if let Some(&edge) = edges.iter().find(|e| !mesh.topology().is_boundary(**e)) {
-                let corners = mesh.facet_corners(edge).map(Point::from).to_vec();
-                return Err(BodyError::InteriorFacet { place, group, corners, words: Plane::WORDS });
-            }
-            if edges.is_empty() {
-                return Err(BodyError::EmptySelection { place, group, words: Plane::WORDS });
-            }
+            let edges = group(mesh, &side.on, place)?;
             for nodes in mesh.walks(edges, |a, b| a.cmp(&b)) {
                 let found = match side.kind {
                     CurveKind::Arc => arc(mesh, &nodes, place)?,
@@ -202,7 +190,8 @@ impl Curves {
                 };
                 for (edge, piece) in found {
                     if pieces.insert(edge, piece).is_some() {
-                        return Err(BodyError::CurvedTwice { place, point: mesh.facet_middle(edge).into() });
+                        let (point, words) = (mesh.facet_middle(edge).into(), Plane::WORDS);
+                        return Err(BodyError::CurvedTwice { place, point, words });
                     }
                 }
             }

@@ -209,6 +209,16 @@ pub enum InterfaceError {
         /// The angle.
         degrees: f64,
     },
+    /// A contact side of a solid has faces on a declared surface and others.
+    #[error(
+        "the contact surface of body {body} has faces on different declared surfaces, or on none: one of them is at {point}"
+    )]
+    MixedSurface {
+        /// 0 or 1.
+        body: usize,
+        /// The middle of a face.
+        point: Point,
+    },
     /// A support holds a contact node of a solid along the normal, or supports hold both nodes of a pair.
     #[error(
         "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or in all \

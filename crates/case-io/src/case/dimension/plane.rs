@@ -2,14 +2,14 @@
 
 use super::{Dimension, GeneratorReader, Keys, Refused, Rows};
 use crate::case::fixes::refuse_material;
-use crate::case::{Case, MaterialLaw, RelaxUntil, Units};
+use crate::case::{Case, CurveCase, MaterialLaw, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::{CaseError, significant};
 use crate::expression::COORDINATES;
 use crate::report;
 use contact_geometry::common_refinement::common_refinement;
 use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined};
-use fem_core::body::{Body, BodyError, CurvedSide, Difference};
+use fem_core::body::{Body, BodyError, CurveKind, CurvedSide, Difference};
 use fem_core::geometry::shown;
 use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic, MaterialError, Orthotropic};
@@ -92,7 +92,11 @@ impl Dimension for Plane {
     type Model = Model;
     type Generator = PlaneGenerator;
     type Orthotropic = Orthotropic;
+    type Curve = CurveKind;
 
+    const CURVE_TABLE: &'static str = "curve";
+    const CURVES: &'static [(&'static str, CurveKind)] =
+        &[("arc", CurveKind::Arc), ("smooth", CurveKind::Smooth)];
     const RELAX_UNTIL: RelaxUntil = RelaxUntil { tolerance: 0.02, max_steps: 100 };
     const COORDINATES: &'static [&'static str] = &[COORDINATES[0], COORDINATES[1]];
     const CORNER: &'static str = "an end";
@@ -184,8 +188,9 @@ impl Dimension for Plane {
         case.evaluate_plane_given()
     }
 
-    fn curved(body: Body, sides: &[CurvedSide]) -> Result<Body, BodyError> {
-        body.with_curves(sides)
+    fn curved(body: Body, sides: &[CurveCase]) -> Result<Body, BodyError> {
+        let of = |given: &CurveCase| CurvedSide { on: given.on.clone(), kind: given.kind };
+        body.with_curves(&sides.iter().map(of).collect::<Vec<_>>())
     }
 
     fn pair(bodies: Vec<Body>, contacts: &[Contact]) -> Result<Paired, PairingError> {

@@ -2,16 +2,17 @@
 
 use super::{Dimension, GeneratorReader, Keys, Refused, Rows};
 use crate::case::fixes::refuse_material;
-use crate::case::{Case, RelaxUntil, Units};
+use crate::case::{Case, CurveCase, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::CaseError;
 use crate::expression::COORDINATES;
 use crate::report;
 use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined, Sides};
-use fem_core::body::{Body, BodyError, CurvedSide, Difference};
+use fem_core::body::{Body, BodyError, DeclaredSurface, Difference, SurfaceKind};
 use fem_core::geometry::shown;
-use fem_core::interface::{ContactProblem, Gap};
+use fem_core::interface::{ContactProblem, Gap, RigidLine};
 use fem_core::material::{LinearElastic, MaterialError, Orthotropic};
+use fem_core::mesh::id::FacetId;
 use fem_core::mesh::{MeshError, TetMesh, generate};
 use fem_core::space::{Solid, Space};
 use mesh_io::{MeshFile, MeshFileError, Region, RegionOptions};
@@ -58,7 +59,14 @@ impl Dimension for Solid {
     type Model = ();
     type Generator = SolidGenerator;
     type Orthotropic = SolidOrthotropic;
+    type Curve = SurfaceKind;
 
+    const CURVE_TABLE: &'static str = "surface";
+    const CURVES: &'static [(&'static str, SurfaceKind)] = &[
+        ("plane", SurfaceKind::Plane),
+        ("cylinder", SurfaceKind::Cylinder),
+        ("sphere", SurfaceKind::Sphere),
+    ];
     const RELAX_UNTIL: RelaxUntil = RelaxUntil { tolerance: 0.015, max_steps: 30 };
     const COORDINATES: &'static [&'static str] = &COORDINATES;
     const CORNER: &'static str = "a corner";
@@ -134,9 +142,9 @@ impl Dimension for Solid {
         case.refuse_given()
     }
 
-    /// There are no curved sides to declare: the reader refuses them.
-    fn curved(body: Body<Self>, _: &[CurvedSide]) -> Result<Body<Self>, BodyError> {
-        Ok(body)
+    fn curved(body: Body<Self>, sides: &[CurveCase<Self>]) -> Result<Body<Self>, BodyError> {
+        let of = |given: &CurveCase<Self>| DeclaredSurface { on: given.on.clone(), kind: given.kind };
+        body.with_surfaces(&sides.iter().map(of).collect::<Vec<_>>())
     }
 
     fn pair(bodies: Vec<Body<Self>>, contacts: &[Contact<Self>]) -> Result<Paired<Self>, PairingError> {
@@ -169,7 +177,13 @@ impl Dimension for Solid {
     }
 
     fn notes(case: &Case<Self>, problem: &ContactProblem<Self>, _: &[Option<Refined>]) -> Vec<String> {
-        case.cut_notes(&problem.bodies)
+        let mut notes = case.cut_notes(&problem.bodies);
+        for (k, pair) in problem.contacts.iter().enumerate() {
+            notes.extend(pair.elastic_sides().filter_map(|(side, body)| {
+                surface_note(case, problem, (k, side, body)).map(|said| format!("contact {}: {said}", k + 1))
+            }));
+        }
+        notes
     }
 
     fn stress_notes(_: &Case<Self>) -> Vec<String> {
@@ -203,6 +217,46 @@ impl Dimension for Solid {
     fn moment_unit(units: &Units) -> String {
         units.moment()
     }
+}
+
+/// Says what the surface of a pair is on the mesh: round and not declared, or declared and with faces off it.
+///
+/// * `place`: the number of the pair, the side and its body.
+fn surface_note(
+    case: &Case<Solid>,
+    problem: &ContactProblem<Solid>,
+    (pair, side, b): (usize, usize, usize),
+) -> Option<String> {
+    let (interface, body) = (&problem.contacts[pair].interface, &problem.bodies[b]);
+    let faces: Vec<_> = interface.facets().iter().map(|facet| facet.facets[side]).collect();
+    let name = &case.bodies[b].name;
+    let declared = body.surface(*faces.first()?);
+    if let Some(line) = declared {
+        let off = |face: &FacetId| line.distance(body.mesh().facet_middle(*face)).0.abs();
+        let most = faces.iter().map(off).fold(0.0, f64::max);
+        let kind = match line {
+            RigidLine::Plane { .. } => return None,
+            RigidLine::Circle { .. } => SurfaceKind::Sphere,
+            RigidLine::Cylinder { .. } => SurfaceKind::Cylinder,
+        };
+        let gapped = matches!(interface.gap(), Gap::Geometric);
+        return gapped.then(|| {
+            format!(
+                "the faces of \"{name}\" are up to {} off the declared {}: gaps are exact at the nodes, and linear between them",
+                shown(most),
+                kind.word()
+            )
+        });
+    }
+    // Only normals of faces are in doubt.
+    let is_bent = interface.has_bent_facets() && problem.obstacle_of(&problem.contacts[pair]).is_none();
+    let corners = if is_bent && side == 0 { body.outward_faces(&faces) } else { return None };
+    let round = [SurfaceKind::Cylinder, SurfaceKind::Sphere];
+    let kind = round.into_iter().find(|kind| kind.through(&corners).is_some())?.word();
+    Some(format!(
+        "the nodes of \"{name}\" lie on a {kind} that is not declared: the normals are means of the faces' normals, whose error may hold a rotation \
+         that nothing resists; write [[body.surface]] with `kind = \"{kind}\"`"
+    ))
 }
 
 /// The word for solids.
@@ -272,13 +326,8 @@ impl Keys for Solid {
             word: None,
             why: "the sides of solids are surfaces",
             expected: "[[body.surface]], which declares a curved surface",
-            fix: "take it out: [[body.surface]] is not read yet, so sides keep the faces of the mesh",
+            fix: "write [[body.surface]] with `kind = \"plane\"`, `\"cylinder\"` or `\"sphere\"`",
         },
-        later(
-            "body.surface",
-            "curved surfaces of solids are not read yet",
-            "take it out: sides keep the faces of the mesh",
-        ),
         later(
             "side.circle",
             "a circle belongs to the plane",
