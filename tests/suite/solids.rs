@@ -180,7 +180,8 @@ fn a_ball_in_a_socket_is_certified_and_its_error_is_below_the_bound() {
     let solved = |n: usize| {
         let prepared = PreparedProblem::new(on_each_other(n, OnSphere::Socket).unwrap()).unwrap();
         let last = exact(&prepared).last;
-        let found = certified_contact::estimate(&prepared, &last, cre_estimator::Relaxation::Steps(4)).unwrap();
+        let found =
+            certified_contact::estimate(&prepared, &last, cre_estimator::Relaxation::Steps(4)).unwrap();
         (found.certificate().map(|of| of.e_cre), found.energy_norm())
     };
     let (bound, norm) = solved(4);

@@ -163,7 +163,10 @@ fn excluded(error: &(dyn std::error::Error + 'static)) -> bool {
                 | InterfaceError::NotFacing { .. }
                 | InterfaceError::Overlap { .. }
         )
-    ) || matches!(body, Some(BodyError::Conflict { .. } | BodyError::RigidOccupied { .. }))
+    ) || matches!(
+        body,
+        Some(BodyError::Conflict { .. } | BodyError::RigidOccupied { .. } | BodyError::NoSurface { .. })
+    )
 }
 
 /// The outcome of a problem.

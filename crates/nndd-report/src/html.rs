@@ -318,7 +318,7 @@ fn parts<S: ReportSpace>(page: &mut String, case: &Case<S>, certificate: &Certif
         ("mesh", parts.mesh, "a finer mesh"),
         ("iteration, at most eta_nndd", parts.iteration, "more iterations"),
         ("contact law, which holds at the nodes only", parts.contact, finer),
-        ("lift on a bent contact line", parts.lift, finer),
+        ("lift on bent contact", parts.lift, finer),
         ("gap that bent edges cannot represent", parts.gap_data, finer),
         ("friction", parts.friction, finer),
         ("round-off", parts.round_off, "nothing"),

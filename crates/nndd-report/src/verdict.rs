@@ -178,7 +178,7 @@ pub fn contact_force(pairs: usize, alone: &str) -> String {
 fn other_parts(parts: &Parts, e_cre: f64, percent: impl Fn(f64) -> String) -> String {
     let others = [
         ("contact law between the nodes", parts.contact),
-        ("bent contact line", parts.lift),
+        ("bent contact", parts.lift),
         ("gap", parts.gap_data),
         ("friction", parts.friction),
         ("round-off", parts.round_off),

@@ -2,7 +2,7 @@
 
 use super::grid::{Cells, Grid, Patch, SIDES, prolonged};
 use crate::model::Made;
-use fem_core::body::Body;
+use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
 use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData};
 use fem_core::interface::{
     ContactFacet, ContactInterface, ContactProblem, Gap, NodePair, Obstacle, RigidLine, SAME_NORMAL,
@@ -89,6 +89,8 @@ pub(super) struct Touch {
     pub(super) axis: usize,
     pub(super) faces: Cells,
     pub(super) gap: Linear,
+    /// The surface on which the nodes lie, if it is declared. Finer meshes have its normals, and nodes beside it.
+    pub(super) declared: Option<SurfaceKind>,
 }
 
 /// An assembly.
@@ -170,7 +172,13 @@ impl Assembly {
                 Materials::by_cell(part.materials.clone(), of_cell.collect())
             }
         };
-        Ok(Body::new(mesh, materials, &conditions)?)
+        let body = Body::new(mesh, materials, &conditions)?;
+        let touches = self.touches.iter().enumerate().filter(|(_, touch)| touch.bodies.contains(&b));
+        let of = |(k, touch): (usize, &Touch)| {
+            touch.declared.map(|kind| DeclaredSurface { on: format!("touch {k}"), kind })
+        };
+        let declared: Vec<DeclaredSurface> = touches.filter_map(of).collect();
+        Ok(if halved == 0 { body.with_surfaces(&declared)? } else { body })
     }
 
     /// Makes the problem.

@@ -4,6 +4,7 @@ use super::build::{Assembly, Condition, Drive, Linear, Part, Round, Touch};
 use super::grid::{Cells, Grid};
 use crate::model::Made;
 use crate::random::Random;
+use fem_core::body::SurfaceKind;
 use fem_core::material::{LinearElastic, Orthotropic};
 use fem_core::space::Solid;
 use nalgebra::{Matrix6, Rotation3, Vector3};
@@ -313,7 +314,7 @@ impl Draw {
             }
             if let Some(faces) = first.side(axis + 3).common(&second.side(axis), axis) {
                 let gap = self.gap(&assembly.grid, &faces);
-                assembly.touches.push(Touch { bodies: [a, b], axis, faces, gap });
+                assembly.touches.push(Touch { bodies: [a, b], axis, faces, gap, declared: None });
             }
         }
     }
@@ -325,18 +326,40 @@ impl Draw {
         if !drawn || self.family.contains("round") {
             return Ok(());
         }
-        for touch in &assembly.touches {
-            let (kinks, size) = (random.unit() < 0.3, 0.3 * random.signed());
+        for touch in &mut assembly.touches {
+            let grid = &assembly.grid;
+            let (axis, sizes) = (touch.axis, grid.sizes(&touch.faces));
+            let (form, size) = (random.unit(), 0.3 * random.signed());
             let about = [0; 3].map(|_| random.unit());
+            // On a sphere or a cylinder along the first axis across the normal.
+            let kind = match form {
+                form if form < 0.5 => None,
+                form if form < 0.75 => Some(SurfaceKind::Cylinder),
+                _ => Some(SurfaceKind::Sphere),
+            };
+            let kind = kind.filter(|_| grid.is_whole((axis, &touch.faces), boxes));
+            let radius = sizes.norm() * (1.0 + 1.0 / size.abs());
+            let skipped = kind.filter(|kind| *kind == SurfaceKind::Cylinder).map(|_| (axis + 1) % 3);
             let height = |at: [usize; 3]| {
                 let arm = |a: usize| {
-                    let [low, high] = [touch.faces.low[a], touch.faces.high[a]];
-                    if low < high { (at[a] - low) as f64 / (high - low) as f64 - about[a] } else { 0.0 }
+                    let low = grid.planes[a][touch.faces.low[a]];
+                    if a == axis || Some(a) == skipped {
+                        0.0
+                    } else {
+                        grid.point(at)[a] - low - about[a] * sizes[a]
+                    }
                 };
-                let smooth: f64 = (0..3).map(|a| arm(a).powi(2)).sum();
-                size * if kinks { random.signed() } else { smooth }
+                let squared: f64 = (0..3).map(|a| arm(a).powi(2)).sum();
+                if kind.is_some() {
+                    return size.signum() * (radius - (radius * radius - squared).sqrt());
+                }
+                size * grid.spacing(at, axis)
+                    * if form < 0.2 { random.signed() } else { squared / sizes.norm_squared() }
             };
-            assembly.grid = assembly.grid.clone().bent((touch.axis, &touch.faces), boxes, height)?;
+            if let Some(grid) = grid.bent((axis, &touch.faces), boxes, height)? {
+                assembly.grid = grid;
+                touch.declared = kind;
+            }
         }
         Ok(())
     }

@@ -107,22 +107,20 @@ impl Grid {
         Self { part, ..self.clone() }
     }
 
-    /// Bends a common side of two boxes along its axis by `height` at its nodes, a part of the next cell, if no other box has a side there and the nodes
-    /// are not at the end of a larger side. Returns the grid before if cells get slivers or turn over.
+    /// Bends a common side of two boxes along its axis at those of its nodes at which no other box has a side and that are not at the end of a larger
+    /// side. `None` if cells get slivers or turn over.
     ///
-    /// * `height`: of a node by its place on the side.
+    /// * `height`: how far a node moves, m.
     ///
     /// # Errors
     /// None, for the boxes of this grid.
     pub(super) fn bent(
-        self,
+        &self,
         (axis, faces): (usize, &Cells),
         boxes: &[Cells],
         mut height: impl FnMut([usize; 3]) -> f64,
-    ) -> Made<Self> {
-        let sides = |of: &Cells| [of.side(axis), of.side(axis + 3)];
-        let all = || boxes.iter().flat_map(sides);
-        let is_whole = all().filter(|side| side == faces).count() == 2;
+    ) -> Made<Option<Self>> {
+        let is_whole = self.is_whole((axis, faces), boxes);
         let has = |of: &Cells, at: [usize; 3]| (0..3).all(|a| of.low[a] <= at[a] && at[a] <= of.high[a]);
         let mut found = self.clone();
         found.bent.resize(found.moved.len(), Vector3::zeros());
@@ -130,11 +128,20 @@ impl Grid {
             let counts = [0, 1].map(|a: usize| self.planes[a].len());
             let at = [n % counts[0], n / counts[0] % counts[1], n / counts[0] / counts[1]];
             let within = (0..3).all(|a| a == axis || faces.low[a] < at[a] && at[a] < faces.high[a]);
-            if has(faces, at) && (within || is_whole) && all().filter(|side| has(side, at)).count() == 2 {
-                found.bent[n][axis] = height(at) * self.spacing(at, axis);
+            let sides = boxes.iter().flat_map(|of| [of.side(axis), of.side(axis + 3)]);
+            if has(faces, at) && (within || is_whole) && sides.filter(|side| has(side, at)).count() == 2 {
+                found.bent[n][axis] = height(at);
             }
         }
-        Ok(if found.smallest_angle(boxes)? > 3.0 { found } else { self })
+        Ok((found.smallest_angle(boxes)? > 3.0).then_some(found))
+    }
+
+    /// Tells if a common side is the whole side of both boxes, and all its nodes can be bent.
+    pub(super) fn is_whole(&self, (axis, faces): (usize, &Cells), boxes: &[Cells]) -> bool {
+        let sides = || boxes.iter().flat_map(|of| [of.side(axis), of.side(axis + 3)]);
+        let meets =
+            |side: &Cells| (0..3).all(|a| side.low[a] <= faces.high[a] && faces.low[a] <= side.high[a]);
+        sides().filter(|side| side == faces).count() == 2 && sides().filter(meets).count() == 2
     }
 
     /// Tells if any side is bent.
@@ -143,13 +150,13 @@ impl Grid {
     }
 
     /// Returns the distance to the next plane, m.
-    fn spacing(&self, at: [usize; 3], axis: usize) -> f64 {
+    pub(super) fn spacing(&self, at: [usize; 3], axis: usize) -> f64 {
         let (planes, at) = (&self.planes[axis], at[axis]);
         let next = [at.checked_sub(1), Some(at + 1)].into_iter().flatten().filter_map(|n| planes.get(n));
         next.map(|next| (next - planes[at]).abs()).fold(f64::INFINITY, f64::min)
     }
 
-    fn point(&self, at: [usize; 3]) -> Vector3<f64> {
+    pub(super) fn point(&self, at: [usize; 3]) -> Vector3<f64> {
         let counts = [0, 1, 2].map(|a: usize| self.planes[a].len());
         let n = at[0] + counts[0] * (at[1] + counts[1] * at[2]);
         let direction = self.moved[n];

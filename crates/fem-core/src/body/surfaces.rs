@@ -51,7 +51,7 @@ impl SurfaceKind {
         (off.largest <= ON_SURFACE * size).then_some(line)
     }
 
-    /// Finds the surface of least squares, the node that is farthest off it, and the size of the side, m; `None` if there is none.
+    /// Finds the surface of least squares, the node that is farthest off it, and the size of the side, m; `None` if no such surface is near.
     fn nearest(self, faces: &[[Vector; 3]]) -> Option<(RigidLine<Solid>, Off, f64)> {
         let points = faces.as_flattened();
         let size = diagonal(points);

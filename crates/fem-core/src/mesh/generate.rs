@@ -3,6 +3,7 @@
 mod disc;
 mod half_disc;
 mod ring;
+mod tube;
 
 use super::{MeshError, TetMesh, TriMesh};
 use crate::geometry::{Coordinates, Vector};
@@ -12,6 +13,7 @@ use nalgebra::Vector3;
 pub use disc::{disc, disc_nodes};
 pub use half_disc::{Facing, half_disc, half_disc_nodes};
 pub use ring::ring;
+pub use tube::tube;
 
 /// Maximum number of cells of a generator: their triangles are as many as a mesh can have.
 const MAX_CELLS: usize = (1 << 28) - 1;

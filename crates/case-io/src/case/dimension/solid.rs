@@ -4,7 +4,7 @@ use super::{Dimension, GeneratorReader, Keys, Refused, Rows};
 use crate::case::fixes::refuse_material;
 use crate::case::{Case, CurveCase, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
-use crate::diagnostic::CaseError;
+use crate::diagnostic::{CaseError, significant};
 use crate::expression::COORDINATES;
 use crate::report;
 use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined, Sides};
@@ -33,6 +33,32 @@ pub enum SolidGenerator {
         /// Lengths along the axes, m.
         size: [f64; 3],
         /// Boxes along each axis; each is cut in six tetrahedra.
+        cells: [usize; 3],
+    },
+    /// `generator = { kind = "cylinder", … }`: a cylinder along z or a sector of one, see [`fem_core::mesh::generate::tube()`].
+    Cylinder {
+        /// The middle of its bottom, m.
+        origin: [f64; 3],
+        /// Radius, m.
+        radius: f64,
+        /// Length along z, m.
+        length: f64,
+        /// Start and end, degrees.
+        angles: [f64; 2],
+        /// Cells around, from the axis outwards, and along the axis.
+        cells: [usize; 3],
+    },
+    /// `generator = { kind = "tube", … }`: a tube along z or a sector of one, see [`fem_core::mesh::generate::tube()`].
+    Tube {
+        /// The middle of its bottom, m.
+        origin: [f64; 3],
+        /// Inner and outer radius, m.
+        radii: [f64; 2],
+        /// Length along z, m.
+        length: f64,
+        /// Start and end, degrees.
+        angles: [f64; 2],
+        /// Cells around, across the wall, and along the axis.
         cells: [usize; 3],
     },
 }
@@ -117,12 +143,21 @@ impl Dimension for Solid {
     }
 
     fn generated(generator: &SolidGenerator) -> Result<TetMesh, MeshError> {
-        let SolidGenerator::Box { origin, size, cells } = *generator;
-        generate::cuboid(origin, size, cells)
+        match *generator {
+            SolidGenerator::Box { origin, size, cells } => generate::cuboid(origin, size, cells),
+            SolidGenerator::Cylinder { origin, radius, length, angles, cells } => {
+                generate::tube(origin, [0.0, radius], length, angles, cells)
+            }
+            SolidGenerator::Tube { origin, radii, length, angles, cells } => {
+                generate::tube(origin, radii, length, angles, cells)
+            }
+        }
     }
 
     fn nodes(generator: &SolidGenerator) -> u64 {
-        let SolidGenerator::Box { cells, .. } = generator;
+        let (SolidGenerator::Box { cells, .. }
+        | SolidGenerator::Cylinder { cells, .. }
+        | SolidGenerator::Tube { cells, .. }) = generator;
         cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
     }
 
@@ -243,7 +278,7 @@ fn surface_note(
         return gapped.then(|| {
             format!(
                 "the faces of \"{name}\" are up to {} off the declared {}: gaps are exact at the nodes, and linear between them",
-                shown(most),
+                significant(most),
                 kind.word()
             )
         });
@@ -283,7 +318,7 @@ const fn plane_word(word: &'static str) -> Refused {
         key: "generator.kind",
         word: Some(word),
         why: "it makes a plane body, and this case is one of solids: a case has bodies of one kind",
-        expected: "\"box\"",
+        expected: "\"box\", \"cylinder\" or \"tube\"",
         fix: "write `kind = \"box\"`, or make all bodies plane",
     }
 }
@@ -291,7 +326,8 @@ const fn plane_word(word: &'static str) -> Refused {
 const TAKE_OUT: &str = "take it out";
 
 impl Keys for Solid {
-    const GENERATORS: &'static [(&'static str, GeneratorReader<Self>)] = &[("box", cuboid)];
+    const GENERATORS: &'static [(&'static str, GeneratorReader<Self>)] =
+        &[("box", cuboid), ("cylinder", cylinder), ("tube", tube)];
     const MESH: [&'static str; 2] = [
         "`generator = { kind = \"box\", … }` or `mesh = { file = \"name.msh\", region = \"name\" }`",
         "write `generator = { kind = \"box\", size = [2.0, 1.0, 1.0], cells = [8, 4, 4] }` to begin with",
@@ -342,9 +378,12 @@ impl Keys for Solid {
         plane_word("ring"),
         plane_word("disc"),
         plane_word("half_disc"),
-        later_word("generator.kind", "ball", "balls are not generated yet", "\"box\""),
-        later_word("generator.kind", "cylinder", "cylinders are not generated yet", "\"box\""),
-        later_word("generator.kind", "tube", "tubes are not generated yet", "\"box\""),
+        later_word(
+            "generator.kind",
+            "ball",
+            "balls are not generated yet",
+            "\"box\", \"cylinder\" or \"tube\"",
+        ),
         Refused {
             key: "obstacle.kind",
             word: Some("circle"),
@@ -430,4 +469,32 @@ fn cuboid(mut r: Reader<'_>) -> Option<SolidGenerator> {
     let cells = r.counts::<Solid>("cells");
     r.finish();
     Some(SolidGenerator::Box { origin, size: size?, cells: cells? })
+}
+
+fn cylinder(mut r: Reader<'_>) -> Option<SolidGenerator> {
+    r.require(&["radius", "length", "cells"]);
+    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
+    let (origin, length, angles, cells) = around_axis(r);
+    Some(SolidGenerator::Cylinder { origin, radius: radius?, length: length?, angles, cells: cells? })
+}
+
+fn tube(mut r: Reader<'_>) -> Option<SolidGenerator> {
+    r.require(&["radii", "length", "cells"]);
+    let radii = r.pair("radii");
+    if radii.is_some_and(|[inner, _]| inner <= 0.0) {
+        let fix = "write `kind = \"cylinder\"` with a `radius` for a tube without a bore";
+        r.refuse("radii", "a tube has a bore", "two numbers > 0, the inner radius first", fix);
+    }
+    let (origin, length, angles, cells) = around_axis(r);
+    Some(SolidGenerator::Tube { origin, radii: radii?, length: length?, angles, cells: cells? })
+}
+
+/// Reads what cylinders and tubes have in common: origin, length, angles and cells.
+fn around_axis(mut r: Reader<'_>) -> ([f64; 3], Option<f64>, [f64; 2], Option<[usize; 3]>) {
+    let origin = r.axes::<Solid>("origin").unwrap_or_default();
+    let length = r.number_where("length", |length| length > 0.0, "a number > 0");
+    let angles = r.pair("angles").unwrap_or([0.0, 360.0]);
+    let cells = r.counts::<Solid>("cells");
+    r.finish();
+    (origin, length, angles, cells)
 }

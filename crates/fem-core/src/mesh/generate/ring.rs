@@ -76,7 +76,7 @@ pub fn ring(
 }
 
 /// Computes `[cos a, sin a]` of degrees, exact at multiples of 90.
-fn direction(degrees: f64) -> Vector {
+pub(super) fn direction(degrees: f64) -> Vector {
     let quarter = (degrees / 90.0).round();
     let (s, c) = (degrees - 90.0 * quarter).to_radians().sin_cos();
     match (quarter as i64).rem_euclid(4) {
