@@ -24,10 +24,10 @@ type Vector = <Solid as Space>::Vector;
 
 /// Pairs contact surfaces of two solids node by node.
 ///
-/// On a declared surface normals are its own, `(x − c)/R` if it is round: of the first body, or else of the second. Without one, if one of the surfaces
-/// is flat, all pairs have its normal. Otherwise the normal of a pair is the mean of the first body's face normals around the
-/// node, weighted by area. At a node on rollers that normal is turned into the direction that they leave free, if it is within the angle to the next
-/// normals: on a plane of symmetry the normal of the whole surface lies in that plane. Where one of the two nodes cannot move the normal stays.
+/// Where the normals come from, in this order: the first body's side if it is declared round, `(x − c)/R`; that side if it is flat; the second body's side, declared
+/// round or flat, likewise. Otherwise the normal of a pair is the mean of the first body's face normals around the node, weighted by area. At a node
+/// on rollers that mean is turned into the direction that they leave free, if it is within the angle to the next normals: on a plane of
+/// symmetry the normal of the whole surface lies in that plane. Where one of the two nodes cannot move it stays.
 ///
 /// * `surfaces`: the face group of the first and of the second body.
 /// * `gap`: the initial gap along the normal.

@@ -194,9 +194,12 @@ impl Assembly {
                 contact_geometry::pair_solids(bodies[0], bodies[1], [&name, &name], &gap)
             };
             let mut interface = pair([&bodies[a], &bodies[b]])?;
-            if halved > 0 && interface.has_bent_facets() {
+            if halved > 0 {
                 let coarse = pair([&self.body(a, 0)?, &self.body(b, 0)?])?;
-                interface = self.inherited(a, &coarse, &interface, halved);
+                // A part of a declared sphere may be flat to rounding, and has its normals.
+                if coarse.has_bent_facets() {
+                    interface = self.inherited(a, &coarse, &interface, halved);
+                }
             }
             problem = problem.contact([a, b], interface);
         }

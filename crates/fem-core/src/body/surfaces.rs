@@ -237,20 +237,22 @@ fn refined(mut line: RigidLine<Solid>, points: &[Vector], size: f64) -> Option<R
         };
         // The centre along the axes, the turn of the axis, the radius.
         let n = axes.len() * if axis.is_some() { 2 } else { 1 } + 1;
-        let (mut matrix, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
-        for point in points {
+        let (mut matrix, mut right) = (DMatrix::zeros(points.len(), n), DVector::zeros(points.len()));
+        for (row, point) in points.iter().enumerate() {
             // The distance of the body's side falls outwards: `inside` is true so far.
             let (distance, out) = line.distance(*point);
             let height = axis.map_or(0.0, |axis| (point - start).dot(&axis) / size);
-            let along = DVector::from_fn(n, |k, _| match axes.get(k) {
-                Some(axis) => -out.dot(axis),
-                None if k + 1 < n => -out.dot(&axes[k - axes.len()]) * height,
-                None => -1.0,
-            });
-            matrix.ger(1.0, &along, &along, 1.0);
-            right.axpy(distance, &along, 1.0);
+            right[row] = distance;
+            for k in 0..n {
+                matrix[(row, k)] = match axes.get(k) {
+                    Some(axis) => -out.dot(axis),
+                    None if k + 1 < n => -out.dot(&axes[k - axes.len()]) * height,
+                    None => -1.0,
+                };
+            }
         }
-        let step = matrix.lu().solve(&right)?;
+        // By singular values: nearly flat parts have nearly dependent columns.
+        let step = matrix.svd(true, true).solve(&right, f64::EPSILON).ok()?;
         let moved =
             |from: usize| -> Vector { axes.iter().zip(from..).map(|(axis, k)| *axis * step[k]).sum() };
         match &mut line {
