@@ -1,6 +1,6 @@
 //! The threads that compute.
 
-use nndd_report::{Failure, failure};
+use nndd_report::{Failure, failure, memory_limit};
 
 /// Most threads: to start tens of thousands takes minutes.
 pub(crate) const MOST: usize = 1024;
@@ -23,15 +23,24 @@ pub(crate) fn run(threads: usize, work: impl FnOnce() -> Result<u8, Failure> + S
             "{VARIABLE} is {shown}\n  expected: a whole number from 0 to {MOST}, as for --threads\n  fix: lower or unset it"
         )));
     }
+    let count = number(threads);
+    if let Some(reason) = memory_limit::no_room_for_threads(count, STACK) {
+        return Err(Failure::limit(format!(
+            "cannot start {count} threads: {reason}\n  fix: ask for fewer with --threads, or raise that limit"
+        )));
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK);
-    pool.build_global().map_err(|e| failed(threads, &e))?;
+    // Threads that the system does not give: a matter of the machine, as files are.
+    let failed = |e| format!("cannot start {count} threads: {e}; ask for fewer with --threads");
+    pool.build_global().map_err(|e| Failure::plain(failure::FILES, failed(e)))?;
     rayon::scope(|_| work())
 }
 
-/// Threads that the system does not give: a matter of the machine, as files are.
-fn failed(count: usize, error: &rayon::ThreadPoolBuildError) -> Failure {
-    let count = if count == 0 { "one thread per core".to_owned() } else { format!("{count} threads") };
-    Failure::plain(failure::FILES, format!("cannot start {count}: {error}; ask for fewer with --threads"))
+/// Returns how many threads rayon will start.
+fn number(threads: usize) -> usize {
+    let asked = std::env::var(VARIABLE).ok().and_then(|count| count.parse().ok());
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    Some(threads).filter(|&count| count > 0).or(asked.filter(|&count| count > 0)).unwrap_or_else(cores)
 }
 
 /// Says whether a text is a number above [`MOST`]. Rayon ignores what is not a number.

@@ -32,6 +32,16 @@ fn limit_of(bytes: f64, words: impl FnOnce(String) -> String, fix: Option<&'stat
     MemoryLimit::new(bytes, words(mebibytes(bytes)), fix)
 }
 
+/// Says why the limit of the address space has no room to start threads; `None` if it has. Each takes its stack, and the allocator
+/// reserves an arena for it, for a moment two: which thread fails in too little room is a matter of chance.
+///
+/// * `stack`: of each thread, bytes.
+pub fn no_room_for_threads(threads: usize, stack: usize) -> Option<String> {
+    let needed = threads as f64 * (stack as f64 + 2.0 * ARENA);
+    let room = address_space(0, 0.0).filter(|room| room.bytes < needed)?;
+    Some(format!("about {} are needed to start them; {}", mebibytes(needed), room.words))
+}
+
 /// The room below `RLIMIT_AS`, which counts what is reserved, used or not.
 fn address_space(threads: usize, resident: f64) -> Option<MemoryLimit> {
     let table = fs::read_to_string("/proc/self/limits").ok()?;
@@ -42,6 +52,9 @@ fn address_space(threads: usize, resident: f64) -> Option<MemoryLimit> {
     Some(limit_of(limit - taken - threads as f64 * reserved_by_thread(), words, Some(fix)))
 }
 
+/// What the allocator reserves for the memory of a thread, bytes.
+const ARENA: f64 = 64.0 * 1048576.0;
+
 /// Reads a soft limit; `None` if it is unlimited.
 fn soft_limit(table: &str, name: &str) -> Option<u64> {
     table.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.parse().ok()
@@ -50,7 +63,6 @@ fn soft_limit(table: &str, name: &str) -> Option<u64> {
 /// Estimates the address space that a thread will reserve and hardly use, bytes: an arena of the allocator, and the packing buffers of
 /// the dense kernels, twice the largest cache.
 fn reserved_by_thread() -> f64 {
-    const ARENA: f64 = 64.0 * 1048576.0;
     const CACHE: f64 = 32.0 * 1048576.0;
     let text = fs::read_to_string("/sys/devices/system/cpu/cpu0/cache/index3/size").ok();
     let cache = text.and_then(|text| text.trim().strip_suffix('K')?.parse::<f64>().ok());

@@ -23,7 +23,7 @@ fn a_limit_of_the_address_space_ends_a_run_with_8_and_leaves_nothing() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let mut codes = Vec::new();
-    // From just enough to start two threads to plenty, in kibibytes.
+    // From just enough to start the program to plenty, in kibibytes.
     for k in 0..20 {
         let limit = 60_000.0 * 100f64.powf(f64::from(k) / 19.0);
         let mut command = Command::new("sh");
@@ -34,7 +34,7 @@ fn a_limit_of_the_address_space_ends_a_run_with_8_and_leaves_nothing() {
         let code = output.status.code();
         assert!(matches!(code, Some(0 | 8)), "{limit:.0}: {code:?} {text}");
         if code == Some(8) && !out.join("report.json").exists() {
-            assert!(text.contains("are needed for") && text.contains("ulimit -v"), "{text}");
+            assert!(text.contains("are needed") && text.contains("ulimit -v"), "{text}");
             assert_eq!(entries(&out), [""; 0], "{limit:.0}: {text}");
         }
         let _ = std::fs::remove_dir_all(&out);
