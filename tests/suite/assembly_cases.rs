@@ -197,7 +197,7 @@ fn a_clamped_node_on_an_obstacle_is_checked_on_its_data() {
         let problem = problem(CLAMPED_ON_OBSTACLE, &set(up));
         let interface = &problem.contacts[0].interface;
         assert_eq!((interface.pairs().len(), interface.facets().len()), (18, 18));
-        let clamped: Vec<_> = interface.facets().iter().filter_map(|edge| edge.clamped).collect();
+        let clamped: Vec<_> = interface.facets().iter().flat_map(|edge| edge.clamped).flatten().collect();
         assert!(clamped.len() == 1 && (clamped[0].opening - opening).abs() < 1e-15, "{clamped:?}");
         let [bound, error] = bound_and_error(problem);
         assert!(bound >= error, "{up}: {bound} {error}");

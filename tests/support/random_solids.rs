@@ -24,7 +24,7 @@ use fem_core::space::Solid;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 21] = [
+pub const FAMILIES: [&str; 22] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -46,6 +46,7 @@ pub const FAMILIES: [&str; 21] = [
     "floating on round obstacles",
     "round obstacle driven by a force",
     "curved contact",
+    "curved contact held on both sides",
 ];
 
 /// The promises that are judged.
@@ -139,6 +140,10 @@ fn shows(assembly: &Assembly, made: &ContactProblem<Solid>, family: &str) -> boo
             .contacts
             .iter()
             .any(|pair| made.obstacle_of(pair).is_none() && pair.interface.has_bent_facets()),
+        "curved contact held on both sides" => made
+            .contacts
+            .iter()
+            .any(|pair| pair.interface.has_bent_facets() && !pair.interface.clamped().is_empty()),
         "two materials in a body" => assembly.parts.iter().any(|part| part.divided.is_some()),
         _ => true,
     }

@@ -257,6 +257,8 @@ pub enum OnSphere {
     Tilted,
     /// The lower body is clamped, and a side of the upper one moves, contact nodes among it.
     SideMoved,
+    /// The same side of both bodies moves, contact nodes among it, and a traction presses the upper one.
+    BothMoved,
     /// The lower body is clamped, and a traction presses the upper one, which only contact holds along z.
     Pressed,
     /// The lower body is clamped, and a traction along the radii presses the upper one, which may spin about the centre: there are no planes of symmetry,
@@ -297,15 +299,23 @@ pub fn on_each_other(n: usize, loads: OnSphere) -> Result<ContactProblem<Solid>,
     };
     let tilt = ScalarData::<Solid>::Function(Arc::new(|x: Vector3<f64>| -0.02 + 0.03 * x[0]));
     let moved = [0.01, 0.0, -0.02].map(|u| Some(u.into()));
+    let pressed = [0.0, 0.0, -20.0].map(ScalarData::from);
     let upper = match loads {
         OnSphere::Tilted => Conditions::default().components("top", [None, None, Some(tilt)]),
-        OnSphere::SideMoved => Conditions::default().components("right", moved),
-        OnSphere::Pressed => Conditions::default().traction("top", [0.0.into(), 0.0.into(), (-20.0).into()]),
+        OnSphere::SideMoved => Conditions::default().components("right", moved.clone()),
+        OnSphere::BothMoved => {
+            Conditions::default().components("right", moved.clone()).traction("top", pressed.clone())
+        }
+        OnSphere::Pressed => Conditions::default().traction("top", pressed),
         OnSphere::Socket => Conditions::default().traction("top", along(0.0)),
         OnSphere::Turned => Conditions::default().traction("top", along(1.0)),
     };
     let upper = body(1.0, 2000.0, "bottom", upper)?;
-    let lower = body(0.0, 1000.0, "top", Conditions::default().fix("bottom"))?;
+    let lower = match loads {
+        OnSphere::BothMoved => Conditions::default().components("right", moved),
+        _ => Conditions::default().fix("bottom"),
+    };
+    let lower = body(0.0, 1000.0, "top", lower)?;
     let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }

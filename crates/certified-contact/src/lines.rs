@@ -65,10 +65,10 @@ pub(crate) fn stretches(line: &PairForces<'_>) -> Vec<Stretch> {
         let [i, j] = edge.pairs.map(|k| k as usize);
         let stretch = &mut found[number[i]];
         stretch.length += edge.measure;
-        if edge.clamped.is_none() && j <= i {
+        if edge.clamped == [None; 2] && j <= i {
             stretch.s[1] = arc_lengths[i] + edge.measure;
         }
-        stretch.max_edge_pressure = stretch.max_edge_pressure.max(mean(&pressures, edge));
+        stretch.max_edge_pressure = stretch.max_edge_pressure.max(mean(line.interface, &pressures, edge));
     }
     found
 }
@@ -92,14 +92,14 @@ pub(crate) fn intervals(interface: &ContactInterface, carries: &dyn Fn(usize) ->
         let [i, j] = edge.pairs.map(|k| k as usize);
         let end = arc_lengths[i];
         // The pressure reaches a clamped end.
-        if let Some(clamped) = edge.clamped.filter(|_| carries(i)) {
+        if let Some(clamped) = edge.clamped.iter().position(Option::is_some).filter(|_| carries(i)) {
             let own = found.iter_mut().find(|interval| (interval[0]..=interval[1]).contains(&end));
             if let Some(interval) = own {
-                interval[clamped.end] = end + [-1.0, 1.0][clamped.end] * edge.measure;
+                interval[clamped] = end + [-1.0, 1.0][clamped] * edge.measure;
             }
             continue;
         }
-        if edge.clamped.is_none()
+        if edge.clamped == [None; 2]
             && j <= i
             && carries(i)
             && carries(j)

@@ -72,6 +72,10 @@ impl<'a, S: Space> PairForces<'a, S> {
 /// Computes the mean pressure of a facet, Pa.
 ///
 /// * `pressures`: at the pairs, Pa.
-pub(crate) fn mean<S: Space>(pressures: &[f64], facet: &ContactFacet<S>) -> f64 {
-    facet.corners(pressures).as_ref().iter().sum::<f64>() / S::DIM as f64
+pub(crate) fn mean<S: Space>(
+    interface: &ContactInterface<S>,
+    pressures: &[f64],
+    facet: &ContactFacet<S>,
+) -> f64 {
+    interface.corners(facet, pressures).as_ref().iter().sum::<f64>() / S::DIM as f64
 }

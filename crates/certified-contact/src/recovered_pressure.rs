@@ -85,9 +85,9 @@ fn levelled(
         let k = *k as usize;
         forces[k] > OPEN * largest && own[0][k] && own[1][k]
     };
-    let between = |edge: &&ContactFacet| edge.clamped.is_none() && edge.pairs.iter().all(takes_part);
+    let between = |edge: &&ContactFacet| is_free(edge) && edge.pairs.iter().all(takes_part);
     let flow = |edge: &ContactFacet| {
-        let [p, q] = edge.corners(&pressure);
+        let [p, q] = edge.pairs.map(|k| pressure[k as usize]);
         (edge.pairs, 0.25 * edge.measure * (q - p))
     };
     let flows: Vec<([u32; 2], f64)> = interface.facets().iter().filter(between).map(flow).collect();
@@ -144,12 +144,17 @@ fn returned(near: &[Near], weights: &[f64], lengths: &[f64], forces: &[f64], mea
 /// A run of pairs joined by edges, with their arc lengths; a closed one ends with its first pair.
 type Chain = [(usize, f64)];
 
+/// Tells whether both ends of an edge have unknowns.
+fn is_free(edge: &&ContactFacet) -> bool {
+    edge.clamped == [None; 2]
+}
+
 /// Lists the runs of a contact line, from an own node on if it is closed.
 fn chains(interface: &ContactInterface, own: &[bool]) -> Vec<Box<Chain>> {
     let count = interface.pairs().len();
     let mut next = vec![None; count];
     let mut has_previous = vec![false; count];
-    for edge in interface.facets().iter().filter(|edge| edge.clamped.is_none()) {
+    for edge in interface.facets().iter().filter(is_free) {
         let [i, j] = edge.pairs.map(|k| k as usize);
         next[i] = Some((j, edge.measure));
         has_previous[j] = true;

@@ -232,7 +232,7 @@ fn of_pair<S: ContactSpace>(of: &PairForces<'_, S>) -> PairResults<S> {
         patches: area.patches.iter().map(patch).collect(),
         area,
         max_pressure: largest(pressures.iter().copied()),
-        max_facet_pressure: largest(facets.map(|facet| mean(&pressures, facet))),
+        max_facet_pressure: largest(facets.map(|facet| mean(of.interface, &pressures, facet))),
         max_recovered_pressure: S::recovered_pressure(of.problem, of.pair, &forces).map(largest),
         active: of.force.iter().filter(|r| **r > 0.0).count(),
         min_opening: of.distances(of.opening).fold(f64::INFINITY, f64::min),

@@ -272,7 +272,7 @@ impl Chained {
             facets: [edge; 2],
             measure: length,
             bent: false,
-            clamped: None,
+            clamped: [None; 2],
         });
     }
 }

@@ -275,7 +275,7 @@ fn make_edges(
                 facets: [edge, other],
                 measure: length,
                 bent: false,
-                clamped: None,
+                clamped: [None; 2],
             });
         }
         first += stretch.nodes.len();

@@ -349,7 +349,7 @@ fn part(
     for k in ends {
         pairs[k as usize].weight += 0.5 * length;
     }
-    Some(ContactFacet { pairs: ends, facets: edges, measure: length, bent: false, clamped: None })
+    Some(ContactFacet { pairs: ends, facets: edges, measure: length, bent: false, clamped: [None; 2] })
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 //! The normal is a frozen field, linear on the faces between normals at the nodes: face normals would lock, since matching polyhedra
 //! interlock at their edges.
 
+mod clamped;
+
 use super::geometric_gap::{GeometricGap, Surfaces};
 use super::matching::{TOLERANCE, nearest};
 use super::normals::SUPPORT;
@@ -27,14 +29,15 @@ type Vector = <Solid as Space>::Vector;
 /// Where the normals come from, in this order: the first body's side if it is declared round, `(x − c)/R`; that side if it is flat; the second body's side, declared
 /// round or flat, likewise. Otherwise the normal of a pair is the mean of the first body's face normals around the node, weighted by area. At a node
 /// on rollers that mean is turned into the direction that they leave free, if it is within the angle to the next normals: on a plane of
-/// symmetry the normal of the whole surface lies in that plane. Where one of the two nodes cannot move it stays.
+/// symmetry the normal of the whole surface lies in that plane. Where one of the two nodes cannot move it stays. Pairs that both bodies clamp are
+/// removed, see [`ContactInterface::clamped`].
 ///
 /// * `surfaces`: the face group of the first and of the second body.
 /// * `gap`: the initial gap along the normal.
 ///
 /// # Errors
-/// Surfaces that do not match or do not face each other, that turn by more than 60 degrees along a face or between two, or are held or loaded, see
-/// [`InterfaceError`].
+/// Surfaces that do not match or do not face each other, that turn by more than 60 degrees along a face or between two, are held or loaded, or are
+/// pressed into each other by their supports, see [`InterfaceError`].
 pub fn pair_solids(
     first: &Body<Solid>,
     second: &Body<Solid>,
@@ -93,7 +96,8 @@ pub fn pair_solids(
         Gap::Geometric => found.take_gaps(points, &mut pairs)?,
     }
     let gap_change = drawn.change(points, &pairs);
-    Ok(ContactInterface::new(pairs, facets, gap.clone()).with_gap_change(gap_change))
+    let whole = ContactInterface::new(pairs, facets, gap.clone());
+    Ok(clamped::without_clamped(bodies, whole)?.with_gap_change(gap_change))
 }
 
 /// Pairs a side of a solid with a rigid obstacle: each node with its nearest point. Faces that do not face the obstacle, by more than 60 degrees,
@@ -138,7 +142,7 @@ pub fn solid_against(
         let corners = mesh.topology().facets()[facet].map(|node| number[&node]);
         let bent = turns(corners.map(|k| pairs[k as usize].normal), mesh.facet_middle(facet))?;
         let measure = mesh.facet_measure(facet);
-        facets.push(ContactFacet { pairs: corners, facets: [facet; 2], measure, bent, clamped: None });
+        facets.push(ContactFacet { pairs: corners, facets: [facet; 2], measure, bent, clamped: [None; 3] });
     }
     weigh(&mut pairs, &facets);
     let gap_change = gap.and_then(|_| change(body, line, &pairs));
@@ -312,7 +316,7 @@ fn facets(
             facets: [facet, other],
             measure,
             bent: false,
-            clamped: None,
+            clamped: [None; 3],
         });
     }
     match groups[1].iter().find(|facet| !seen.contains(*facet)) {
@@ -321,14 +325,13 @@ fn facets(
     }
 }
 
-/// Refuses a pair one of whose nodes a support holds along the normal, or both of whose nodes are clamped.
+/// Refuses a pair one of whose nodes a support holds along the normal; it may be clamped.
 fn check_supports(bodies: [&Body<Solid>; 2], pair: &NodePair<Solid>) -> Result<(), InterfaceError> {
     let constraints = [0, 1].map(|b: usize| &bodies[b].node_constraints()[pair.nodes[b]]);
-    let both = constraints.iter().all(|constraint| constraint.is_clamped());
     for (body, constraint) in constraints.into_iter().enumerate() {
         let held = constraint.held;
         let along = !held.is_all() && norm(held.components(pair.normal)) > SUPPORT * norm(pair.normal);
-        if both || along || constraint.rigid_side.is_some() {
+        if along || constraint.rigid_side.is_some() {
             let point = bodies[body].mesh().points()[pair.nodes[body]].into();
             return Err(InterfaceError::HeldNode { body, point });
         }

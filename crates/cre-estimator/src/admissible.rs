@@ -305,7 +305,7 @@ fn with_pressure<S: Recovery>(
 ) -> Vec<FacetCondition<S>> {
     pressure::conditions(problem, b, |[k, edge, end], scale| {
         let interface = &problem.contacts[k].interface;
-        let normal = interface.pairs()[interface.facets()[edge].pairs[end] as usize].normal;
+        let normal = interface.corner_pair(&interface.facets()[edge], end).normal;
         let pressure = normal * (contacts[k].edge_pressure[edge][end] * scale);
         match contacts[k].edge_friction.friction.get(edge) {
             None => pressure,

@@ -81,7 +81,7 @@ fn admissible_limits<S: Recovery>(
     if pair.friction.coulomb().is_none() && !found.is_empty() {
         let given = found.clone();
         for edge in pair.interface.facets().iter().filter(|edge| edge.bent) {
-            let least = edge.corners(&given).into_iter().fold(f64::INFINITY, f64::min);
+            let least = pair.interface.corners(edge, &given).into_iter().fold(f64::INFINITY, f64::min);
             edge.pairs.as_ref().iter().for_each(|k| found[*k as usize] = found[*k as usize].min(least));
         }
     }
@@ -359,17 +359,16 @@ fn traction_work<S: Recovery>(
 ) -> Vec<f64> {
     let mut work = vec![0.0; motion.len()];
     for facet in interface.facets() {
-        let pairs = S::axes(|corner| facet.pairs[corner] as usize);
-        let mut moved = S::axes(|corner| motion[pairs[corner]]);
-        if let Some(clamped) = facet.clamped {
-            moved[clamped.end] = S::Vector::ZERO;
-        }
+        let moved = S::axes(|corner| match facet.clamped[corner] {
+            None => motion[facet.pairs[corner] as usize],
+            Some(_) => S::Vector::ZERO,
+        });
         // ∫ (Σ p_i n_i φ_i)·u, as in the nodal forces of the pressure.
         let mut at = S::axes(|corner| {
             let others = (0..S::DIM).filter(|other| *other != corner);
             let sum = others.fold(moved[corner] * 2.0, |sum, other| sum + moved[other]);
             facet.measure / (S::DIM * (S::DIM + 1)) as f64
-                * direction(interface.pairs()[pairs[corner]].normal).times(&sum)
+                * direction(interface.corner_pair(facet, corner).normal).times(&sum)
         });
         // A bent facet carries the mean of its corners.
         if facet.bent {
@@ -377,7 +376,8 @@ fn traction_work<S: Recovery>(
             at = S::axes(|_| mean);
         }
         for corner in 0..S::DIM {
-            work[pairs[corner]] += at[corner];
+            let sources = interface.sources(facet, corner);
+            sources.iter().for_each(|k| work[*k as usize] += at[corner] / sources.len() as f64);
         }
     }
     work

@@ -134,7 +134,7 @@ fn contact_terms<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePair
             of.interface
                 .facets()
                 .iter()
-                .map(|edge| edge.pairs.as_ref().iter().map(|k| square(*k)).sum())
+                .map(|edge| edge.free_corners().map(|corner| square(edge.pairs[corner])).sum())
                 .collect()
         };
         let weights: Vec<Vec<f64>> = problem.contacts.iter().zip(&pair.contacts).map(weights).collect();

@@ -45,11 +45,11 @@ impl EdgeFriction {
         let edges = pair.interface.facets();
         let limit_of = |(edge, p): (&ContactFacet, &[f64; 2])| match pair.friction.coulomb() {
             Some(mu) => p.map(|p| mu * p),
-            None => edge.corners(limit),
+            None => pair.interface.corners(edge, limit),
         };
         let limit: Vec<[f64; 2]> = edges.iter().zip(edge_pressure).map(limit_of).collect();
         let friction_of = |(edge, s): (&ContactFacet, &[f64; 2])| {
-            let q = edge.pressure(friction);
+            let q = pair.interface.pressure(edge, friction);
             [0, 1].map(|end: usize| q[end].max(-s[end]).min(s[end]))
         };
         let lifted = [0, 1].map(|side: usize| match moved[side] {
@@ -101,8 +101,7 @@ fn slips(pair: &ContactPair, jump: impl Fn(&NodePair, Option<Vector>) -> Vector)
     let of_edge = |edge: &ContactFacet| {
         let tangents = edge.pairs.map(|k| perpendicular(pairs[k as usize].normal));
         let at = |end: usize| {
-            let clamped = edge.clamped.filter(|clamped| clamped.end == end);
-            jump(&pairs[edge.pairs[end] as usize], clamped.map(|clamped| clamped.jump))
+            jump(&pairs[edge.pairs[end] as usize], edge.clamped[end].map(|clamped| clamped.jump))
         };
         let [i, j] = [at(0), at(1)];
         [i.dot(&tangents[0]), 0.5 * (i.dot(&tangents[1]) + j.dot(&tangents[0])), j.dot(&tangents[1])]

@@ -204,7 +204,7 @@ pub(crate) fn find<S: Recovery>(
     let negative = with_middles(interface, middle)
         .filter(|(facet, middle)| facet.bent && middle.iter().any(|middle| *middle < 0.0));
     for (edge, _) in negative {
-        edge.pairs.as_ref().iter().for_each(|k| moves[*k as usize] = true);
+        edge.free_corners().for_each(|corner| moves[edge.pairs[corner] as usize] = true);
     }
     let of_side = |(side, body): (usize, usize)| {
         let all = interface.pairs().iter().zip(&moves);
@@ -261,7 +261,7 @@ pub(crate) fn direction<S: Recovery>(
         let (pairs, outward) = (interface.pairs(), -side_sign(side));
         normals.extend(pairs.iter().filter(|of| of.nodes[side] == node).map(|of| of.normal * outward));
         for edge in interface.facets().iter().filter(|edge| edge.bent) {
-            let corners = || edge.pairs.as_ref().iter().map(|k| &pairs[*k as usize]);
+            let corners = || (0..S::DIM).map(|corner| interface.corner_pair(edge, corner));
             for (of, other) in corners().flat_map(|of| corners().map(move |other| (of, other))) {
                 if of.nodes[side] == node && other.nodes != of.nodes {
                     beside.push(other.normal * outward);
@@ -327,32 +327,41 @@ fn by_pair<S: Recovery>(
 ) -> Vec<f64> {
     let mut lift = vec![0.0f64; directions.len()];
     for (facet, middle) in with_middles(interface, middle).filter(|(facet, _)| facet.bent) {
-        for (ends, middle) in ends(facet).zip(middle).filter(|(_, middle)| !(**middle >= 0.0)) {
-            let gains = gains(interface, directions, ends);
+        for (ends, middle) in ends(interface, facet).zip(middle).filter(|(_, middle)| !(**middle >= 0.0)) {
+            let gains = gains::<S>(directions, ends);
             // If one node cannot move, the other one moves by the whole amount.
             let movable = gains.iter().filter(|g| **g > 0.0).count() as f64;
-            for (k, gain) in ends.iter().zip(gains).filter(|(_, gain)| *gain > 0.0) {
-                lift[*k] = lift[*k].max(-2.0 * middle / (movable * gain));
+            let moved = ends.iter().zip(gains).filter(|(_, gain)| *gain > 0.0);
+            for (k, gain) in moved.filter_map(|((k, _), gain)| Some(((*k)?, gain))) {
+                lift[k] = lift[k].max(-2.0 * middle / (movable * gain));
             }
         }
     }
     lift
 }
 
-/// Lists the pairs at the ends of each edge of a facet.
-fn ends<S: Space>(facet: &ContactFacet<S>) -> impl Iterator<Item = [usize; 2]> {
-    ContactFacet::<S>::edges().map(|ends| ends.map(|corner| facet.pairs[corner] as usize))
+/// An end of an edge: the number of its pair, `None` if it is clamped, and its normal.
+type End<S> = (Option<usize>, <S as Space>::Vector);
+
+/// Lists the ends of each edge of a facet.
+fn ends<S: Space>(
+    interface: &ContactInterface<S>,
+    facet: &ContactFacet<S>,
+) -> impl Iterator<Item = [End<S>; 2]> + use<S> {
+    let corners: S::Axes<End<S>> = S::axes(|corner| {
+        let pair = facet.clamped[corner].is_none().then_some(facet.pairs[corner] as usize);
+        (pair, interface.corner_pair(facet, corner).normal)
+    });
+    ContactFacet::<S>::edges().map(move |ends| ends.map(|corner| corners[corner]))
 }
 
 /// Computes by how much the middle coefficient of an edge grows per lift of its ends, twice: it grows by `½ (ε_i d_i·n_j + ε_j d_j·n_i)`. Zero
 /// for a node that does not move.
-fn gains<S: Recovery>(
-    interface: &ContactInterface<S>,
-    directions: &[Option<S::Vector>],
-    [i, j]: [usize; 2],
-) -> [f64; 2] {
-    [(i, j), (j, i)]
-        .map(|(k, other)| directions[k].map_or(0.0, |d| d.times(&interface.pairs()[other].normal)))
+fn gains<S: Recovery>(directions: &[Option<S::Vector>], [i, j]: [End<S>; 2]) -> [f64; 2] {
+    let gain = |(own, (_, normal)): (End<S>, End<S>)| {
+        own.0.and_then(|k| directions[k]).map_or(0.0, |d| d.times(&normal))
+    };
+    [(i, j), (j, i)].map(gain)
 }
 
 /// Lessens a lift that makes all Bernstein coefficients non-negative to one with which no facet penetrates: it grows from its half if a facet
@@ -370,14 +379,18 @@ fn sharpened<S: Recovery>(
     loop {
         let mut grows = vec![false; lift.len()];
         for (facet, middle) in with_middles(interface, middle).filter(|(facet, _)| facet.bent) {
-            let lifted = ends(facet).zip(middle).map(|([i, j], middle)| {
-                let [gain_i, gain_j] = gains(interface, directions, [i, j]);
-                middle + 0.5 * (lift[i] * gain_i + lift[j] * gain_j)
+            let lifted = ends(interface, facet).zip(middle).map(|([i, j], middle)| {
+                let [gain_i, gain_j] = gains::<S>(directions, [i, j]);
+                let by = |end: End<S>| end.0.map_or(0.0, |k| lift[k]);
+                middle + 0.5 * (by(i) * gain_i + by(j) * gain_j)
             });
             let lifted: Vec<f64> = lifted.collect();
-            let opened = S::axes(|k| opening[facet.pairs[k] as usize] + lift[facet.pairs[k] as usize]);
+            let mut opened = facet.openings(opening);
+            for corner in facet.free_corners() {
+                opened[corner] += lift[facet.pairs[corner] as usize];
+            }
             if S::depth(&opened, &lifted) > 0.0 {
-                facet.pairs.as_ref().iter().for_each(|k| grows[*k as usize] = true);
+                facet.free_corners().for_each(|corner| grows[facet.pairs[corner] as usize] = true);
             }
         }
         let mut grown = false;

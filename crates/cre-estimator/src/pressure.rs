@@ -15,9 +15,9 @@ pub fn nodal_pressure<S: Space>(interface: &ContactInterface<S>, contact_force: 
     interface.pairs().iter().zip(contact_force).map(|(pair, r)| r / pair.weight).collect()
 }
 
-/// Computes the pressure at the corners of every contact facet, Pa, see [`ContactFacet::pressure`].
+/// Computes the pressure at the corners of every contact facet, Pa, see [`ContactInterface::pressure`].
 pub fn facet_pressure<S: Space>(interface: &ContactInterface<S>, pressure: &[f64]) -> Vec<S::Axes<f64>> {
-    interface.facets().iter().map(|facet| facet.pressure(pressure)).collect()
+    interface.facets().iter().map(|facet| interface.pressure(facet, pressure)).collect()
 }
 
 /// Computes the nodal forces `∫ p n φ_i ds` at the pairs, Cartesian, N/m: consistent with the pressure at the corners of the facets.
@@ -61,25 +61,17 @@ pub fn conditions<S: Space>(
     conditions
 }
 
-/// Finds the corners of a contact facet among the nodes of a body's own facet; clamped ones, which have no pair, are those that remain.
+/// Finds the corners of a contact facet among the nodes of a body's own facet.
 fn places<S: Space>(
     interface: &ContactInterface<S>,
     facet: &ContactFacet<S>,
     side: usize,
     nodes: &S::Axes<NodeId>,
 ) -> S::Axes<usize> {
-    let mut places = S::axes(|_| S::DIM);
-    for corner in facet.free_corners() {
-        let node = interface.pairs()[facet.pairs[corner] as usize].nodes[side];
-        places[corner] = nodes.as_ref().iter().position(|own| *own == node).unwrap_or(corner);
-    }
-    let remaining = |places: &S::Axes<usize>| (0..S::DIM).find(|place| !places.as_ref().contains(place));
-    for corner in 0..S::DIM {
-        if places[corner] == S::DIM {
-            places[corner] = remaining(&places).unwrap_or(corner);
-        }
-    }
-    places
+    S::axes(|corner| {
+        let node = interface.corner_pair(facet, corner).nodes[side];
+        nodes.as_ref().iter().position(|own| *own == node).unwrap_or(corner)
+    })
 }
 
 /// Computes `2 ∫ p o ds` on every contact facet, J/m, see [`ContactFacet::work`]: the last term of (15).

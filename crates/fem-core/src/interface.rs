@@ -4,6 +4,7 @@
 
 mod area;
 mod clamped_ends;
+mod clamped_pairs;
 mod error;
 mod friction;
 mod interpolation;
@@ -27,6 +28,7 @@ use std::ops::{Add, Mul};
 pub use crate::rigid_line::RigidLine;
 pub use area::{ContactArea, ContactPatch};
 pub use clamped_ends::Line;
+pub use clamped_pairs::{ClampedCorner, ClampedPair};
 pub use error::InterfaceError;
 pub use friction::{Friction, PairRow, SlipBefore};
 pub use obstacle::Obstacle;
@@ -69,7 +71,8 @@ impl<S: Space> NodePair<S> {
 /// Two facing facets, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactFacet<S: Space = Plane> {
-    /// The pairs at its corners, in the plane in the sense of increasing arc length; twice the same if both bodies are clamped at one of them.
+    /// The pairs at its corners, in the plane in the sense of increasing arc length. A clamped corner has the number of another pair: of another corner,
+    /// unless all corners are clamped.
     pub pairs: S::Axes<u32>,
     /// The facet of each body's mesh; against an obstacle the body's facet twice.
     pub facets: [FacetId; 2],
@@ -77,39 +80,16 @@ pub struct ContactFacet<S: Space = Plane> {
     pub measure: f64,
     /// True if the normal changes along it by more than round-off.
     pub bent: bool,
-    /// The end at which both bodies are clamped, if there is one.
-    pub clamped: Option<ClampedEnd<S>>,
-}
-
-/// An end of a contact edge at which both bodies are clamped, or the body against an obstacle: no unknown is there, and its
-/// pressure equals the pressure of the other end.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClampedEnd<S: Space = Plane> {
-    /// Which end, 0 or 1.
-    pub end: usize,
-    /// The opening that the supports impose there, ≥ 0, m.
-    pub opening: f64,
-    /// The displacement that they impose on the first side less the one on the second, m.
-    pub jump: S::Vector,
+    /// Its corners at which both bodies are clamped, or the body against an obstacle.
+    pub clamped: S::Axes<Option<ClampedCorner<S>>>,
 }
 
 impl<S: Space> ContactFacet<S> {
-    /// Returns the values of the pairs at its corners; a clamped corner has the value of the other one.
-    ///
-    /// * `by_pair`: one number per pair.
-    pub fn corners(&self, by_pair: &[f64]) -> S::Axes<f64> {
-        S::axes(|k| by_pair[self.pairs[k] as usize])
-    }
-
     /// Returns the openings at its corners, m.
     ///
     /// * `by_pair`: opening of each pair, m.
     pub fn openings(&self, by_pair: &[f64]) -> S::Axes<f64> {
-        let mut corners = self.corners(by_pair);
-        if let Some(clamped) = self.clamped {
-            corners[clamped.end] = clamped.opening;
-        }
-        corners
+        S::axes(|k| self.clamped[k].map_or(by_pair[self.pairs[k] as usize], |clamped| clamped.opening))
     }
 
     /// The number of edges of a facet: one in the plane, three of a triangle.
@@ -130,21 +110,8 @@ impl<S: Space> ContactFacet<S> {
 
     /// Lists the corners that are pairs, by number: all, or those that are not clamped.
     pub fn free_corners(&self) -> impl Iterator<Item = usize> + use<S> {
-        let clamped = self.clamped.map(|clamped| clamped.end);
-        (0..S::DIM).filter(move |corner| Some(*corner) != clamped)
-    }
-
-    /// Computes the pressure at its corners, Pa: the nodal values if the facet is flat; their mean at all corners if it is
-    /// bent, so that `p n` is linear along it.
-    ///
-    /// * `by_pair`: nodal pressure, Pa.
-    pub fn pressure(&self, by_pair: &[f64]) -> S::Axes<f64> {
-        let corners = self.corners(by_pair);
-        if !self.bent {
-            return corners;
-        }
-        let mean = corners.as_ref().iter().sum::<f64>() / S::DIM as f64;
-        S::axes(|_| mean)
+        let clamped = self.clamped;
+        (0..S::DIM).filter(move |corner| clamped[*corner].is_none())
     }
 
     /// Computes `∫ a φ ds` with a linear `a` and the shape function of a corner: by the mass matrix `ℓ/6 (1 + δ)` of an edge, `A/12 (1 + δ)` of a
@@ -180,7 +147,7 @@ impl ContactFacet {
     /// If the edge is straight, both factors are linear: `ℓ/6 (2 p_i o_i + p_i o_j + p_j o_i + 2 p_j o_j)`. If it is bent, the
     /// pressure is constant and the opening a quadratic with the Bernstein coefficients `o_i, o_m, o_j`: `ℓ p (o_i + o_m + o_j)/3`.
     ///
-    /// * `pressure`: see [`Self::pressure`]; `opening`: at its ends, m; `middle`: see [`ContactInterface::middle_opening`].
+    /// * `pressure`: see [`ContactInterface::pressure`]; `opening`: at its ends, m; `middle`: see [`ContactInterface::middle_opening`].
     pub fn work(&self, pressure: [f64; 2], opening: [f64; 2], middle: f64) -> f64 {
         if self.bent {
             let ([p, _], [o, r]) = (pressure, opening);
@@ -220,6 +187,8 @@ pub struct GapChange<S: Space = Plane> {
 pub struct ContactInterface<S: Space = Plane> {
     pairs: Vec<NodePair<S>>,
     facets: Vec<ContactFacet<S>>,
+    /// Pairs that have no unknown.
+    clamped: Vec<ClampedPair<S>>,
     /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
     gap: Gap<S>,
     measured_on: usize,
@@ -240,6 +209,7 @@ impl<S: Space> ContactInterface<S> {
         Self {
             pairs,
             facets,
+            clamped: Vec::new(),
             gap,
             measured_on: 0,
             arc_lengths: Vec::new(),
@@ -303,7 +273,7 @@ impl<S: Space> ContactInterface<S> {
         assert!(found == expected, "the pressure has {found} entries, the interface {expected} pairs");
         let mut forces = vec![0.0; self.pairs.len()];
         for facet in &self.facets {
-            let corners = facet.corners(p);
+            let corners = self.corners(facet, p);
             for corner in facet.free_corners() {
                 forces[facet.pairs[corner] as usize] += facet.moment(&corners, corner);
             }
@@ -311,9 +281,9 @@ impl<S: Space> ContactInterface<S> {
         forces
     }
 
-    /// Tells whether no pair was removed at an end that both bodies clamp.
+    /// Tells whether no pair was removed because both bodies clamp it.
     pub fn is_whole(&self) -> bool {
-        self.whole.is_none()
+        self.whole.is_none() && self.clamped.is_empty()
     }
 
     /// Tells whether the normal changes along any facet.
@@ -331,7 +301,7 @@ impl<S: Space> ContactInterface<S> {
         assert!(found == expected, "the pressure has {found} entries, the interface {expected} facets");
         let mut forces = vec![S::Vector::ZERO; self.pairs.len()];
         for (facet, p) in self.facets.iter().zip(facet_pressure) {
-            let corners = S::axes(|k| self.pairs[facet.pairs[k] as usize].normal * p[k]);
+            let corners = S::axes(|k| self.corner_pair(facet, k).normal * p[k]);
             for corner in facet.free_corners() {
                 forces[facet.pairs[corner] as usize] += facet.moment(&corners, corner);
             }

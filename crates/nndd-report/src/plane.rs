@@ -165,12 +165,12 @@ impl ReportSpace for Plane {
         let mut clamped_ends = Vec::new();
         let ends = |edge: &ContactFacet| {
             let mut ends = edge.pairs;
-            if let Some(clamped) = edge.clamped {
-                let paired = pairs[ends[1 - clamped.end] as usize].nodes[0];
-                let [a, b] = mesh.topology().facets()[edge.facets[0]];
-                clamped_ends.push((ends[1 - clamped.end] as usize, clamped.opening));
-                ends[clamped.end] = points.len() as u32;
-                points.push(mesh.points()[if a == paired { b } else { a }]);
+            for end in 0..2 {
+                if let Some(clamped) = edge.clamped[end] {
+                    clamped_ends.push((ends[1 - end] as usize, clamped.opening));
+                    ends[end] = points.len() as u32;
+                    points.push(mesh.points()[of.interface.corner_pair(edge, end).nodes[0]]);
+                }
             }
             ends
         };
@@ -239,7 +239,7 @@ fn short_sides(case: &Case, fields: &Fields<'_>) -> Vec<String> {
             let beyond = beyond.filter(|e| !corners::touches(problem, b, *e));
             beyond.is_some_and(|e| mesh.facet_normal(e).dot(&mesh.facet_normal(edge.facets[side])) >= SMOOTH)
         };
-        if largest > 0.0 && edge.clamped.is_none() && pair.elastic_sides().all(smooth) {
+        if largest > 0.0 && edge.clamped == [None; 2] && pair.elastic_sides().all(smooth) {
             let at = problem.bodies[pair.body].mesh().points()[nodes[k].nodes[0]];
             notes.push(format!(
                 "contact \"{}\": the pressure is largest at an end of the contact line, at ({}, {}), and the bodies continue smoothly there: is \

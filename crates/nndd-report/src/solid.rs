@@ -17,7 +17,7 @@ use case_io::report::{ContactLine, ContactSurface, LineResults, Report, SurfaceA
 use certified_contact::{PairResults, PatchResults, Results, SolveError};
 use cre_estimator::FieldCertificate;
 use fem_core::geometry::Coordinates;
-use fem_core::interface::{ContactInterface, ContactPair, ContactPatch, ContactProblem};
+use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactPatch, ContactProblem};
 use fem_core::material::LinearElastic;
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
@@ -133,13 +133,24 @@ impl ReportSpace for Solid {
 
     fn drawn_facets(fields: &Fields<'_, Self>, pair: usize) -> DrawnFacets<Self> {
         let of = &fields.problem.contacts[pair];
-        let points = fields.problem.bodies[of.body].mesh().points();
-        DrawnFacets {
-            points: of.interface.pairs().iter().map(|pair| points[pair.nodes[0]]).collect(),
-            cells: VtuCells::Triangles(of.interface.facets().iter().map(|face| face.pairs).collect()),
-            measures: of.interface.facets().iter().map(|face| face.measure).collect(),
-            clamped: Vec::new(),
-        }
+        let nodes = fields.problem.bodies[of.body].mesh().points();
+        let interface = &of.interface;
+        let removed = interface.clamped().iter().map(|clamped| &clamped.pair);
+        let points = interface.pairs().iter().chain(removed).map(|pair| nodes[pair.nodes[0]]).collect();
+        let mut clamped = vec![(0, 0.0); interface.clamped().len()];
+        let corners = |face: &ContactFacet<Self>| {
+            [0, 1, 2].map(|corner: usize| match face.clamped[corner] {
+                None => face.pairs[corner],
+                Some(of) => {
+                    let pair = interface.sources(face, corner).first().map_or(0, |k| *k as usize);
+                    clamped[of.number as usize] = (pair, of.opening);
+                    (interface.pairs().len() + of.number as usize) as u32
+                }
+            })
+        };
+        let cells = VtuCells::Triangles(interface.facets().iter().map(corners).collect());
+        let measures = interface.facets().iter().map(|face| face.measure).collect();
+        DrawnFacets { points, cells, measures, clamped }
     }
 
     fn error_map(

@@ -28,7 +28,7 @@ pub struct DrawnFacets<S: ContactSpace> {
     pub(crate) cells: VtuCells,
     /// The measure of each facet as it is drawn, m or m².
     pub(crate) measures: Vec<f64>,
-    /// Of each clamped end the pair at the other end of its edge, whose values it has, and its opening, m.
+    /// Of each clamped node a pair of the facets around, whose values it has, and its opening, m.
     pub(crate) clamped: Vec<(usize, f64)>,
 }
 

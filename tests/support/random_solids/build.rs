@@ -5,7 +5,8 @@ use crate::model::Made;
 use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
 use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData};
 use fem_core::interface::{
-    ContactFacet, ContactInterface, ContactProblem, Gap, NodePair, Obstacle, RigidLine, SAME_NORMAL,
+    ClampedCorner, ClampedPair, ContactFacet, ContactInterface, ContactProblem, Gap, NodePair, Obstacle,
+    RigidLine, SAME_NORMAL,
 };
 use fem_core::material::{LinearElastic, Materials};
 use fem_core::space::Solid;
@@ -278,7 +279,8 @@ impl Assembly {
         let counts = self.parts[body].cells.counts();
         let field = |of: fn(&NodePair<Solid>) -> Vector3<f64>| {
             let mut field = vec![Vector3::zeros(); self.parts[body].cells.nodes()];
-            coarse.pairs().iter().for_each(|pair| field[pair.nodes[0].index()] = of(pair));
+            let removed = coarse.clamped().iter().map(|clamped| &clamped.pair);
+            coarse.pairs().iter().chain(removed).for_each(|pair| field[pair.nodes[0].index()] = of(pair));
             (0..halved).fold(field, |field, k| prolonged(counts.map(|n| n << k), &field))
         };
         let normals = field(|pair| pair.normal);
@@ -288,12 +290,26 @@ impl Assembly {
             NodePair { normal: normals[node], gap: gaps[node].dot(&normals[node]).max(0.0), ..*pair }
         };
         let pairs: Vec<NodePair<Solid>> = fine.pairs().iter().map(of_pair).collect();
+        let removed: Vec<ClampedPair<Solid>> = fine
+            .clamped()
+            .iter()
+            .map(|clamped| ClampedPair { pair: of_pair(&clamped.pair), ..clamped.clone() })
+            .collect();
         let of_face = |face: &ContactFacet<Solid>| {
-            let [a, b, c] = face.pairs.map(|k| pairs[k as usize].normal);
+            let own = |corner: usize| match face.clamped[corner] {
+                None => pairs[face.pairs[corner] as usize],
+                Some(clamped) => removed[clamped.number as usize].pair,
+            };
+            let [a, b, c] = [0, 1, 2].map(|corner| own(corner).normal);
             let bent = [a - b, b - c, c - a].iter().any(|turn| turn.norm() > SAME_NORMAL);
-            ContactFacet { bent, ..*face }
+            let clamped = [0, 1, 2].map(|corner: usize| {
+                let pair = own(corner);
+                let of = face.clamped[corner]?;
+                Some(ClampedCorner { opening: (pair.gap - of.jump.dot(&pair.normal)).max(0.0), ..of })
+            });
+            ContactFacet { bent, clamped, ..*face }
         };
         let facets = fine.facets().iter().map(of_face).collect();
-        ContactInterface::new(pairs, facets, fine.gap().clone())
+        ContactInterface::new(pairs, facets, fine.gap().clone()).with_clamped(removed)
     }
 }

@@ -17,6 +17,8 @@ pub(super) struct Draw {
     pub(super) random: Random,
     /// The source of bent sides: problems without them are drawn as before there were any.
     bends: Random,
+    /// The source of supports that hold both bodies of bent sides.
+    holds: Random,
     family: &'static str,
     /// Unit of length, m, of stress, Pa, and a typical strain.
     length: f64,
@@ -62,8 +64,8 @@ impl Draw {
         };
         let strain = 10f64.powf(-4.0 + 2.0 * r.unit());
         let floating = family == "floating bodies" || family == "floating on round obstacles";
-        let bends = Random::new(seed + 2);
-        Self { random, bends, family, length, stress, strain, contrast, turn, floating }
+        let (bends, holds) = (Random::new(seed + 2), Random::new(seed + 3));
+        Self { random, bends, holds, family, length, stress, strain, contrast, turn, floating }
     }
 
     /// Decides about a feature: its own family always has it.
@@ -169,6 +171,7 @@ impl Draw {
         self.touches(&mut assembly);
         self.bend(&mut assembly, &boxes)?;
         self.conditions(&mut assembly);
+        self.hold(&mut assembly);
         Ok(assembly)
     }
 
@@ -322,7 +325,7 @@ impl Draw {
     /// Bends common sides: smoothly or with kinks. Sides beside round obstacles stay as they are: these are placed at the nodes before.
     fn bend(&mut self, assembly: &mut Assembly, boxes: &[Cells]) -> Made<()> {
         let random = &mut self.bends;
-        let drawn = random.unit() < 0.15 || self.family == "curved contact";
+        let drawn = random.unit() < 0.15 || self.family.contains("curved contact");
         if !drawn || self.family.contains("round") {
             return Ok(());
         }
@@ -362,6 +365,42 @@ impl Draw {
             }
         }
         Ok(())
+    }
+
+    /// Lets supports hold both bodies of bent sides at a side that they share: alike, or a little apart.
+    fn hold(&mut self, assembly: &mut Assembly) {
+        let family = self.family == "curved contact held on both sides";
+        let drawn = self.holds.unit() < 0.2 && self.family == "curved contact";
+        if !(family || drawn) {
+            return;
+        }
+        for touch in assembly.touches.clone() {
+            let [first, second] = touch.bodies;
+            let flush = |side: &usize| {
+                let place = |b: usize| assembly.parts[b].cells.side(*side).low[side % 3];
+                side % 3 != touch.axis
+                    && place(first) == place(second)
+                    && touch.bodies.iter().all(|b| assembly.is_free(*b, *side))
+            };
+            let sides: Vec<usize> = (0..6).filter(flush).collect();
+            if sides.is_empty() {
+                continue;
+            }
+            let side = sides[self.holds.integer(0, sides.len() - 1)];
+            let size = self.length * self.strain;
+            let (kind, apart) = (self.holds.unit(), self.holds.unit());
+            let values = [0; 3].map(|_| size * self.holds.signed());
+            for (k, b) in touch.bodies.into_iter().enumerate() {
+                let mut values = values;
+                if k == 1 && kind > 0.8 {
+                    values[touch.axis] += size * apart;
+                }
+                assembly.parts[b].sides[side] = match kind < 0.5 {
+                    true => Condition::Fixed,
+                    false => Condition::Imposed(values.map(Linear::constant)),
+                };
+            }
+        }
     }
 
     fn plane(&mut self, grid: &Grid, (number, side): (usize, &Cells), by: f64) -> Condition {

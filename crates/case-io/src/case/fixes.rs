@@ -126,8 +126,8 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
             "end the contact surface or the support one edge earlier",
         ),
         InterfaceError::ClampedOverlap { .. } => (
-            "imposed displacements that do not press the clamped ends into each other",
-            "change one of the two displacements, or end the contact surface one edge earlier",
+            "imposed displacements that do not press clamped nodes into each other",
+            "change one of the two displacements, or end the contact surface earlier",
         ),
         InterfaceError::BadGap { .. } => {
             ("a finite number >= 0", "change the expression; `gap = \"geometric\"` measures the gap")

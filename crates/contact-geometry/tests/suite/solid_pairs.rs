@@ -5,6 +5,7 @@ use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::interface::{ContactInterface, ContactProblem, Gap, InterfaceError, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::cuboid;
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::mesh::{Mesh, TetMesh};
 use fem_core::space::Solid;
 use nalgebra::{Rotation3, Vector3};
@@ -67,7 +68,7 @@ fn tilted_surfaces_are_paired_with_one_normal_and_exact_areas() {
     let moment: f64 = interface.mass(&along).iter().zip(&along).map(|(m, x)| m * x).sum();
     // ∫ x² over 2 × 1.5.
     assert!((moment - 1.5 * 8.0 / 3.0).abs() < 1e-13, "{moment}");
-    let pressures: Vec<[f64; 3]> = interface.facets().iter().map(|f| f.pressure(&along)).collect();
+    let pressures: Vec<[f64; 3]> = interface.facets().iter().map(|f| interface.pressure(f, &along)).collect();
     let force: Vector = interface.pressure_forces(&pressures).iter().sum();
     assert!((force - 3.0 * down).norm() < 1e-13, "{force}");
 }
@@ -170,11 +171,62 @@ fn surfaces_that_are_held_or_loaded_are_refused_in_the_words_of_solids() {
     assert!(said(&held).contains("is held by a support along the contact normal"));
     against(&free().roller("left", 0.0).roller("front", 0.0)).unwrap();
     against(&free().fix("left")).unwrap();
-    let both =
-        pair(&body(1.0, &free().fix("left"), |x| x), &body(0.0, &free().fix("left"), |x| x), &Gap::Touching);
-    assert!(matches!(both, Err(InterfaceError::HeldNode { body: 0, .. })), "{both:?}");
     let unknown = contact_geometry::pair_solids(&upper, &upper, ["lid", "top"], &Gap::Touching).unwrap_err();
     assert!(unknown.to_string().contains("no face group \"lid\""), "{unknown}");
+}
+
+/// Nodes on x = 0 move alike in both bodies, or apart; the surfaces bulge, and the normals turn.
+#[test]
+fn pairs_that_both_bodies_clamp_are_removed_if_their_supports_do_not_press() {
+    let bulge = |x: Vector| x - Vector::z() * (0.2 * (1.0 - (x[2] - 1.0).abs()) * x[1] * x[1]);
+    let moved = |z: f64, by: [f64; 3], to: &dyn Fn(Vector) -> Vector| {
+        body(z, &free().components("left", by.map(|u| Some(u.into()))), to)
+    };
+    let paired = |by: [f64; 3], to: &dyn Fn(Vector) -> Vector| {
+        pair(&moved(1.0, [0.0; 3], to), &moved(0.0, by, to), &Gap::Touching)
+    };
+    for (to, bent) in [(&bulge as &dyn Fn(Vector) -> Vector, true), (&|x| x, false)] {
+        for apart in [0.0, 0.3] {
+            let found = paired([0.0, 0.0, -apart], to).unwrap();
+            assert_eq!((found.pairs().len(), found.clamped().len(), found.facets().len()), (16, 4, 24));
+            assert_eq!((found.has_bent_facets(), found.is_whole()), (bent, false));
+            let weights: f64 = found.pairs().iter().map(|pair| pair.weight).sum();
+            let corners = found.facets().iter().map(|face| face.measure * face.free_corners().count() as f64);
+            assert!((weights - corners.sum::<f64>() / 3.0).abs() < 1e-14);
+            let by_pair: Vec<f64> = (0..16).map(f64::from).collect();
+            for face in found.facets() {
+                for corner in 0..3 {
+                    let pair = found.corner_pair(face, corner);
+                    let [a, b, c] = upper_corners(&moved(1.0, [0.0; 3], to), face.facets[0]);
+                    assert!([a, b, c].contains(&pair.nodes[0]));
+                    if let Some(clamped) = face.clamped[corner] {
+                        let opening = -apart * pair.normal[2];
+                        assert!((clamped.opening - opening).abs() < 1e-15 && clamped.jump[2] == apart);
+                        let around = &found.clamped()[clamped.number as usize].around;
+                        let mean = around.iter().map(|k| f64::from(*k)).sum::<f64>() / around.len() as f64;
+                        assert!((1..=4).contains(&around.len()));
+                        assert!((found.corners(face, &by_pair)[corner] - mean).abs() < 1e-14);
+                    }
+                }
+            }
+        }
+        let pressed = paired([0.0, 0.0, 0.3], to);
+        assert!(matches!(pressed, Err(InterfaceError::ClampedOverlap { depth, .. }) if depth > 0.2));
+    }
+    // Along the surface: it opens at the nodes where y = 0, and not where the surface rises.
+    assert!(paired([0.0, -0.1, 0.0], &|x| x).is_ok());
+    let along = paired([0.0, -0.1, 0.0], &bulge).and(paired([0.0, 0.1, 0.0], &bulge));
+    assert!(matches!(along, Err(InterfaceError::ClampedOverlap { .. })), "{along:?}");
+    // Everything is clamped.
+    let all = |z: f64| body(z, &free().fix("left").fix("right").fix("front").fix("back"), |x| x);
+    let few = |z: f64| cells(z, [1, 1, 2], &free().fix("left").fix("right"), |x| x);
+    assert_eq!(pair(&all(1.0), &all(0.0), &Gap::Touching).unwrap().pairs().len(), 6);
+    let none = pair(&few(1.0), &few(0.0), &Gap::Touching);
+    assert!(matches!(none, Err(InterfaceError::HeldNode { .. })), "{none:?}");
+}
+
+fn upper_corners(body: &Body<Solid>, face: FacetId) -> [NodeId; 3] {
+    body.mesh().topology().facets()[face]
 }
 
 #[test]

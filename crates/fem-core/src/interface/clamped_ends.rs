@@ -6,7 +6,8 @@
 
 use super::profile::Profile;
 use super::{
-    ClampedEnd, ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, Obstacle, SAME_NORMAL,
+    ClampedCorner, ClampedPair, ContactFacet, ContactInterface, Gap, InterfaceError, NodePair, Obstacle,
+    SAME_NORMAL,
 };
 use crate::body::Body;
 use crate::geometry::{Vector, norm};
@@ -110,18 +111,20 @@ impl Line {
             return Err(self.refused(body, 0));
         }
         let all = pairs.len() == self.pairs.len();
-        let (mut edges, mut profiles) = (Vec::new(), Vec::new());
+        let (mut edges, mut profiles, mut removed) = (Vec::new(), Vec::new(), Vec::new());
         for (edge, profile) in self.edges.iter().zip(&self.profiles) {
             let ends = edge.pairs.map(|k| number[k as usize]);
-            let at = |end: usize| {
-                let (opening, jump) = known[edge.pairs[end] as usize];
-                ClampedEnd { end, opening, jump }
+            let mut at = |end: usize, other: u32| {
+                let k = edge.pairs[end] as usize;
+                let (number, (opening, jump)) = (removed.len() as u32, known[k]);
+                removed.push(ClampedPair { pair: self.pairs[k], around: vec![other] });
+                Some(ClampedCorner { number, opening, jump })
             };
             let (ends, clamped) = match ends {
                 [NONE, NONE] => continue,
-                [NONE, k] => ([k; 2], Some(at(0))),
-                [k, NONE] => ([k; 2], Some(at(1))),
-                _ => (ends, None),
+                [NONE, k] => ([k; 2], [at(0, k), None]),
+                [k, NONE] => ([k; 2], [None, at(1, k)]),
+                _ => (ends, [None; 2]),
             };
             let edge = ContactFacet { pairs: ends, clamped, ..*edge };
             for end in edge.free_corners() {
@@ -136,7 +139,7 @@ impl Line {
             self.pairs.iter_mut().for_each(|p| p.weight = 0.0);
             Some(Box::new(UntrimmedLine { line: self, number: number.clone() }))
         };
-        let interface = ContactInterface::new(pairs, edges, gap);
+        let interface = ContactInterface::new(pairs, edges, gap).with_clamped(removed);
         let interface = ContactInterface { measured_on, arc_lengths, profiles, whole, ..interface };
         Ok((interface, number))
     }

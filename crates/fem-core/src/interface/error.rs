@@ -189,8 +189,7 @@ pub enum InterfaceError {
     },
     /// Supports press clamped contact nodes into each other, or a clamped node into an obstacle.
     #[error(
-        "both sides are clamped at the end {point} of the contact line, and their supports press them {depth:.3e} into each \
-         other there"
+        "both sides are clamped at the contact node or edge at {point}, and their supports press them {depth:.3e} into each other there"
     )]
     ClampedOverlap {
         /// Node of the first body.
@@ -219,10 +218,10 @@ pub enum InterfaceError {
         /// The middle of a face.
         point: Point,
     },
-    /// A support holds a contact node of a solid along the normal, or supports hold both nodes of a pair.
+    /// A support holds a contact node of a solid along the normal, or supports hold both nodes of all pairs.
     #[error(
-        "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or in all \
-         directions on both sides; end the contact surface or the support one face earlier"
+        "the contact node of body {body} at {point} is held by a support along the contact normal, within 30 degrees, or all \
+         contact nodes are clamped on both sides; end the contact surface or the support one face earlier"
     )]
     HeldNode {
         /// 0 or 1.

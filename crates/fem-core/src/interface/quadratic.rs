@@ -17,9 +17,12 @@ impl ContactInterface<Solid> {
     /// * `jump`: `[u] = u¹ − u²` of a pair, m.
     pub fn middle_openings(&self, jump: impl Fn(usize) -> Vector) -> Vec<f64> {
         let of_facet = |facet: &ContactFacet<Solid>| {
-            let pairs = facet.pairs.map(|k| k as usize);
-            let of = pairs.map(|k| &self.pairs()[k]);
-            let open = pairs.map(|k| gap(&self.pairs()[k]) - jump(k));
+            let of = [0, 1, 2].map(|corner: usize| self.corner_pair(facet, corner));
+            let moved = |corner: usize| match facet.clamped[corner] {
+                None => jump(facet.pairs[corner] as usize),
+                Some(clamped) => clamped.jump,
+            };
+            let open = [0, 1, 2].map(|corner: usize| gap(of[corner]) - moved(corner));
             ContactFacet::<Solid>::edges()
                 .map(move |[i, j]| 0.5 * (open[i].dot(&of[j].normal) + open[j].dot(&of[i].normal)))
         };
@@ -31,7 +34,7 @@ impl ContactFacet<Solid> {
     /// Computes `∫ p o ds`, J: on a flat face with the mass matrix of [`Self::moment`]; on a bent one the pressure is constant and the opening a quadratic with
     /// Bernstein coefficients, each of which counts for a sixth of the area.
     ///
-    /// * `pressure`: see [`Self::pressure`]; `opening`: at its corners, `middle`: on its edges, m, see [`ContactInterface::middle_openings`].
+    /// * `pressure`: see [`ContactInterface::pressure`]; `opening`: at its corners, `middle`: on its edges, m, see [`ContactInterface::middle_openings`].
     pub fn work(&self, pressure: &[f64; 3], opening: &[f64; 3], middle: &[f64]) -> f64 {
         if !self.bent {
             return self.flat_work(pressure, opening);
