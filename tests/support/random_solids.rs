@@ -163,6 +163,7 @@ fn excluded(error: &(dyn std::error::Error + 'static)) -> bool {
         interface,
         Some(
             InterfaceError::HeldNode { .. }
+                | InterfaceError::ClampedOverlap { .. }
                 | InterfaceError::Distance { .. }
                 | InterfaceError::CoarseFace { .. }
                 | InterfaceError::NotFacing { .. }
@@ -170,7 +171,12 @@ fn excluded(error: &(dyn std::error::Error + 'static)) -> bool {
         )
     ) || matches!(
         body,
-        Some(BodyError::Conflict { .. } | BodyError::RigidOccupied { .. } | BodyError::NoSurface { .. })
+        Some(
+            BodyError::Conflict { .. }
+                | BodyError::RigidOccupied { .. }
+                | BodyError::NoSurface { .. }
+                | BodyError::OffSurface { .. }
+        )
     )
 }
 

@@ -73,9 +73,10 @@ pub struct AdmissibleContact<S: Space = Plane> {
     pub middle_opening: Vec<f64>,
     /// `l`, the required motion of the contact nodes of one body back along the normals; zero on a straight contact line.
     pub lift: Lift,
-    /// Pressure at each pair, Pa: `r²_i/ℓ_i ≥ 0`, or the nearest one that balances the floating bodies, (31).
+    /// Pressure at each pair, Pa: `r²_i/ℓ_i ≥ 0`, or the nearest one that balances the floating bodies, (31). If that is constant on bent facets,
+    /// the mean of the facets around.
     pub pressure: Vec<f64>,
-    /// `p`, the pressure common to both bodies at the corners of each contact facet, ≥ 0, Pa, see [`crate::pressure::facet_pressure`].
+    /// `p`, the pressure common to both bodies at the corners of each contact facet, ≥ 0, Pa.
     pub edge_pressure: Vec<S::Axes<f64>>,
     /// Nodal forces `∫ (p n + q t) φ_i ds` of pressure and friction at each pair of nodes, Cartesian, N/m: on
     /// the second body; the forces on the first are opposite.
@@ -105,7 +106,8 @@ pub(crate) fn recovered_pair<S: Recovery>(
     accuracy: Accuracy,
 ) -> Result<AdmissiblePair<S>, EstimatorError> {
     let problem = prepared.problem();
-    let Pressure { by_pair, friction, limit, shift, imbalance } = balance::pressure(prepared, state)?;
+    let Pressure { by_pair, by_facet, friction, limit, shift, imbalance } =
+        balance::pressure(prepared, state)?;
     let found = problem
         .contacts
         .iter()
@@ -116,11 +118,12 @@ pub(crate) fn recovered_pair<S: Recovery>(
     let lift_energy = lift::total_energy(problem, &lifts, &moved);
     let contacts: Vec<AdmissibleContact<S>> = by_pair
         .into_iter()
+        .zip(by_facet)
         .zip(friction.into_iter().zip(limit))
         .zip(lifts.into_iter().zip(openings))
         .enumerate()
         .map(|(k, ((pressure, friction), (lift, opening)))| {
-            AdmissibleContact::new(problem, k, state, pressure, friction, (lift, opening, &moved))
+            AdmissibleContact::new((problem, k), state, pressure, friction, (lift, opening, &moved))
         })
         .collect();
     let recovered =
@@ -150,20 +153,18 @@ type Moved<S> = [Option<Vec<<S as Space>::Vector>>];
 impl<S: Recovery> AdmissibleContact<S> {
     /// Computes the openings of pair `k` and what belongs to its pressure.
     ///
-    /// * `friction`: friction and its limit at the pairs, Pa.
+    /// * `pressure`: at the pairs, and at the corners of the facets, Pa; `friction`: friction and its limit at the pairs, Pa.
     /// * `lift`: of the pair, with the middle openings without it, and [`lift::joined`].
     fn new(
-        problem: &ContactProblem<S>,
-        k: usize,
+        (problem, k): (&ContactProblem<S>, usize),
         state: &ContactState<'_, S>,
-        pressure: Vec<f64>,
+        (pressure, edge_pressure): (Vec<f64>, Vec<S::Axes<f64>>),
         (friction, friction_limit): (Vec<f64>, Vec<f64>),
         (lift, found, moved): (Lift, Vec<f64>, &Moved<S>),
     ) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;
         let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
-        let edge_pressure = pressure::facet_pressure(interface, &pressure);
         let mut pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
         // The lifts of other pairs move nodes of this one, too.
         let moved = problem.places_of(pair).map(|b| moved.get(b).and_then(Option::as_deref));

@@ -6,7 +6,10 @@
 //! min_p ∑_i ℓ_i (p_i − r^2_i/ℓ_i)²,   p ≥ 0,   C p = e     (31)
 //! ```
 //! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` the work of the loads.
-//! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance.
+//! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance. On bent facets of lines without friction the unknowns are
+//! the pressures of the facets, with the measure of the facet for `ℓ`: nearer ones are in balance than those that are means of values at the corners.
+
+mod tractions;
 
 use crate::error::EstimatorError;
 use crate::friction::tangent;
@@ -17,11 +20,11 @@ use crate::size::length;
 use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
 use fem_core::contact_system::without_rounding;
 use fem_core::geometry::Coordinates;
-use fem_core::interface::{
-    ContactFacet, ContactInterface, ContactPair, ContactProblem, ContactState, PairState, Partner,
-};
+use fem_core::interface::{ContactFacet, ContactPair, ContactState, PairState, Partner};
 use fem_core::prepared::PreparedProblem;
+use fem_core::space::Space;
 use std::collections::BTreeMap;
+use tractions::{LineTractions, Tractions};
 
 /// The imbalance of a body is measured against its own forces, and at least against this fraction of the largest forces on a body,
 /// since the balance is checked to 1e-10 only.
@@ -33,9 +36,11 @@ const DEAR: f64 = 2.0;
 
 /// The pressure and friction of an admissible stress at the pairs of each contact line.
 #[derive(Clone, Debug)]
-pub(crate) struct Pressure {
+pub(crate) struct Pressure<S: Space> {
     /// At each pair, ≥ 0, Pa.
     pub(crate) by_pair: Vec<Vec<f64>>,
+    /// At the corners of each facet, ≥ 0, Pa.
+    pub(crate) by_facet: Vec<Vec<S::Axes<f64>>>,
     /// Friction at each pair, at most its limit, Pa; empty without friction.
     pub(crate) friction: Vec<Vec<f64>>,
     /// The limit of friction at each pair, ≥ 0, Pa: the given one, or `μ p` of this pressure.
@@ -46,26 +51,30 @@ pub(crate) struct Pressure {
     pub(crate) imbalance: f64,
 }
 
-impl Pressure {
-    /// Takes the tractions of all rows, Pa.
-    fn new<S: Recovery>(
+impl<S: Recovery> Pressure<S> {
+    /// Takes tractions, Pa.
+    fn new(
         prepared: &PreparedProblem<S>,
-        tractions: &[f64],
+        tractions: &Tractions,
+        values: &[f64],
         [shift, imbalance]: [f64; 2],
     ) -> Self {
         let contacts = &prepared.problem().contacts;
-        let (mut by_pair, mut friction, mut limit) = (Vec::new(), Vec::new(), Vec::new());
-        for (of, mut pressure) in contacts.iter().zip(split(prepared, tractions)) {
-            let mut q = pressure.split_off(of.interface.pairs().len());
+        let (mut by_pair, mut by_facet) = (Vec::new(), Vec::new());
+        let (mut friction, mut limit) = (Vec::new(), Vec::new());
+        for (of, (line, values)) in contacts.iter().zip(tractions.split(values)) {
+            let (facets, pressure) = line.pressure(&of.interface, values);
+            let mut q = values[of.interface.pairs().len()..line.rows].to_vec();
             let s = limits(prepared, of, &pressure);
             // At the limit but for rounding.
             let most = admissible_limits(prepared, of, &pressure);
             q.iter_mut().zip(most).for_each(|(q, s)| *q = q.max(-s).min(s));
             by_pair.push(pressure);
+            by_facet.push(facets);
             friction.push(q);
             limit.push(s);
         }
-        Self { by_pair, friction, limit, shift, imbalance }
+        Self { by_pair, by_facet, friction, limit, shift, imbalance }
     }
 }
 
@@ -118,7 +127,7 @@ pub(crate) fn force_limits<S: Recovery>(
 pub(crate) fn pressure<S: Recovery>(
     prepared: &PreparedProblem<S>,
     state: &ContactState<'_, S>,
-) -> Result<Pressure, EstimatorError> {
+) -> Result<Pressure<S>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let (mut pressures, mut friction, mut limits) = (Vec::new(), Vec::new(), Vec::new());
     for (pair, given) in contacts.iter().zip(&state.contacts) {
@@ -130,27 +139,32 @@ pub(crate) fn pressure<S: Recovery>(
         limits.push(most);
     }
     imposed_slip::continued(prepared, state, &mut friction, &limits);
-    let target: Vec<f64> = pressures.into_iter().zip(friction).flat_map(|(p, q)| [p, q].concat()).collect();
-    if prepared.rigid_motions().is_empty() {
-        return Ok(Pressure::new(prepared, &target, [0.0; 2]));
-    }
-    let weights = lengths(prepared);
-    let work = |k: usize, motion: &[S::Vector]| {
-        let interface = &contacts[k].interface;
-        let mut work = traction_work(interface, motion, |normal| normal);
-        if contacts[k].friction.acts() {
-            work.extend(traction_work(interface, motion, tangent::<S>));
-        }
-        work
+    let given: Vec<Vec<f64>> = pressures.into_iter().zip(friction).map(|(p, q)| [p, q].concat()).collect();
+    let unbalanced = |imbalance: f64| {
+        Ok(Pressure::new(
+            prepared,
+            &Tractions::of_rows(prepared.problem()),
+            &given.concat(),
+            [0.0, imbalance],
+        ))
     };
-    let rows = Rows::new(prepared, &weights, work)?;
+    if prepared.rigid_motions().is_empty() {
+        return unbalanced(0.0);
+    }
+    let tractions = Tractions::of_facets(prepared.problem());
+    let (target, mut weights) = (tractions.targets(prepared.problem(), &given), tractions.weights());
+    let work = |k: usize, motion: &[S::Vector]| tractions.lines[k].work(&contacts[k], motion);
+    let rows = Rows::new(prepared, &tractions, &weights, work)?;
+    // Idle unknowns stay zero at any weight.
+    let most = weights.iter().copied().fold(0.0, f64::max);
+    weights.iter_mut().filter(|weight| **weight == 0.0).for_each(|weight| *weight = most);
     let found = if contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
-        nearest_in_cones(prepared, (&target, &weights), &rows)?
+        nearest_in_cones(prepared, &tractions, (&target, &weights), &rows)?
     } else {
-        nearest(prepared, state, (&target, &weights), &rows)?
+        nearest(prepared, state, &tractions, (&target, &weights), &rows)?
     };
     let Some(found) = found else {
-        return Ok(Pressure::new(prepared, &target, [0.0, rows.imbalance(prepared, &target)]));
+        return unbalanced(rows.imbalance(prepared, &tractions, &target));
     };
     let size = |values: &mut dyn Iterator<Item = f64>| {
         values.zip(&weights).map(|(v, w)| w * v * v).sum::<f64>().sqrt()
@@ -158,55 +172,58 @@ pub(crate) fn pressure<S: Recovery>(
     let change = size(&mut found.iter().zip(&target).map(|(p, t)| p - t));
     let whole = size(&mut target.iter().copied());
     let shift = if change > 0.0 { change / whole.max(change) } else { 0.0 };
-    let imbalance = rows.imbalance(prepared, &found);
-    Ok(Pressure::new(prepared, &found, [shift, imbalance]))
+    let imbalance = rows.imbalance(prepared, &tractions, &found);
+    Ok(Pressure::new(prepared, &tractions, &found, [shift, imbalance]))
 }
 
-/// The bounds of pressure and friction by row, Pa, or of their forces, N/m.
+/// The bounds of pressure and friction, Pa, or of their forces, N/m.
 ///
-/// * `limits`: of friction, by pair; `allowed`: which rows along normals may be positive; `None`: all.
+/// * `limits`: of friction, by pair; `allowed`: which pressures may be positive; `None`: all.
 fn bounds<S: Recovery>(
     prepared: &PreparedProblem<S>,
+    tractions: &Tractions,
     limits: &[Vec<f64>],
     allowed: Option<&[bool]>,
 ) -> [Vec<f64>; 2] {
-    let (mut lower, mut upper): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    for (pair, limits) in prepared.problem().contacts.iter().zip(limits) {
-        for _ in pair.interface.pairs() {
-            let open = allowed.is_some_and(|allowed| !allowed[lower.len()]);
-            lower.push(0.0);
-            upper.push(if open { 0.0 } else { f64::INFINITY });
+    let (mut lower, mut upper) = (vec![0.0; tractions.count()], vec![f64::INFINITY; tractions.count()]);
+    for ((pair, line), limits) in prepared.problem().contacts.iter().zip(&tractions.lines).zip(limits) {
+        for k in 0..line.count() {
+            let place = line.start + k;
+            if let Some(s) = k.checked_sub(pair.interface.pairs().len()).and_then(|k| limits.get(k)) {
+                (lower[place], upper[place]) = (-s, *s);
+            } else if line.is_idle(k) || allowed.is_some_and(|allowed| !allowed[place]) {
+                upper[place] = 0.0;
+            }
         }
-        lower.extend(limits.iter().map(|s| -s));
-        upper.extend(limits);
     }
     [lower, upper]
 }
 
-/// Finds the nearest tractions in balance within given limits of friction, (31), by row; `None` if nothing is in balance.
+/// Finds the nearest tractions in balance within given limits of friction, (31); `None` if nothing is in balance.
 fn nearest<S: Recovery>(
     prepared: &PreparedProblem<S>,
     state: &ContactState<'_, S>,
+    tractions: &Tractions,
     (target, weights): (&[f64], &[f64]),
     Rows { independent: (matrix, loads), .. }: &Rows,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let limits: Vec<Vec<f64>> = contacts.iter().map(|pair| admissible_limits(prepared, pair, &[])).collect();
     let near = |allowed: Option<&[bool]>| {
-        let [lower, upper] = bounds(prepared, &limits, allowed);
+        let [lower, upper] = bounds(prepared, tractions, &limits, allowed);
         nearest_balanced(target, weights, [&lower, &upper], matrix, loads)
     };
     let Some(mut found) = near(None)? else { return Ok(None) };
     // A little pressure where the bodies are far apart costs much in 2∫ p o.
-    let cost = |pressure: &[f64]| -> f64 {
-        let of_pair = |(k, p): (usize, Vec<f64>)| -> f64 {
+    let cost = |values: &[f64]| -> f64 {
+        let of_pair = |(k, (line, values)): (usize, (&LineTractions, &[f64]))| -> f64 {
             let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
             let mean = |facet: &ContactFacet<S>| facet.mean_openings(opening);
             let middle: Vec<f64> = interface.facets().iter().flat_map(mean).collect();
-            let edge_pressure = pressure::facet_pressure(interface, &p);
-            pressure::contact_terms(interface, &edge_pressure, opening, &middle).iter().sum()
+            let (by_facet, _) = line.pressure(interface, values);
+            pressure::contact_terms(interface, &by_facet, opening, &middle).iter().sum()
         };
-        split(prepared, pressure).into_iter().enumerate().map(of_pair).sum()
+        tractions.split(values).enumerate().map(of_pair).sum()
     };
     let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
     if cost(&found.values) > DEAR * cost(target)
@@ -222,6 +239,7 @@ fn nearest<S: Recovery>(
 /// programme with bounds. `None` if nothing is in balance.
 fn nearest_in_cones<S: Recovery>(
     prepared: &PreparedProblem<S>,
+    tractions: &Tractions,
     (target, weights): (&[f64], &[f64]),
     Rows { independent: (matrix, loads), .. }: &Rows,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
@@ -231,18 +249,17 @@ fn nearest_in_cones<S: Recovery>(
         .iter()
         .map(|pair| admissible_limits(prepared, pair, &vec![0.0; pair.interface.pairs().len()]))
         .collect();
-    let [lower, mut upper] = bounds(prepared, &limits, None);
+    let [lower, mut upper] = bounds(prepared, tractions, &limits, None);
     let mut linear: Vec<f64> = weights.iter().zip(target).map(|(w, t)| -w * t).collect();
     // Of each row: its own weight, and the row of the same node before it with the weight of their product.
     let mut columns: Vec<(f64, Option<(usize, f64)>)> = weights.iter().map(|w| (*w, None)).collect();
     let mut lines = matrix.transposed();
-    let (mut start, mut cones) = (0, Vec::new());
-    for pair in contacts {
+    let mut cones = Vec::new();
+    for (pair, LineTractions { start, .. }) in contacts.iter().zip(&tractions.lines) {
         let nodes = pair.interface.pairs().len();
         if let Some(mu) = pair.friction.coulomb().filter(|mu| *mu > 0.0) {
-            cones.extend((start..start + nodes).map(|i| (i, i + nodes, mu)));
+            cones.extend((*start..start + nodes).map(|i| (i, i + nodes, mu)));
         }
-        start += pair.row_count();
     }
     for &(i, j, mu) in &cones {
         upper[j] = f64::INFINITY;
@@ -314,14 +331,15 @@ pub(crate) fn forces<S: Recovery>(
         return Ok(given);
     }
     let contacts = &prepared.problem().contacts;
-    let target: Vec<f64> = given.iter().flatten().copied().collect();
-    let weights: Vec<f64> = lengths(prepared).iter().map(|l| 1.0 / l).collect();
+    let tractions = Tractions::of_rows(prepared.problem());
+    let target: Vec<f64> = given.concat();
+    let weights: Vec<f64> = tractions.weights().iter().map(|l| 1.0 / l).collect();
     let along = |k: usize, motion: &[S::Vector]| -> Vec<f64> {
         contacts[k].rows().map(|row| motion[row.pair].times(&row.direction)).collect()
     };
-    let rows = Rows::new(prepared, &vec![1.0; target.len()], along)?;
+    let rows = Rows::new(prepared, &tractions, &vec![1.0; target.len()], along)?;
     let near = |allowed: Option<&[bool]>| {
-        let [lower, upper] = bounds(prepared, &limits, allowed);
+        let [lower, upper] = bounds(prepared, &tractions, &limits, allowed);
         nearest_balanced(&target, &weights, [&lower, &upper], &rows.independent.0, &rows.independent.1)
     };
     let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
@@ -329,70 +347,13 @@ pub(crate) fn forces<S: Recovery>(
     if found.is_none() {
         found = near(None)?;
     }
-    Ok(found.map_or(given, |found| split(prepared, &found.values)))
-}
-
-/// Lists the tributary lengths of all rows, m.
-fn lengths<S: Recovery>(prepared: &PreparedProblem<S>) -> Vec<f64> {
-    let contacts = prepared.problem().contacts.iter();
-    contacts.flat_map(|of| of.rows().map(|row| of.interface.pairs()[row.pair].weight)).collect()
-}
-
-/// Sorts one value per row by pair.
-fn split<S: Recovery>(prepared: &PreparedProblem<S>, values: &[f64]) -> Vec<Vec<f64>> {
-    let mut rest = values;
-    let of_pair = |count: usize| {
-        let (own, others) = rest.split_at(count.min(rest.len()));
-        rest = others;
-        own.to_vec()
-    };
-    prepared.problem().contacts.iter().map(ContactPair::row_count).map(of_pair).collect()
-}
-
-/// Computes the work of a unit traction at each pair on a motion, per unit traction.
-///
-/// * `motion`: at the pairs, m; `direction`: of the traction, from the normal.
-fn traction_work<S: Recovery>(
-    interface: &ContactInterface<S>,
-    motion: &[S::Vector],
-    direction: impl Fn(S::Vector) -> S::Vector,
-) -> Vec<f64> {
-    let mut work = vec![0.0; motion.len()];
-    for facet in interface.facets() {
-        let moved = S::axes(|corner| match facet.clamped[corner] {
-            None => motion[facet.pairs[corner] as usize],
-            Some(_) => S::Vector::ZERO,
-        });
-        // ∫ (Σ p_i n_i φ_i)·u, as in the nodal forces of the pressure.
-        let mut at = S::axes(|corner| {
-            let others = (0..S::DIM).filter(|other| *other != corner);
-            let sum = others.fold(moved[corner] * 2.0, |sum, other| sum + moved[other]);
-            facet.measure / (S::DIM * (S::DIM + 1)) as f64
-                * direction(interface.corner_pair(facet, corner).normal).times(&sum)
-        });
-        // A bent facet carries the mean of its corners.
-        if facet.bent {
-            let mean = at.as_ref().iter().sum::<f64>() / S::DIM as f64;
-            at = S::axes(|_| mean);
-        }
-        for corner in 0..S::DIM {
-            let sources = interface.sources(facet, corner);
-            sources.iter().for_each(|k| work[*k as usize] += at[corner] / sources.len() as f64);
-        }
-    }
-    work
-}
-
-/// Lists the first row of each pair.
-fn starts<S: Recovery>(problem: &ContactProblem<S>) -> Vec<usize> {
-    let after =
-        |start: &mut usize, pair: &ContactPair<S>| Some(std::mem::replace(start, *start + pair.row_count()));
-    problem.contacts.iter().scan(0, after).collect()
+    let by_line = |values: &[f64]| tractions.split(values).map(|(_, values)| values.to_vec()).collect();
+    Ok(found.map_or(given, |found| by_line(&found.values)))
 }
 
 /// The rows of the balance: one per rigid motion of a floating body.
 struct Rows {
-    /// The work on the motion's body of a unit value in each row, signs reversed.
+    /// The work on the motion's body of a unit of each unknown, signs reversed.
     matrix: SparseRows,
     /// `e`, the work of the loads.
     loads: Vec<f64>,
@@ -401,15 +362,16 @@ struct Rows {
 }
 
 impl Rows {
-    /// * `sizes`: of the forces of unit values, by row; `work`: of unit values in the rows of contact line `k` on a motion of the contact nodes.
+    /// * `sizes`: of the forces of unit values; `work`: of unit values of the unknowns of contact line `k` on a motion of the contact nodes.
     fn new<S: Recovery>(
         prepared: &PreparedProblem<S>,
+        tractions: &Tractions,
         sizes: &[f64],
         work: impl Fn(usize, &[S::Vector]) -> Vec<f64>,
     ) -> Result<Self, EstimatorError> {
         let problem = prepared.problem();
-        let (mut matrix, mut loads) = (SparseRows::new(prepared.rows()), Vec::new());
-        let (sides, starts) = (problem.sides(), starts(problem));
+        let (mut matrix, mut loads) = (SparseRows::new(tractions.count()), Vec::new());
+        let sides = problem.sides();
         for of in prepared.rigid_motions() {
             let moved = prepared.moved_by(of);
             let most = moved.iter().map(|u| length(*u)).fold(0.0, f64::max);
@@ -419,8 +381,8 @@ impl Rows {
                 let motion: Vec<S::Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
                 // The pressure acts against the normal on the first body.
                 let sign = if side == 0 { 1.0 } else { -1.0 };
-                let entries = work(k, &motion).into_iter().zip(starts[k]..);
-                line.extend(entries.map(|(w, row)| (row, sign * without_rounding(w, most * sizes[row]))));
+                let entries = work(k, &motion).into_iter().zip(tractions.lines[k].start..);
+                line.extend(entries.map(|(w, at)| (at, sign * without_rounding(w, most * sizes[at]))));
             }
             matrix.push(line);
             loads.push(of.load);
@@ -434,13 +396,17 @@ impl Rows {
 
     /// Computes the largest resultant of a floating body, over the sum of the sizes of all forces on it.
     ///
-    /// * `pressure`: pressure and friction by row, Pa.
-    fn imbalance<S: Recovery>(&self, prepared: &PreparedProblem<S>, pressure: &[f64]) -> f64 {
+    /// * `values`: pressure and friction, Pa.
+    fn imbalance<S: Recovery>(
+        &self,
+        prepared: &PreparedProblem<S>,
+        tractions: &Tractions,
+        values: &[f64],
+    ) -> f64 {
         let problem = prepared.problem();
-        let lengths = lengths(prepared);
-        let (sides, starts) = (problem.sides(), starts(problem));
+        let sides = problem.sides();
         let mut found = Vec::new();
-        let products = self.matrix.times(pressure);
+        let products = self.matrix.times(values);
         for ((product, load), of) in products.iter().zip(&self.loads).zip(prepared.rigid_motions()) {
             let moved = prepared.moved_by(of);
             let mut size = match of.partner {
@@ -451,9 +417,18 @@ impl Rows {
                 }
             };
             for &(k, side) in &sides[of.partner.place(problem.bodies.len())] {
-                let forces = lengths[starts[k]..].iter().zip(&pressure[starts[k]..]);
-                let terms = problem.contacts[k].rows().zip(forces);
-                size += terms.map(|(row, (l, p))| l * p.abs() * length(moved[row.nodes[side]])).sum::<f64>();
+                let (pair, line) = (&problem.contacts[k], &tractions.lines[k]);
+                let forces: Vec<f64> =
+                    line.weights.iter().zip(&values[line.start..]).map(|(l, p)| l * p.abs()).collect();
+                let (rows, facets) = forces.split_at(line.rows);
+                let at_rows = pair.rows().zip(rows).map(|(row, f)| f * length(moved[row.nodes[side]]));
+                let on_facets = line.facets.iter().zip(facets).map(|(k, f)| {
+                    let facet = &pair.interface.facets()[*k];
+                    let corners = facet.free_corners().map(|corner| facet.pairs[corner] as usize);
+                    let moved = corners.map(|k| length(moved[pair.interface.pairs()[k].nodes[side]]));
+                    f * moved.fold(0.0, f64::max)
+                });
+                size += at_rows.sum::<f64>() + on_facets.sum::<f64>();
             }
             let rest = (product - load).abs();
             found.push((rest, size));

@@ -92,6 +92,10 @@ impl Draw {
         match self.family {
             "one body" => self.boxes([1, 1, 1], vec![cells([0; 3], [1; 3])]),
             "stack" => self.stack(),
+            "curved contact held on both sides" => {
+                let n = self.count(2, 3);
+                self.boxes([1, 1, n], (0..n).map(|k| cells([0, 0, k], [1, 1, k + 1])).collect())
+            }
             "boxes on a box" => self.on_a_box(),
             "corner of obstacles" => self.corner(),
             "wall of boxes" => self.wall(),
@@ -374,6 +378,9 @@ impl Draw {
         if !(family || drawn) {
             return;
         }
+        // Few supports beside each other agree at their common edge.
+        let alone = self.holds.unit() < 0.7;
+        let pressure = self.pressure();
         for touch in assembly.touches.clone() {
             let [first, second] = touch.bodies;
             let flush = |side: &usize| {
@@ -391,6 +398,13 @@ impl Draw {
             let (kind, apart) = (self.holds.unit(), self.holds.unit());
             let values = [0; 3].map(|_| size * self.holds.signed());
             for (k, b) in touch.bodies.into_iter().enumerate() {
+                for other in &mut assembly.parts[b].sides {
+                    let loaded =
+                        matches!(other, Condition::Free | Condition::Pressure(_) | Condition::Traction(_));
+                    if alone && !loaded {
+                        *other = Condition::Pressure(Linear::constant(pressure * self.holds.unit()));
+                    }
+                }
                 let mut values = values;
                 if k == 1 && kind > 0.8 {
                     values[touch.axis] += size * apart;
