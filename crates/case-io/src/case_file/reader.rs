@@ -255,7 +255,9 @@ impl<'a> Reader<'a> {
 
     /// Shows how a key of this table is written: round generators take one number of cells.
     fn example(&self, path: &str) -> Option<&'static str> {
-        let one = |kind: &Entry| matches!(&kind.node.value, NodeValue::String(s) if s == "disc" || s == "half_disc");
+        let round = ["disc", "half_disc", "ball"];
+        let one =
+            |kind: &Entry| matches!(&kind.node.value, NodeValue::String(s) if round.contains(&s.as_str()));
         match self.table.get("kind") {
             Some(kind) if one(kind) && path.ends_with(".cells") => Some("cells = 8"),
             _ => example(path),

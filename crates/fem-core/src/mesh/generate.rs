@@ -1,5 +1,6 @@
 //! Generators of structured meshes.
 
+mod ball;
 mod disc;
 mod half_disc;
 mod ring;
@@ -10,6 +11,7 @@ use crate::geometry::{Coordinates, Vector};
 use crate::space::{Solid, Space};
 use nalgebra::Vector3;
 
+pub use ball::{BallPart, ball, ball_nodes};
 pub use disc::{disc, disc_nodes};
 pub use half_disc::{Facing, half_disc, half_disc_nodes};
 pub use ring::ring;

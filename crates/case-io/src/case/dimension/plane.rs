@@ -325,10 +325,10 @@ fn not_plane(word: &str) -> &'static str {
     }
 }
 
-const FACINGS: &[(&str, Facing)] = &[("down", Facing::Down), ("up", Facing::Up)];
+pub(super) const FACINGS: &[(&str, Facing)] = &[("down", Facing::Down), ("up", Facing::Up)];
 
 /// Writes the word of a direction.
-fn facing_name<S: serde::Serializer>(facing: &Facing, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn facing_name<S: serde::Serializer>(facing: &Facing, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(FACINGS.iter().find(|(_, f)| f == facing).map_or("", |(name, _)| name))
 }
 

@@ -1,5 +1,7 @@
 //! Cases of solids.
 
+mod generator;
+
 use super::{Dimension, GeneratorReader, Keys, Refused, Rows};
 use crate::case::fixes::refuse_material;
 use crate::case::{Case, CurveCase, RelaxUntil, Units};
@@ -10,64 +12,18 @@ use crate::report;
 use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined, Sides};
 use fem_core::body::{Body, BodyError, DeclaredSurface, Difference, SurfaceKind};
 use fem_core::geometry::shown;
-use fem_core::interface::{ContactProblem, Gap, RigidLine};
+use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{LinearElastic, MaterialError, Orthotropic};
 use fem_core::mesh::id::FacetId;
 use fem_core::mesh::{MeshError, TetMesh, generate};
 use fem_core::space::{Solid, Space};
+use generator::{ball, cuboid, cylinder, tube};
 use mesh_io::{MeshFile, MeshFileError, Region, RegionOptions};
-use serde::Serialize;
 use serde_json::{Value as Json, json};
 
+pub use generator::SolidGenerator;
+
 type Vector = <Solid as Space>::Vector;
-
-/// A mesh of tetrahedra that needs no file.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum SolidGenerator {
-    /// `generator = { kind = "box", … }`, see [`fem_core::mesh::generate::cuboid()`].
-    Box {
-        /// The corner with the smallest coordinates, m.
-        origin: [f64; 3],
-        /// Lengths along the axes, m.
-        size: [f64; 3],
-        /// Boxes along each axis; each is cut in six tetrahedra.
-        cells: [usize; 3],
-    },
-    /// `generator = { kind = "cylinder", … }`: a cylinder along z or a sector of one, see [`fem_core::mesh::generate::tube()`].
-    Cylinder {
-        /// The middle of its bottom, m.
-        origin: [f64; 3],
-        /// Radius, m.
-        radius: f64,
-        /// Length along z, m.
-        length: f64,
-        /// Start and end, degrees.
-        angles: [f64; 2],
-        /// Cells around, from the axis outwards, and along the axis.
-        cells: [usize; 3],
-    },
-    /// `generator = { kind = "tube", … }`: a tube along z or a sector of one, see [`fem_core::mesh::generate::tube()`].
-    Tube {
-        /// The middle of its bottom, m.
-        origin: [f64; 3],
-        /// Inner and outer radius, m.
-        radii: [f64; 2],
-        /// Length along z, m.
-        length: f64,
-        /// Start and end, degrees.
-        angles: [f64; 2],
-        /// Cells around, across the wall, and along the axis.
-        cells: [usize; 3],
-    },
-}
-
-impl Default for SolidGenerator {
-    fn default() -> Self {
-        Self::Box { origin: [0.0; 3], size: [1.0; 3], cells: [1; 3] }
-    }
-}
 
 /// The nine constants of an orthotropic solid, and its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,9 +45,9 @@ impl Dimension for Solid {
 
     const CURVE_TABLE: &'static str = "surface";
     const CURVES: &'static [(&'static str, SurfaceKind)] = &[
-        ("plane", SurfaceKind::Plane),
-        ("cylinder", SurfaceKind::Cylinder),
-        ("sphere", SurfaceKind::Sphere),
+        (SurfaceKind::Plane.word(), SurfaceKind::Plane),
+        (SurfaceKind::Cylinder.word(), SurfaceKind::Cylinder),
+        (SurfaceKind::Sphere.word(), SurfaceKind::Sphere),
     ];
     const RELAX_UNTIL: RelaxUntil = RelaxUntil { tolerance: 0.015, max_steps: 30 };
     const COORDINATES: &'static [&'static str] = &COORDINATES;
@@ -151,14 +107,21 @@ impl Dimension for Solid {
             SolidGenerator::Tube { origin, radii, length, angles, cells } => {
                 generate::tube(origin, radii, length, angles, cells)
             }
+            SolidGenerator::Ball { centre, radius, part, facing, growth, cells } => {
+                generate::ball(centre, radius, (part, facing), growth, cells)
+            }
         }
     }
 
     fn nodes(generator: &SolidGenerator) -> u64 {
-        let (SolidGenerator::Box { cells, .. }
-        | SolidGenerator::Cylinder { cells, .. }
-        | SolidGenerator::Tube { cells, .. }) = generator;
-        cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
+        match generator {
+            SolidGenerator::Box { cells, .. }
+            | SolidGenerator::Cylinder { cells, .. }
+            | SolidGenerator::Tube { cells, .. } => {
+                cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
+            }
+            SolidGenerator::Ball { part, cells, .. } => generate::ball_nodes(*part, *cells),
+        }
     }
 
     fn region(
@@ -269,12 +232,8 @@ fn surface_note(
     if let Some(line) = declared {
         let off = |face: &FacetId| line.distance(body.mesh().facet_middle(*face)).0.abs();
         let most = faces.iter().map(off).fold(0.0, f64::max);
-        let kind = match line {
-            RigidLine::Plane { .. } => return None,
-            RigidLine::Circle { .. } => SurfaceKind::Sphere,
-            RigidLine::Cylinder { .. } => SurfaceKind::Cylinder,
-        };
-        let gapped = matches!(interface.gap(), Gap::Geometric);
+        let kind = SurfaceKind::of(line);
+        let gapped = matches!(interface.gap(), Gap::Geometric) && kind != SurfaceKind::Plane;
         return gapped.then(|| {
             format!(
                 "the faces of \"{name}\" are up to {} off the declared {}: gaps are exact at the nodes, and linear between them",
@@ -302,23 +261,13 @@ const fn later(key: &'static str, why: &'static str, fix: &'static str) -> Refus
     Refused { key, word: None, why, expected: "a case of solids without it", fix }
 }
 
-/// Refuses a word.
-const fn later_word(
-    key: &'static str,
-    word: &'static str,
-    why: &'static str,
-    expected: &'static str,
-) -> Refused {
-    Refused { key, word: Some(word), why, expected, fix: "take this table out, or write another word" }
-}
-
 /// Refuses a generator of the plane.
 const fn plane_word(word: &'static str) -> Refused {
     Refused {
         key: "generator.kind",
         word: Some(word),
         why: "it makes a plane body, and this case is one of solids: a case has bodies of one kind",
-        expected: "\"box\", \"cylinder\" or \"tube\"",
+        expected: "\"box\", \"cylinder\", \"tube\" or \"ball\"",
         fix: "write `kind = \"box\"`, or make all bodies plane",
     }
 }
@@ -327,7 +276,7 @@ const TAKE_OUT: &str = "take it out";
 
 impl Keys for Solid {
     const GENERATORS: &'static [(&'static str, GeneratorReader<Self>)] =
-        &[("box", cuboid), ("cylinder", cylinder), ("tube", tube)];
+        &[("box", cuboid), ("cylinder", cylinder), ("tube", tube), ("ball", ball)];
     const MESH: [&'static str; 2] = [
         "`generator = { kind = \"box\", … }` or `mesh = { file = \"name.msh\", region = \"name\" }`",
         "write `generator = { kind = \"box\", size = [2.0, 1.0, 1.0], cells = [8, 4, 4] }` to begin with",
@@ -378,12 +327,6 @@ impl Keys for Solid {
         plane_word("ring"),
         plane_word("disc"),
         plane_word("half_disc"),
-        later_word(
-            "generator.kind",
-            "ball",
-            "balls are not generated yet",
-            "\"box\", \"cylinder\" or \"tube\"",
-        ),
         Refused {
             key: "obstacle.kind",
             word: Some("circle"),
@@ -456,45 +399,4 @@ impl Keys for Solid {
     fn spin(r: &mut Reader<'_>, key: &'static str) -> Option<Vector> {
         r.axes::<Self>(key).map(Vector::from)
     }
-}
-
-fn cuboid(mut r: Reader<'_>) -> Option<SolidGenerator> {
-    r.require(&["size", "cells"]);
-    let origin = r.axes::<Solid>("origin").unwrap_or_default();
-    let size = r.axes::<Solid>("size");
-    if size.is_some_and(|s| s.iter().any(|&v| v <= 0.0)) {
-        let fix = "write it as in `size = [2.0, 1.0, 1.0]`";
-        r.refuse("size", "a box needs three lengths", "three numbers > 0", fix);
-    }
-    let cells = r.counts::<Solid>("cells");
-    r.finish();
-    Some(SolidGenerator::Box { origin, size: size?, cells: cells? })
-}
-
-fn cylinder(mut r: Reader<'_>) -> Option<SolidGenerator> {
-    r.require(&["radius", "length", "cells"]);
-    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
-    let (origin, length, angles, cells) = around_axis(r);
-    Some(SolidGenerator::Cylinder { origin, radius: radius?, length: length?, angles, cells: cells? })
-}
-
-fn tube(mut r: Reader<'_>) -> Option<SolidGenerator> {
-    r.require(&["radii", "length", "cells"]);
-    let radii = r.pair("radii");
-    if radii.is_some_and(|[inner, _]| inner <= 0.0) {
-        let fix = "write `kind = \"cylinder\"` with a `radius` for a tube without a bore";
-        r.refuse("radii", "a tube has a bore", "two numbers > 0, the inner radius first", fix);
-    }
-    let (origin, length, angles, cells) = around_axis(r);
-    Some(SolidGenerator::Tube { origin, radii: radii?, length: length?, angles, cells: cells? })
-}
-
-/// Reads what cylinders and tubes have in common: origin, length, angles and cells.
-fn around_axis(mut r: Reader<'_>) -> ([f64; 3], Option<f64>, [f64; 2], Option<[usize; 3]>) {
-    let origin = r.axes::<Solid>("origin").unwrap_or_default();
-    let length = r.number_where("length", |length| length > 0.0, "a number > 0");
-    let angles = r.pair("angles").unwrap_or([0.0, 360.0]);
-    let cells = r.counts::<Solid>("cells");
-    r.finish();
-    (origin, length, angles, cells)
 }

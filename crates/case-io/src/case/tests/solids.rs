@@ -2,6 +2,7 @@
 
 use crate::case::AnyCase;
 use crate::{Case, CaseError};
+use fem_core::space::Solid;
 
 /// A cube above an obstacle.
 fn cube(obstacle: &str) -> String {
@@ -79,6 +80,55 @@ fn wrong_spheres_and_cylinders_are_refused_at_their_key() {
         &SPHERE.replace("sphere", "spher"),
         "`contact.0.obstacle.kind` is \"spher\"; expected \"plane\" or \"sphere\" or \"cylinder\"; help: did you mean \"sphere\"?",
     );
+}
+
+#[test]
+fn balls_are_read_and_wrong_ones_are_refused_at_their_key() {
+    let case = |keys: &str| {
+        let text = cube("kind = \"plane\", point = [0, 0, -1], normal = [0, 0, 1]");
+        text.replace(
+            "kind = \"box\", size = [1, 1, 1], cells = [1, 1, 1]",
+            &format!("kind = \"ball\", {keys}"),
+        )
+    };
+    for (keys, nodes) in [
+        ("radius = 2, cells = 2", 125),
+        ("radius = 2, cells = 2, part = \"half\"", 75),
+        ("radius = 2, cells = 2, part = \"quarter\", facing = \"up\", growth = 5", 45),
+        ("radius = 2, cells = 2, part = \"eighth\", centre = [1, 2, 3], growth = 1", 27),
+    ] {
+        let Ok(AnyCase::Solid(read)) = AnyCase::parse(&case(keys), "c.toml", &[]) else { panic!("{keys}") };
+        let generator = match &read.bodies[0].mesh {
+            crate::case::MeshSource::Generator(generator) => generator,
+            other => panic!("{other:?}"),
+        };
+        let mesh = <Solid as crate::case::Dimension>::generated(generator).unwrap();
+        assert_eq!(
+            (mesh.points().len(), <Solid as crate::case::Dimension>::nodes(generator)),
+            (nodes, nodes as u64)
+        );
+    }
+    let refused = |keys: &str, expected: &str| {
+        let found = AnyCase::parse(&case(keys), "c.toml", &[]).unwrap_err();
+        let words: Vec<String> = found.diagnostics.iter().map(ToString::to_string).collect();
+        assert!(words.len() == 1 && words[0].starts_with("c.toml:8:"), "{words:#?}");
+        assert!(words[0].contains(expected), "{}", words[0]);
+    };
+    refused("cells = 2", "the key `body.0.generator.radius` is missing");
+    refused("radius = 0, cells = 2", "`body.0.generator.radius` is 0; expected a number > 0");
+    refused("radius = 1, cells = 0", "`body.0.generator.cells` is 0");
+    refused("radius = 1, cells = [2, 2, 2]", "`body.0.generator.cells`");
+    refused(
+        "radius = 1, cells = 2, part = \"third\"",
+        "`body.0.generator.part` is \"third\"; expected \"whole\" or \"half\"",
+    );
+    refused("radius = 1, cells = 2, facing = \"up\"", "a whole ball has a pole on either side");
+    refused("radius = 1, cells = 2, part = \"half\", facing = \"left\"", "expected \"down\" or \"up\"");
+    refused(
+        "radius = 1, cells = 2, growth = 0.5",
+        "`body.0.generator.growth` is 0.5; expected a number from 1 to 5",
+    );
+    refused("radius = 1, cells = 2, growth = 9", "`body.0.generator.growth` is 9");
 }
 
 #[test]
