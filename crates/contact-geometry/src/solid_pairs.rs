@@ -281,11 +281,7 @@ fn weigh(pairs: &mut [NodePair<Solid>], facets: &[ContactFacet<Solid>]) {
 
 /// Finds the normal of a flat surface, out of its body; `None` if it is not flat.
 fn plane(body: &Body<Solid>, facets: &[FacetId]) -> Option<Vector> {
-    let mesh = body.mesh();
-    let corners = |facet: &FacetId| {
-        mesh.topology().oriented_facet(*facet, mesh.cells()).map(|node| mesh.points()[node])
-    };
-    let corners: Vec<[Vector; 3]> = facets.iter().map(corners).collect();
+    let corners = body.outward_faces(facets);
     let outward = |normal: &Vector| corners.iter().all(|c| Solid::facet_normal(c).dot(normal) > -FACING);
     Solid::flat_normal(&corners, FLAT_SIDE).filter(outward)
 }

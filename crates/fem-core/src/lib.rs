@@ -75,6 +75,7 @@ mod motions;
 pub mod norm;
 pub mod ordering;
 pub mod parallel;
+mod partition;
 pub mod prepared;
 pub mod quadrature;
 pub mod residual;

@@ -6,6 +6,7 @@ use super::{Body, BodyError, ConditionList, ConditionPlace, group};
 use crate::geometry::diagonal;
 use crate::mesh::TetMesh;
 use crate::mesh::id::FacetId;
+use crate::partition::Partition;
 use crate::rigid_line::RigidLine;
 use crate::space::{Solid, Space};
 use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen};
@@ -19,6 +20,9 @@ const ON_SURFACE: f64 = 1e-6;
 const ROUNDS: usize = 30;
 /// A step that moves the surface by less than this fraction of the size of the side is the last one.
 const LAST_STEP: f64 = 1e-14;
+/// Steps that are not shorter than this fraction of the one before, one after the other, are the last ones: the nodes are on no such surface.
+const SHORTER: f64 = 0.5;
+const MOST_IDLE: usize = 2;
 /// A radius of more than this multiple of the size of the side is that of a plane, but for the rounding of the nodes.
 const LARGEST_RADIUS: f64 = 1e4;
 
@@ -35,11 +39,20 @@ pub enum SurfaceKind {
 
 impl SurfaceKind {
     /// Returns its name.
-    pub fn word(self) -> &'static str {
+    pub const fn word(self) -> &'static str {
         match self {
             Self::Plane => "plane",
             Self::Cylinder => "cylinder",
             Self::Sphere => "sphere",
+        }
+    }
+
+    /// Returns the kind of a surface.
+    pub fn of(line: &RigidLine<Solid>) -> Self {
+        match line {
+            RigidLine::Plane { .. } => Self::Plane,
+            RigidLine::Circle { .. } => Self::Sphere,
+            RigidLine::Cylinder { .. } => Self::Cylinder,
         }
     }
 
@@ -134,27 +147,17 @@ impl Body<Solid> {
 
 /// Lists the parts of a side that have no node in common.
 fn parts(mesh: &TetMesh, faces: &[FacetId]) -> Vec<Vec<FacetId>> {
-    let mut part_of: BTreeMap<_, usize> = BTreeMap::new();
-    let mut parts: Vec<Vec<FacetId>> = Vec::new();
-    for &face in faces {
-        let nodes = mesh.topology().facets()[face];
-        let mut met: Vec<usize> = nodes.iter().filter_map(|node| part_of.get(node).copied()).collect();
-        met.sort_unstable();
-        met.dedup();
-        let part = met.first().copied().unwrap_or(parts.len());
-        if part == parts.len() {
-            parts.push(Vec::new());
-        }
-        for other in met.into_iter().skip(1) {
-            let moved = std::mem::take(&mut parts[other]);
-            parts[part].extend(moved);
-            part_of.values_mut().filter(|of| **of == other).for_each(|of| *of = part);
-        }
-        parts[part].push(face);
-        part_of.extend(nodes.map(|node| (node, part)));
+    let corners = |face: FacetId| mesh.topology().facets()[face].map(|node| node.index());
+    let mut joined = Partition::new(mesh.points().len());
+    for [a, b, c] in faces.iter().map(|face| corners(*face)) {
+        joined.join(a, b);
+        joined.join(b, c);
     }
-    parts.retain(|part| !part.is_empty());
-    parts
+    let mut parts: BTreeMap<usize, Vec<FacetId>> = BTreeMap::new();
+    for &face in faces {
+        parts.entry(joined.first(corners(face)[0])).or_default().push(face);
+    }
+    parts.into_values().collect()
 }
 
 /// Chooses the side of a surface on which the body is.
@@ -223,10 +226,12 @@ fn cylinder(faces: &[[Vector; 3]], middle: Vector, size: f64) -> Option<RigidLin
     Some(RigidLine::Cylinder { point, axis, radius, inside: true })
 }
 
-/// Improves a sphere or a cylinder by Gauss-Newton: the sum of the squared distances of the nodes becomes least.
+/// Improves a sphere or a cylinder by Gauss-Newton: the sum of the squared distances of the nodes becomes least. Nodes that are on no such surface are
+/// recognised by steps that do not become shorter, and the surface is then only near the best one.
 ///
 /// * `size`: of the side, m.
 fn refined(mut line: RigidLine<Solid>, points: &[Vector], size: f64) -> Option<RigidLine<Solid>> {
+    let (mut last, mut idle) = (f64::INFINITY, 0);
     for _ in 0..ROUNDS {
         let (start, axes, axis) = match line {
             RigidLine::Circle { centre, .. } => (centre, Solid::AXES.to_vec(), None),
@@ -267,9 +272,12 @@ fn refined(mut line: RigidLine<Solid>, points: &[Vector], size: f64) -> Option<R
             }
             RigidLine::Plane { .. } => {}
         }
-        if step.iter().fold(0.0f64, |most, s| most.max(s.abs())) <= LAST_STEP * size {
+        let length = step.iter().fold(0.0f64, |most, s| most.max(s.abs()));
+        idle = if length > SHORTER * last { idle + 1 } else { 0 };
+        if length <= LAST_STEP * size || idle == MOST_IDLE {
             break;
         }
+        last = length;
     }
     let radius = match line {
         RigidLine::Circle { radius, .. } | RigidLine::Cylinder { radius, .. } => radius,

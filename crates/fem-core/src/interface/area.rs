@@ -1,6 +1,7 @@
 //! The part of an interface that is in contact.
 
 use super::ContactInterface;
+use crate::partition::Partition;
 use crate::space::Space;
 
 /// The area in contact, seen from both sides: it lies between two numbers, whose difference the mesh decides. In the plane areas are lengths.
@@ -31,8 +32,7 @@ impl<S: Space> ContactInterface<S> {
     /// * `is_closed`: whether a pair of nodes is closed, by its number.
     pub fn contact_area(&self, is_closed: impl Fn(usize) -> bool) -> ContactArea {
         let mut found = ContactArea::default();
-        // Each closed pair points towards the first one of its patch.
-        let mut parent: Vec<usize> = (0..self.pairs().len()).collect();
+        let mut patches = Partition::new(self.pairs().len());
         let mut closed_facets = Vec::new();
         for facet in self.facets() {
             let corners = facet.free_corners().map(|corner| facet.pairs[corner] as usize);
@@ -42,10 +42,8 @@ impl<S: Space> ContactInterface<S> {
                     open = true;
                     continue;
                 }
-                let pair = first(&mut parent, pair);
-                let other = closed.map_or(pair, |other| first(&mut parent, other));
-                parent[pair.max(other)] = pair.min(other);
-                closed = Some(pair.min(other));
+                patches.join(pair, closed.unwrap_or(pair));
+                closed = Some(pair);
             }
             if let Some(pair) = closed {
                 found.outer += facet.measure;
@@ -55,9 +53,9 @@ impl<S: Space> ContactInterface<S> {
                 }
             }
         }
-        let mut of_pair = vec![0; parent.len()];
-        for pair in (0..parent.len()).filter(|pair| is_closed(*pair)) {
-            let first = first(&mut parent, pair);
+        let mut of_pair = vec![0; self.pairs().len()];
+        for pair in (0..of_pair.len()).filter(|pair| is_closed(*pair)) {
+            let first = patches.first(pair);
             if first == pair {
                 of_pair[pair] = found.patches.len();
                 found.patches.push(ContactPatch::default());
@@ -65,17 +63,8 @@ impl<S: Space> ContactInterface<S> {
             found.patches[of_pair[first]].pairs.push(pair);
         }
         for (pair, measure) in closed_facets {
-            found.patches[of_pair[first(&mut parent, pair)]].area += measure;
+            found.patches[of_pair[patches.first(pair)]].area += measure;
         }
         found
     }
-}
-
-/// Finds the first pair of a patch, and shortens the way to it.
-fn first(parent: &mut [usize], mut pair: usize) -> usize {
-    while parent[pair] != pair {
-        parent[pair] = parent[parent[pair]];
-        pair = parent[pair];
-    }
-    pair
 }
