@@ -57,8 +57,10 @@ mod obstacle;
 mod outline;
 mod pairing;
 mod profile;
+mod refinable;
 mod refinement;
 mod solid_pairs;
+mod solid_refinement;
 
 use fem_core::body::Body;
 use fem_core::geometry::Vector;
@@ -69,8 +71,10 @@ pub use contacts::{Contact, Paired, PairingError, Refined, Sides, paired};
 pub use facing_sides::{FacingSides, facing_sides};
 pub use obstacle::against;
 pub use pairing::{pair, pair_along, pair_refined};
+pub use refinable::{FinerProblem, Refinable};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem, close, refined};
 pub use solid_pairs::{pair_solids, solid_against};
+pub use solid_refinement::{RefinedSolids, count_halved, edge_order, halved};
 
 /// How the contact normal is chosen. In each case it is a datum, frozen on the undeformed meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

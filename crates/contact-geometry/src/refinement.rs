@@ -3,7 +3,7 @@
 use super::obstacle::refined_against;
 use super::{measure_arc, outline};
 use fem_core::body::{Body, BodyError, Piece};
-use fem_core::geometry::{Vector, norm};
+use fem_core::geometry::{Point, Vector, norm};
 use fem_core::interface::Line;
 use fem_core::interface::Profile;
 use fem_core::interface::{
@@ -38,6 +38,17 @@ pub enum RefineError {
         /// The error of its conditions.
         source: BodyError,
     },
+    /// Contact pairs join two nodes of one cell, which no refinement can tell apart.
+    #[error(
+        "body {body}: contact pairs join two nodes of one cell, one of them at {point}; a cell with both cannot be refined; use \
+         smaller cells there, or take one of the pairs out"
+    )]
+    JoinedNodes {
+        /// Its number, from 0.
+        body: usize,
+        /// One of the nodes.
+        point: Point,
+    },
     /// The gap cannot be evaluated on the finer interface.
     #[error("on the finer interface: {0}")]
     Interface(#[from] InterfaceError),
@@ -60,12 +71,33 @@ pub struct RefinedProblem {
 #[non_exhaustive]
 pub struct RefinedPair {
     /// For every new pair of nodes the two neighbouring old ones: the same one twice if it is an old pair, or the first
-    /// one next to a clamped end.
+    /// one next to a clamped end. Of solids old pairs keep their numbers, and a neighbour may be a new pair with a smaller number.
     pub parents: Vec<[u32; 2]>,
     old: usize,
 }
 
 impl RefinedPair {
+    pub(super) fn new(parents: Vec<[u32; 2]>, old: usize) -> Self {
+        Self { parents, old }
+    }
+
+    /// Transfers values of the old pairs of nodes.
+    ///
+    /// * `join`: the values of two neighbours.
+    ///
+    /// # Panics
+    /// If `values` does not have one entry per old pair of nodes.
+    pub fn inherited<T: Copy>(&self, values: &[T], join: impl Fn(T, T) -> T) -> Vec<T> {
+        let old = self.old;
+        assert!(values.len() == old, "{} values, and {old} pairs before the refinement", values.len());
+        let mut new: Vec<T> = Vec::with_capacity(self.parents.len());
+        for parents in &self.parents {
+            let [a, b] = parents.map(|p| values.get(p as usize).copied().unwrap_or_else(|| new[p as usize]));
+            new.push(join(a, b));
+        }
+        new
+    }
+
     /// Returns the number of pairs of nodes before the refinement.
     pub fn old(&self) -> usize {
         self.old
@@ -76,10 +108,7 @@ impl RefinedPair {
     /// # Panics
     /// If `values` does not have one entry per old pair of nodes.
     pub fn prolong(&self, values: &[f64]) -> Vec<f64> {
-        let old = self.old;
-        assert!(values.len() == old, "{} values, and {old} pairs before the refinement", values.len());
-        let mean = |p: &[u32; 2]| 0.5 * (values[p[0] as usize] + values[p[1] as usize]);
-        self.parents.iter().map(mean).collect()
+        self.inherited(values, |a, b| 0.5 * (a + b))
     }
 }
 
@@ -174,7 +203,7 @@ pub fn refined(
         };
         finer.contacts[k].roles = pair.roles;
         finer = finer.with_friction(k, pair.friction.clone())?;
-        pairs.push(RefinedPair { parents, old: pair.interface.pairs().len() });
+        pairs.push(RefinedPair::new(parents, pair.interface.pairs().len()));
     }
     Ok(RefinedProblem { problem: finer, refinements, pairs })
 }

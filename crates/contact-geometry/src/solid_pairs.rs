@@ -52,10 +52,7 @@ pub fn pair_solids(
     {
         return Err(InterfaceError::NotFacing { point: first.mesh().facet_middle(groups[0][0]).into() });
     }
-    let shapes = [declared(first, 0, groups[0])?, declared(second, 1, groups[1])?];
-    let round =
-        |b: usize| shapes[b].filter(|line| !matches!(line, RigidLine::Plane { .. })).map(|line| (b, line));
-    let round = round(0).or_else(|| if planes[0].is_none() { round(1) } else { None });
+    let round = round_side(bodies, groups)?;
     let flat = planes[0].or(planes[1].map(|normal| -normal)).filter(|_| round.is_none());
     let across = |point: Vector| match (gap, flat, round) {
         (Gap::Geometric, Some(normal), _) => point - point.dot(&normal) * normal,
@@ -156,7 +153,7 @@ pub fn solid_against(
 ///
 /// # Errors
 /// A turn of more than 60 degrees.
-fn turns(normals: [Vector; 3], middle: Vector) -> Result<bool, InterfaceError> {
+pub(super) fn turns(normals: [Vector; 3], middle: Vector) -> Result<bool, InterfaceError> {
     let edges = || ContactFacet::<Solid>::edges().map(|ends| ends.map(|corner| normals[corner]));
     check_turns(edges(), middle)?;
     Ok(edges().any(|[a, b]| norm(a - b) > SAME_NORMAL))
@@ -176,6 +173,20 @@ fn check_turns(normals: impl IntoIterator<Item = [Vector; 2]>, middle: Vector) -
         return Err(InterfaceError::CoarseFace { point: middle.into(), degrees });
     }
     Ok(())
+}
+
+/// Finds the side from whose declared round surface the normals come, and that surface: the first body's, or the second's if the first is not flat.
+///
+/// # Errors
+/// Sides on several surfaces.
+pub(super) fn round_side(
+    bodies: [&Body<Solid>; 2],
+    groups: [&[FacetId]; 2],
+) -> Result<Option<(usize, RigidLine<Solid>)>, InterfaceError> {
+    let shapes = [declared(bodies[0], 0, groups[0])?, declared(bodies[1], 1, groups[1])?];
+    let round =
+        |b: usize| shapes[b].filter(|line| !matches!(line, RigidLine::Plane { .. })).map(|line| (b, line));
+    Ok(round(0).or_else(|| round(1).filter(|_| plane(bodies[0], groups[0]).is_none())))
 }
 
 /// Finds the declared surface of all contact faces of a body; `None` if none is declared there.
@@ -247,7 +258,7 @@ fn averaged(
 ///
 /// # Errors
 /// Normals that turn by more than 60 degrees, also from those of the face itself, or point into the first body or out of the second.
-fn check_face(
+pub(super) fn check_face(
     bodies: [&Body<Solid>; 2],
     facet: &ContactFacet<Solid>,
     pairs: &[NodePair<Solid>],
@@ -273,7 +284,7 @@ fn numbers(pairs: &[NodePair<Solid>]) -> HashMap<NodeId, u32> {
 }
 
 /// Gives a third of each facet to each of its corners.
-fn weigh(pairs: &mut [NodePair<Solid>], facets: &[ContactFacet<Solid>]) {
+pub(super) fn weigh(pairs: &mut [NodePair<Solid>], facets: &[ContactFacet<Solid>]) {
     for facet in facets {
         facet.pairs.iter().for_each(|k| pairs[*k as usize].weight += facet.measure / Solid::DIM as f64);
     }
@@ -322,7 +333,10 @@ fn facets(
 }
 
 /// Refuses a pair one of whose nodes a support holds along the normal; it may be clamped.
-fn check_supports(bodies: [&Body<Solid>; 2], pair: &NodePair<Solid>) -> Result<(), InterfaceError> {
+pub(super) fn check_supports(
+    bodies: [&Body<Solid>; 2],
+    pair: &NodePair<Solid>,
+) -> Result<(), InterfaceError> {
     let constraints = [0, 1].map(|b: usize| &bodies[b].node_constraints()[pair.nodes[b]]);
     for (body, constraint) in constraints.into_iter().enumerate() {
         let held = constraint.held;

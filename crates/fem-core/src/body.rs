@@ -6,6 +6,7 @@ mod curves;
 mod error;
 mod interpolation;
 mod motion;
+mod onto_surfaces;
 mod rigid;
 mod surfaces;
 
@@ -29,6 +30,7 @@ pub use error::BodyError;
 pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::{FreeMotion, RigidMotion};
+pub use onto_surfaces::{FinerBody, move_onto_surfaces};
 pub use rigid::RigidSide;
 pub use surfaces::{DeclaredSurface, SurfaceKind};
 
@@ -300,6 +302,31 @@ impl<S: Space> Body<S> {
     pub fn rigid_motions(&self) -> Vec<RigidMotion<S>> {
         if self.free_motion().is_none() { Vec::new() } else { motion::basis(self) }
     }
+
+    /// Creates the same body on a finer mesh, without its curves and surfaces.
+    ///
+    /// * `parent_cell`: of each new cell; `parts`: of a facet in the finer mesh.
+    fn on_finer(
+        &self,
+        mesh: &Mesh<S>,
+        parent_cell: &[u32],
+        parts: impl Fn(FacetId) -> Vec<FacetId>,
+    ) -> Result<Self, BodyError> {
+        let finer = |facets: &Vec<FacetId>| {
+            let mut parts: Vec<FacetId> = facets.iter().flat_map(|facet| parts(*facet)).collect();
+            parts.sort_unstable();
+            parts
+        };
+        let selected = conditions::Selected {
+            displacements: self.selected.displacements.iter().map(finer).collect(),
+            nodes: self.selected.nodes.clone(),
+            tractions: self.selected.tractions.iter().map(finer).collect(),
+            rigid: self.selected.rigid.iter().map(finer).collect(),
+        };
+        let materials = self.materials.inherited(parent_cell);
+        let finer = conditions::evaluate(mesh.clone(), materials, &self.conditions, Some(selected))?;
+        Ok(Self { inserted: self.inserted.clone(), ..finer })
+    }
 }
 
 impl Body {
@@ -311,26 +338,9 @@ impl Body {
     /// # Errors
     /// Functions whose values at new nodes are not finite, or contradict each other, see [`BodyError`].
     pub fn refined(&self, refinement: &Refinement) -> Result<Self, BodyError> {
-        let finer = |edges: &Vec<FacetId>| {
-            let mut parts: Vec<FacetId> =
-                edges.iter().flat_map(|&e| refinement.parts(&self.mesh, e)).collect();
-            parts.sort_unstable();
-            parts
-        };
-        let selected = conditions::Selected {
-            displacements: self.selected.displacements.iter().map(finer).collect(),
-            nodes: self.selected.nodes.clone(),
-            tractions: self.selected.tractions.iter().map(finer).collect(),
-            rigid: self.selected.rigid.iter().map(finer).collect(),
-        };
-        let materials = self.materials.inherited(&refinement.parent_cell);
-        let finer =
-            conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))?;
-        Ok(Self {
-            curves: self.curves.refined(&self.mesh, refinement),
-            inserted: self.inserted.clone(),
-            ..finer
-        })
+        let parts = |edge: FacetId| refinement.parts(&self.mesh, edge);
+        let finer = self.on_finer(&refinement.mesh, &refinement.parent_cell, parts)?;
+        Ok(Self { curves: self.curves.refined(&self.mesh, refinement), ..finer })
     }
 
     /// Adds a constant traction along the whole boundary, counter-clockwise, Pa. It has no resultant, and a moment of `2 A` times it with the

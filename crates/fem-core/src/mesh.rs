@@ -1,5 +1,6 @@
 //! Meshes of triangles or tetrahedra: immutable, checked on creation, with named sets of facets.
 
+pub mod bisect;
 pub mod cell_tree;
 mod error;
 pub mod generate;

@@ -5,6 +5,7 @@
 use super::{Body, BodyError, ConditionList, ConditionPlace, group};
 use crate::geometry::diagonal;
 use crate::mesh::TetMesh;
+use crate::mesh::bisect::TetRefinement;
 use crate::mesh::id::FacetId;
 use crate::partition::Partition;
 use crate::rigid_line::RigidLine;
@@ -136,6 +137,28 @@ impl Body<Solid> {
         Ok(self)
     }
 
+    /// Creates the same body on a finer mesh: the parts of a face inherit its conditions and its surface, the selections are not evaluated again,
+    /// and functions are evaluated at the new nodes.
+    ///
+    /// * `refinement`: of this body's mesh.
+    ///
+    /// # Errors
+    /// Functions whose values at new nodes are not finite, or contradict each other, see [`BodyError`].
+    pub fn refined(&self, refinement: &TetRefinement) -> Result<Self, BodyError> {
+        let parts = parts_of_facets(refinement, self.mesh.topology().facets().len());
+        let of = |facet: FacetId| parts[facet.index()].clone();
+        let finer = self.on_finer(&refinement.mesh, &refinement.parent_cell, of)?;
+        let inherited = |(face, line): (&FacetId, &RigidLine<Solid>)| {
+            parts[face.index()].iter().map(|part| (*part, *line)).collect::<Vec<_>>()
+        };
+        Ok(Self { surfaces: self.surfaces.iter().flat_map(inherited).collect(), ..finer })
+    }
+
+    /// Returns the declared surfaces of all faces that have one.
+    pub fn surfaces(&self) -> &BTreeMap<FacetId, RigidLine<Solid>> {
+        &self.surfaces
+    }
+
     /// Lists the corners of faces such that their normals point out of the body, m.
     pub fn outward_faces(&self, faces: &[FacetId]) -> Vec<[Vector; 3]> {
         let (mesh, topology) = (&self.mesh, self.mesh.topology());
@@ -143,6 +166,17 @@ impl Body<Solid> {
             |face: &FacetId| topology.oriented_facet(*face, mesh.cells()).map(|node| mesh.points()[node]);
         faces.iter().map(corners).collect()
     }
+}
+
+/// Lists the parts of each old face in a finer mesh.
+fn parts_of_facets(refinement: &TetRefinement, old: usize) -> Vec<Vec<FacetId>> {
+    let mut parts = vec![Vec::new(); old];
+    for (facet, parent) in refinement.parent_facet.iter().enumerate() {
+        if *parent != FacetId::NONE {
+            parts[parent.index()].push(FacetId::new(facet));
+        }
+    }
+    parts
 }
 
 /// Lists the parts of a side that have no node in common.
