@@ -49,6 +49,7 @@ mod resume;
 mod round_obstacles;
 mod rounded_punch;
 mod sharpness;
+mod solid_adaptive;
 mod solid_cases;
 mod solids;
 mod solve;

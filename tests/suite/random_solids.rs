@@ -36,3 +36,20 @@ fn every_promise_is_kept_in_a_sample_of_random_solids() {
     let sharp = trials.iter().filter_map(|t| t.effectivity).filter(|e| *e < 2.0).count();
     assert!(3 * sharp > trials.len(), "{sharp} of {} bounds are below twice the error", trials.len());
 }
+
+/// Problems of the sample of adaptive runs: of each family four.
+const REFINED: u64 = 84;
+
+#[test]
+fn every_promise_is_kept_on_the_meshes_of_adaptive_runs() {
+    let trials: Vec<Trial> =
+        (2_000_000..2_000_000 + REFINED).into_par_iter().map(|n| Trial::adaptive(n).unwrap()).collect();
+    let said =
+        |t: &Trial| t.violations().map(|v| format!("{} {} {v:?}", t.number, t.family)).collect::<Vec<_>>();
+    let violated: Vec<String> = trials.iter().flat_map(said).collect();
+    let judged = trials.iter().filter(|t| t.refined > 1).count();
+    let meshes: usize = trials.iter().map(|t| t.refined).sum();
+    println!("{judged} of {} problems refined, {meshes} meshes", trials.len());
+    assert!(violated.is_empty(), "{violated:#?}");
+    assert!(3 * judged > trials.len(), "{judged} of {}", trials.len());
+}

@@ -6,6 +6,7 @@
 //! There are no reference values: runs of one problem must agree. Boxes lie on one grid, so that surfaces match; halved cells lie in those before,
 //! data are linear, and so the solution on a finer mesh is an admissible field of the same problem: no bound is below the distance to it.
 
+mod adaptive;
 mod build;
 mod draw;
 mod field;
@@ -205,6 +206,8 @@ pub struct Trial {
     pub worst_pair: f64,
     /// How many fields with errors got a bound.
     pub fields: usize,
+    /// How many meshes of an adaptive run were judged.
+    pub refined: usize,
     /// The verdicts.
     pub verdicts: Vec<Verdict>,
 }
@@ -218,8 +221,29 @@ impl Trial {
         Ok(Self::of(&Problem::new(number)?))
     }
 
+    /// Draws the problem with a number, refines it adaptively on up to four meshes, and judges each of them.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn adaptive(number: u64) -> Made<Self> {
+        let problem = Problem::new(number)?;
+        Ok(Self::judged(&problem, |trial| {
+            if let Err(error) = adaptive::judge(&problem, trial) {
+                // Without its gaps and round obstacles an assembly may have supports and contacts that exclude each other.
+                trial.say(Promise::Status, excluded(error.as_ref()), || format!("adaptive: {error}"));
+            }
+        }))
+    }
+
     /// Runs and judges a problem.
     pub fn of(problem: &Problem) -> Self {
+        Self::judged(problem, |trial| {
+            let claims = judge::judge(problem, trial);
+            field::judge(problem, &claims, trial);
+        })
+    }
+
+    fn judged(problem: &Problem, judge: impl Fn(&mut Self)) -> Self {
         let sides = |part: &build::Part| {
             part.sides.iter().filter(|s| matches!(s, Condition::Plane(..) | Condition::Round(..))).count()
         };
@@ -236,13 +260,11 @@ impl Trial {
             worst: 0.0,
             worst_pair: 0.0,
             fields: 0,
+            refined: 0,
             verdicts: Vec::new(),
         };
         // A panic is a defect of the program, and one of the verdicts.
-        let judged = catch_unwind(AssertUnwindSafe(|| {
-            let claims = judge::judge(problem, &mut trial);
-            field::judge(problem, &claims, &mut trial);
-        }));
+        let judged = catch_unwind(AssertUnwindSafe(|| judge(&mut trial)));
         trial.say(Promise::Status, judged.is_ok(), || "panicked".into());
         trial
     }

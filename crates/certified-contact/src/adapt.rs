@@ -10,9 +10,10 @@ use crate::observer::{Observer, Phase, Silent};
 use crate::refine::{self, Finer, Refined};
 use crate::settings::Settings;
 use crate::solution::CertifiedSolution;
+use crate::space::ContactSpace;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::interface::ContactProblem;
-use fem_core::mesh::refine::RefinementEdges;
+use fem_core::space::{Plane, Space};
 use nndd::{CoulombSettings, CoulombStatus, NnddStatus};
 use solve_on_mesh::SolveOnMesh;
 
@@ -45,7 +46,7 @@ impl AdaptSettings {
 /// How an adaptive run ended.
 #[derive(Debug)]
 #[non_exhaustive]
-pub enum AdaptiveEnd {
+pub enum AdaptiveEnd<S: Space = Plane> {
     /// The certified relative error is at most the target; with Coulomb friction the relative residual is.
     TargetMet,
     /// All allowed meshes were used.
@@ -79,24 +80,24 @@ pub enum AdaptiveEnd {
         nodes: usize,
     },
     /// The next mesh could not be made or solved.
-    Failed(SolveError),
+    Failed(SolveError<S>),
 }
 
 /// The result of an adaptive run.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct AdaptiveSolution<S = CertifiedSolution> {
+pub struct AdaptiveSolution<A = CertifiedSolution, S: Space = Plane> {
     /// The solution with the smallest valid bound or, with Coulomb friction, the smallest residual: normally on the last mesh.
-    pub solution: S,
+    pub solution: A,
     /// Its step in `history`, from 1.
     pub step: usize,
     /// One entry per mesh solved.
     pub history: Vec<Step>,
     /// How the run ended.
-    pub end: AdaptiveEnd,
+    pub end: AdaptiveEnd<S>,
 }
 
-impl<S> AdaptiveSolution<S> {
+impl<A, S: Space> AdaptiveSolution<A, S> {
     /// Computes the change of the largest von Mises stress ([`crate::PeakStress`]) from the previous mesh to the mesh of the
     /// solution, relative to the previous value; `None` on the first mesh.
     pub fn peak_change(&self) -> Option<f64> {
@@ -134,12 +135,12 @@ impl<S> AdaptiveSolution<S> {
 ///
 /// # Errors
 /// The first mesh cannot be solved. Later failures are reported in [`AdaptiveSolution::end`], with the best certificate.
-pub fn solve_adaptively(
-    problem: ContactProblem,
-    settings: &Settings,
+pub fn solve_adaptively<S: ContactSpace>(
+    problem: ContactProblem<S>,
+    settings: &Settings<S>,
     adapt: &AdaptSettings,
-    observer: &mut dyn Observer,
-) -> Result<AdaptiveSolution, SolveError> {
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSolution<CertifiedSolution<S>, S>, SolveError<S>> {
     begin(problem, settings, adapt, observer)
 }
 
@@ -182,35 +183,35 @@ pub fn resume_coulomb_adaptively(
 ///
 /// # Errors
 /// See [`solve_adaptively`]; [`SolveError::Checkpoint`] if the checkpoint belongs to another problem.
-pub fn resume_adaptively(
-    problem: ContactProblem,
+pub fn resume_adaptively<S: ContactSpace>(
+    problem: ContactProblem<S>,
     checkpoint: Checkpoint,
-    settings: &Settings,
+    settings: &Settings<S>,
     adapt: &AdaptSettings,
-    observer: &mut dyn Observer,
-) -> Result<AdaptiveSolution, SolveError> {
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSolution<CertifiedSolution<S>, S>, SolveError<S>> {
     resume(problem, checkpoint, settings, adapt, observer)
 }
 
 /// Starts a run on its first mesh.
-fn begin<M: SolveOnMesh>(
-    problem: ContactProblem,
+fn begin<S: ContactSpace, M: SolveOnMesh<S>>(
+    problem: ContactProblem<S>,
     method: &M,
     adapt: &AdaptSettings,
-    observer: &mut dyn Observer,
-) -> Result<AdaptiveSolution<M::Solution>, SolveError> {
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSolution<M::Solution, S>, SolveError<S>> {
     let solution = method.solve(problem, None, observer)?;
-    follow(Course::new::<M>(solution), None, method, adapt, observer)
+    follow(Course::new::<M>(solution)?, None, method, adapt, observer)
 }
 
 /// Resumes a run with the last mesh of its checkpoint that can be solved.
-fn resume<M: SolveOnMesh>(
-    problem: ContactProblem,
+fn resume<S: ContactSpace, M: SolveOnMesh<S>>(
+    problem: ContactProblem<S>,
     checkpoint: Checkpoint,
     method: &M,
     adapt: &AdaptSettings,
-    observer: &mut dyn Observer,
-) -> Result<AdaptiveSolution<M::Solution>, SolveError> {
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSolution<M::Solution, S>, SolveError<S>> {
     let mut record = checkpoint;
     if record.history.len() != record.meshes.len() {
         return Err(SolveError::Checkpoint { what: "it does not have one row per mesh solved" });
@@ -218,12 +219,12 @@ fn resume<M: SolveOnMesh>(
     observer.phase(Phase::Refinement);
     while !record.meshes.is_empty() {
         let step = record.meshes.len() + 1;
-        let (finer, edges) = record.replay(&problem, step)?;
+        let (finer, cuts) = record.replay(&problem, step)?;
         if observer.fits_in_memory(&finer) {
             let start = record.start_of(step)?.clone();
             match method.solve(finer, Some((record.role_reason, start)), observer) {
                 Ok(solution) => {
-                    let course = Course { solution, edges, record, best: None };
+                    let course = Course { solution, cuts, record, best: None };
                     return follow(course, Some(&problem), method, adapt, observer);
                 }
                 Err(SolveError::Stopped) => return Err(SolveError::Stopped),
@@ -236,37 +237,37 @@ fn resume<M: SolveOnMesh>(
 }
 
 /// An adaptive run whose current mesh has just been solved.
-struct Course<S> {
-    solution: S,
-    edges: Vec<RefinementEdges>,
+struct Course<A, S: ContactSpace> {
+    solution: A,
+    cuts: S::Cuts,
     /// History of the meshes before the current one.
     record: Checkpoint,
     /// An earlier solution that is better than all later ones, and its step.
-    best: Option<(usize, S)>,
+    best: Option<(usize, A)>,
 }
 
-impl<S> Course<S> {
+impl<A, S: ContactSpace> Course<A, S> {
     /// Starts with the solution on the first mesh.
-    fn new<M: SolveOnMesh<Solution = S>>(solution: S) -> Self {
+    fn new<M: SolveOnMesh<S, Solution = A>>(solution: A) -> Result<Self, SolveError<S>> {
         let (problem, ..) = M::parts(&solution);
-        let (edges, roles) = (refine::longest_edges(problem), problem.roles());
+        let (cuts, roles) = (S::cuts(problem)?, problem.roles());
         let role_reason = M::role_reason(&solution);
         let record = Checkpoint { roles, role_reason, meshes: Vec::new(), history: Vec::new() };
-        Self { solution, edges, record, best: None }
+        Ok(Self { solution, cuts, record, best: None })
     }
 }
 
 /// Refines and solves until there is a reason to end.
 ///
 /// * `first`: the problem on its first mesh, if the run was resumed.
-fn follow<M: SolveOnMesh>(
-    course: Course<M::Solution>,
-    first: Option<&ContactProblem>,
+fn follow<S: ContactSpace, M: SolveOnMesh<S>>(
+    course: Course<M::Solution, S>,
+    first: Option<&ContactProblem<S>>,
     method: &M,
     adapt: &AdaptSettings,
-    observer: &mut dyn Observer,
-) -> Result<AdaptiveSolution<M::Solution>, SolveError> {
-    let Course { mut solution, mut edges, mut record, mut best } = course;
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSolution<M::Solution, S>, SolveError<S>> {
+    let Course { mut solution, mut cuts, mut record, mut best } = course;
     let end = loop {
         let step = M::step(&solution, record.history.len() + 1);
         record.history.push(step);
@@ -281,18 +282,13 @@ fn follow<M: SolveOnMesh>(
         observer.phase(Phase::Refinement);
         let (problem, estimate, last) = M::parts(&solution);
         let wanted = refine::next_size((problem, estimate), step.measured(), adapt.target, adapt.max_nodes);
-        let Finer { problem, refinement_edges, rounds, start } = match refine::refine(
-            (problem, estimate, last),
-            &edges,
-            adapt.fraction,
-            wanted,
-            adapt.max_nodes,
-        ) {
-            Ok(Refined::Finer(finer)) => *finer,
-            Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
-            Ok(Refined::OutOfMemory) => break AdaptiveEnd::MaxNodes,
-            Err(error) => break AdaptiveEnd::Failed(error.into()),
-        };
+        let Finer { problem, cuts: finer_cuts, rounds, start } =
+            match refine::refine((problem, estimate, last), &cuts, adapt.fraction, wanted, adapt.max_nodes) {
+                Ok(Refined::Finer(finer)) => *finer,
+                Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
+                Ok(Refined::OutOfMemory) => break AdaptiveEnd::MaxNodes,
+                Err(error) => break AdaptiveEnd::Failed(error.into()),
+            };
         if !observer.fits_in_memory(&problem) {
             let nodes = problem.nodes();
             break AdaptiveEnd::OutOfMemory { nodes };
@@ -308,7 +304,7 @@ fn follow<M: SolveOnMesh>(
             Err(SolveError::Stopped) => break AdaptiveEnd::Interrupted,
             Err(error) => break AdaptiveEnd::Failed(error),
         };
-        edges = refinement_edges;
+        cuts = finer_cuts;
         let coarser = std::mem::replace(&mut solution, finer);
         let next = M::step(&solution, step.step + 1);
         if best_step(record.history.iter().chain([&next])) == Some(step.step) {
@@ -335,12 +331,12 @@ fn follow<M: SolveOnMesh>(
 }
 
 /// Solves the mesh of an earlier step again.
-fn solve_step<M: SolveOnMesh>(
-    first: &ContactProblem,
+fn solve_step<S: ContactSpace, M: SolveOnMesh<S>>(
+    first: &ContactProblem<S>,
     record: &Checkpoint,
     step: usize,
     method: &M,
-) -> Result<M::Solution, SolveError> {
+) -> Result<M::Solution, SolveError<S>> {
     if step == 1 {
         return method.solve(first.clone(), None, &mut Silent);
     }
@@ -371,29 +367,29 @@ fn rose_twice(history: &[Step]) -> bool {
 }
 
 /// Tells whether the bound or the residual is zero to round-off: it is at most twice its allowance for round-off.
-fn is_round_off(estimate: Option<&Estimate>) -> bool {
+fn is_round_off<S: ContactSpace>(estimate: Option<&Estimate<S>>) -> bool {
     estimate.is_some_and(|e| e.unchecked().e_cre <= 2.0 * e.round_off)
 }
 
 /// Computes the allowance for round-off over the energy norm; 0 without either.
-fn floor(estimate: Option<&Estimate>) -> f64 {
+fn floor<S: ContactSpace>(estimate: Option<&Estimate<S>>) -> f64 {
     let relative = estimate.map(|e| e.round_off / e.energy_norm());
     relative.filter(|floor| floor.is_finite()).unwrap_or(0.0)
 }
 
 /// Lists the checks of the bound that fail; none if there is no bound.
-fn failed_checks(estimate: Option<&Estimate>) -> Vec<(&'static str, f64)> {
+fn failed_checks<S: ContactSpace>(estimate: Option<&Estimate<S>>) -> Vec<(&'static str, f64)> {
     estimate.map(|e| e.admissibility.failed().collect()).unwrap_or_default()
 }
 
 /// Decides whether the mesh just solved is the last one.
-fn ended<M: SolveOnMesh>(
+fn ended<S: ContactSpace, M: SolveOnMesh<S>>(
     step: &Step,
     solution: &M::Solution,
     method: &M,
     adapt: &AdaptSettings,
-    observer: &mut dyn Observer,
-) -> Option<AdaptiveEnd> {
+    observer: &mut dyn Observer<S>,
+) -> Option<AdaptiveEnd<S>> {
     let (problem, estimate, _) = M::parts(solution);
     if let Some(end) = M::cut_short(solution) {
         return Some(end);

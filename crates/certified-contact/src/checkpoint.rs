@@ -2,11 +2,11 @@
 
 use crate::error::SolveError;
 use crate::history::Step;
-use crate::refine::{edges_of_cells, longest_edges};
 use crate::solution::RoleReason;
+use crate::space::ContactSpace;
+use contact_geometry::FinerProblem;
 use fem_core::body::Body;
 use fem_core::interface::{ContactProblem, Roles};
-use fem_core::mesh::refine::RefinementEdges;
 use nndd::Start;
 
 /// An adaptive run that is about to solve a mesh finer than its first.
@@ -27,7 +27,7 @@ pub struct Checkpoint {
 /// How a mesh was made from the previous one, and the initial values of its iteration.
 #[derive(Clone, Debug)]
 pub struct FinerMesh {
-    /// For each round, the cells of each body whose three edges were halved.
+    /// For each round, the cells of each body that were cut.
     pub rounds: Vec<Vec<Vec<u32>>>,
     /// λ and the active set.
     pub start: Start,
@@ -41,41 +41,40 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`SolveError::Checkpoint`] if this is not a checkpoint of that problem.
-    pub(crate) fn replay(
+    pub(crate) fn replay<S: ContactSpace>(
         &self,
-        first: &ContactProblem,
+        first: &ContactProblem<S>,
         step: usize,
-    ) -> Result<(ContactProblem, Vec<RefinementEdges>), SolveError> {
+    ) -> Result<(ContactProblem<S>, S::Cuts), SolveError<S>> {
         if self.roles.len() != first.contacts.len() {
             return Err(SolveError::Checkpoint { what: "it has another number of contact pairs" });
         }
         let mut problem = first.clone();
         problem.contacts.iter_mut().zip(&self.roles).for_each(|(pair, roles)| pair.roles = *roles);
-        let mut edges = longest_edges(&problem);
+        let mut cuts = S::cuts(&problem)?;
         for round in self.meshes.iter().take(step - 1).flat_map(|mesh| &mesh.rounds) {
             if round.len() != problem.bodies.len() {
                 return Err(SolveError::Checkpoint { what: "it has another number of bodies" });
             }
-            let unknown = |(body, cells): (&Body, &Vec<u32>)| {
+            let unknown = |(body, cells): (&Body<S>, &Vec<u32>)| {
                 cells.iter().any(|&cell| cell as usize >= body.mesh().cells().len())
             };
             if problem.bodies.iter().zip(round).any(unknown) {
                 return Err(SolveError::Checkpoint { what: "it refines a cell that the mesh does not have" });
             }
-            let finer = contact_geometry::refined(&problem, &edges, &edges_of_cells(&problem, round))?;
-            edges = finer.refinements.into_iter().map(|r| r.refinement_edges).collect();
-            problem = finer.problem;
+            let finer = S::finer(&problem, &cuts, round)?;
+            FinerProblem { problem, cuts, .. } = finer;
         }
         let (rows, pairs) = (problem.rows(), problem.node_pairs());
-        let start = self.start_of(step)?;
+        let start = self.start_of::<S>(step)?;
         if start.lambda.len() != rows || start.active.as_ref().is_some_and(|a| a.len() != pairs) {
             return Err(SolveError::Checkpoint { what: "its interface has another number of pairs" });
         }
-        Ok((problem, edges))
+        Ok((problem, cuts))
     }
 
     /// Returns the initial values of the iteration on the mesh of a step, from 2.
-    pub(crate) fn start_of(&self, step: usize) -> Result<&Start, SolveError> {
+    pub(crate) fn start_of<S: ContactSpace>(&self, step: usize) -> Result<&Start, SolveError<S>> {
         let mesh = self.meshes.get(step.wrapping_sub(2));
         mesh.map(|m| &m.start).ok_or(SolveError::Checkpoint { what: "it lacks a mesh" })
     }

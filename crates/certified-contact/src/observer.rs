@@ -5,6 +5,7 @@ use crate::coulomb::CoulombResult;
 use crate::history::{IterationRecord, Step};
 use crate::solution::CertifiedSolution;
 use fem_core::interface::ContactProblem;
+use fem_core::space::{Plane, Space};
 
 /// The current phase of the work; exactly one phase is active at any time of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,8 +22,8 @@ pub enum Phase {
     Refinement,
 }
 
-/// Follows a run.
-pub trait Observer {
+/// Follows a run in a space, the plane unless it is named.
+pub trait Observer<S: Space = Plane> {
     /// A phase begins, and the one before it ends.
     fn phase(&mut self, _phase: Phase) {}
 
@@ -30,14 +31,14 @@ pub trait Observer {
     fn iteration(&mut self, _row: &IterationRecord) {}
 
     /// A mesh of an adaptive run has been solved.
-    fn step(&mut self, _step: &Step, _solution: &CertifiedSolution) {}
+    fn step(&mut self, _step: &Step, _solution: &CertifiedSolution<S>) {}
 
     /// A mesh of an adaptive run with Coulomb friction has been solved.
-    fn coulomb_step(&mut self, _step: &Step, _result: &CoulombResult) {}
+    fn coulomb_step(&mut self, _step: &Step, _result: &CoulombResult<S>) {}
 
     /// Called before a finer mesh of an adaptive run is solved: returns whether there is enough memory for it. The
     /// bodies are in the order of the iteration.
-    fn fits_in_memory(&mut self, _problem: &ContactProblem) -> bool {
+    fn fits_in_memory(&mut self, _problem: &ContactProblem<S>) -> bool {
         true
     }
 
@@ -61,4 +62,4 @@ pub trait Observer {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
-impl Observer for Silent {}
+impl<S: Space> Observer<S> for Silent {}

@@ -265,14 +265,14 @@ fn weights(near: &[Near], lengths: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::refine::longest_edges;
-    use contact_geometry::ContactNormal;
     use contact_geometry::common_refinement::common_refinement;
+    use contact_geometry::{ContactNormal, Refinable};
     use fem_core::body::Body;
     use fem_core::boundary::BoundaryConditions;
     use fem_core::interface::Gap;
     use fem_core::material::{Hypothesis, LinearElastic};
     use fem_core::mesh::generate::block;
+    use fem_core::space::Plane;
 
     /// A closed line of eight pairs from pair `first` on; the first side has the even ones, the second one has 0, 3 and 5.
     fn closed(first: usize) -> (Box<Chain>, [Vec<bool>; 2]) {
@@ -391,7 +391,7 @@ mod tests {
             recovered_pressure(problem, 0, &forces).unwrap()[at] * pairs[at].weight
         };
         assert!(part_left(&problem, 0.25) < 0.7);
-        let mut edges = longest_edges(&problem);
+        let mut edges = Plane::cuts(&problem).unwrap();
         for _ in 0..2 {
             let marked: Vec<Vec<bool>> =
                 problem.bodies.iter().map(|body| vec![true; body.mesh().topology().facets().len()]).collect();

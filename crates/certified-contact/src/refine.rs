@@ -1,11 +1,11 @@
 //! The refinement of an adaptive run: which cells are refined, and how many.
 
-use contact_geometry::{RefineError, RefinedProblem};
+use crate::space::ContactSpace;
+use contact_geometry::{FinerProblem, RefineError};
 use cre_estimator::Estimate;
 use cre_estimator::marking::{self, Contribution};
-use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
-use fem_core::mesh::refine::RefinementEdges;
+use fem_core::mesh::bisect::descendants;
 use nndd::ActiveSet;
 use nndd::{Iterate, Start};
 
@@ -25,15 +25,15 @@ const MARGIN: f64 = 1.25;
 ///
 /// * `relative`: the certified error; `None` if there is no energy norm to divide by.
 /// * `limit`: the largest number of nodes allowed.
-pub(crate) fn next_size(
-    (problem, estimate): (&ContactProblem, Option<&Estimate>),
+pub(crate) fn next_size<S: ContactSpace>(
+    (problem, estimate): (&ContactProblem<S>, Option<&Estimate<S>>),
     relative: Option<f64>,
     target: f64,
     limit: usize,
 ) -> usize {
     let growth = relative.zip(estimate).map(|(relative, estimate)| {
         let contributions = marking::contributions(problem, estimate);
-        MARGIN * ideal_growth(&contributions, (target / relative).powi(2))
+        MARGIN * ideal_growth::<S>(&contributions, (target / relative).powi(2))
     });
     size_after(problem.nodes(), growth.unwrap_or(LARGEST_GROWTH), limit)
 }
@@ -48,19 +48,20 @@ fn size_after(nodes: usize, growth: f64, limit: usize) -> usize {
 
 /// Computes how many times as many cells the ideal mesh has whose squared error is `share` of the present one.
 ///
-/// A cell that contributes `c` contributes `c/m` in `m` equal parts, see [`refine`]. The number of cells is least if each cell
-/// with `c > τ²` is divided into `m = √c/τ` parts, and `Σ min(c, τ √c) = share Σ c`. The sum is concave in `τ`, so Newton's
-/// iteration from 0 increases and ends after finitely many steps. If all cells contribute the same, the growth is `1/share`,
-/// the rate `e ~ N^(-1/2)`; the less even the contributions, the smaller the growth.
-fn ideal_growth(contributions: &[Vec<f64>], share: f64) -> f64 {
+/// A cell that contributes `c` contributes `c m^(-2/d)` in `m` equal parts, see [`refine`]: `c/m` in the plane. The number of cells is least if each
+/// cell of root `r = c^(d/(d+2))` with `c > σ r` is divided into `m = r/τ` parts, `τ = σ^(d/2)`, and `Σ min(c, σ r) = share Σ c`. The sum is
+/// concave in `σ`, so Newton's iteration from 0 increases and ends after finitely many steps. If all cells contribute the same, the growth
+/// is `share^(-d/2)`, the rate `e ~ N^(-1/d)`; the less even the contributions, the smaller the growth.
+fn ideal_growth<S: ContactSpace>(contributions: &[Vec<f64>], share: f64) -> f64 {
     let all = || contributions.iter().flatten().copied();
     let goal = share * all().sum::<f64>();
-    let (mut tau, mut whole) = (0.0, None);
+    let (mut sigma, mut whole) = (0.0, None);
     loop {
+        let tau = S::divisor(sigma);
         // Cells that stay whole: how many, and their contribution; of the others the sum of roots.
         let (mut count, mut kept, mut roots) = (0_usize, 0.0, 0.0);
         for c in all() {
-            let root = c.sqrt();
+            let root = S::root(c);
             if root <= tau {
                 (count, kept) = (count + 1, kept + c);
             } else {
@@ -70,7 +71,7 @@ fn ideal_growth(contributions: &[Vec<f64>], share: f64) -> f64 {
         if roots <= 0.0 || whole.is_some_and(|before| count <= before) {
             return if tau > 0.0 { (count as f64 + roots / tau) / all().count() as f64 } else { 1.0 };
         }
-        (tau, whole) = ((goal - kept) / roots, Some(count));
+        (sigma, whole) = ((goal - kept) / roots, Some(count));
     }
 }
 
@@ -80,16 +81,19 @@ pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
 }
 
 /// Computes the share of the mesh in the squared bound or residual, from 0 to 1; 0 without an estimate.
-pub(crate) fn mesh_share(problem: &ContactProblem, estimate: Option<&Estimate>) -> f64 {
+pub(crate) fn mesh_share<S: ContactSpace>(
+    problem: &ContactProblem<S>,
+    estimate: Option<&Estimate<S>>,
+) -> f64 {
     let Some(estimate) = estimate else { return 0.0 };
     let contributions = marking::contributions(problem, estimate);
     contributions.iter().flatten().sum::<f64>() / estimate.unchecked().e_cre.powi(2)
 }
 
 /// The result of refining.
-pub(crate) enum Refined {
+pub(crate) enum Refined<S: ContactSpace> {
     /// A finer problem.
-    Finer(Box<Finer>),
+    Finer(Box<Finer<S>>),
     /// No cell contributes anything.
     NothingToRefine,
     /// Refining a single cell would take more nodes than allowed.
@@ -97,72 +101,72 @@ pub(crate) enum Refined {
 }
 
 /// A finer problem, and the initial values of its iteration.
-pub(crate) struct Finer {
-    pub(crate) problem: ContactProblem,
-    pub(crate) refinement_edges: Vec<RefinementEdges>,
-    /// For each round, the cells of each body that were marked.
+pub(crate) struct Finer<S: ContactSpace> {
+    pub(crate) problem: ContactProblem<S>,
+    pub(crate) cuts: S::Cuts,
+    /// For each round and pass, the cells of each body that were cut.
     pub(crate) rounds: Vec<Vec<Vec<u32>>>,
     pub(crate) start: Start,
 }
 
 /// Refines all bodies up to `wanted` nodes in rounds. Each round marks the smallest set of cells that makes up
-/// `fraction` of the squared error of the mesh, halves all their edges, and predicts the contributions of the new cells
+/// `fraction` of the squared error of the mesh, halves them in each direction, and predicts the contributions of the new cells
 /// for the next round. The last round takes fewer cells. At least one cell is refined if `limit` nodes allow it.
 ///
-/// A cell of area `A` contributes about in proportion to `A²` where the solution is smooth; near singularities the
+/// A cell of measure `A` contributes about in proportion to `A^((d+2)/d)` where the solution is smooth, `A²` in the plane; near singularities the
 /// prediction is too good, and the next step corrects it.
 ///
 /// * `problem`, `estimate`, `last`: the problem on the present mesh, its estimate and the last iterate.
-pub(crate) fn refine(
-    (problem, estimate, last): (&ContactProblem, Option<&Estimate>, &Iterate),
-    refinement_edges: &[RefinementEdges],
+pub(crate) fn refine<S: ContactSpace>(
+    (problem, estimate, last): (&ContactProblem<S>, Option<&Estimate<S>>, &Iterate),
+    cuts: &S::Cuts,
     fraction: f64,
     wanted: usize,
     limit: usize,
-) -> Result<Refined, RefineError> {
+) -> Result<Refined<S>, RefineError> {
     let Some(estimate) = estimate else { return Ok(Refined::NothingToRefine) };
     let mut contributions = marking::contributions(problem, estimate);
     let lambda = problem.by_row(&last.lambda, &last.tangential.lambda);
     let mut start = Start { lambda, active: Some(last.contact.active.clone()) };
-    let mut edges = refinement_edges.to_vec();
     let mut rounds = Vec::new();
-    let mut finer: Option<RefinedProblem> = None;
+    let mut finer: Option<FinerProblem<S>> = None;
     loop {
-        let problem = finer.as_ref().map_or(problem, |f| &f.problem);
-        let ranked = rank(problem, &contributions);
+        let (of, at) = finer.as_ref().map_or((problem, cuts), |f| (&f.problem, &f.cuts));
+        let ranked = rank(of, &contributions);
         let least = (LEAST_ROUND * ranked.len() as f64).ceil() as usize;
         let bulk = marking::bulk(&ranked, fraction).max(least);
-        let mut count = largest_count(problem, &edges, &ranked, bulk, wanted);
+        let mut count = largest_count(of, at, &ranked, bulk, wanted);
         if count == 0 && finer.is_none() {
-            count = largest_count(problem, &edges, &ranked, bulk.min(1), limit);
+            count = largest_count(of, at, &ranked, bulk.min(1), limit);
         }
         if count == 0 {
             break;
         }
-        let round = cells_of(problem.bodies.len(), &ranked[..count]);
-        let marked = edges_of_cells(problem, &round);
-        rounds.push(round);
-        let next = contact_geometry::refined(problem, &edges, &marked)?;
-        contributions = predict(problem, &next, &contributions);
-        start = prolong(&next, &start);
-        edges = next.refinements.iter().map(|r| r.refinement_edges.clone()).collect();
-        finer = Some(next);
+        let mut cells = cells_of(of.bodies.len(), &ranked[..count]);
+        for _ in 0..S::PASSES {
+            let (of, at) = finer.as_ref().map_or((problem, cuts), |f| (&f.problem, &f.cuts));
+            let next = S::finer(of, at, &cells)?;
+            contributions = predict(of, &next, &contributions);
+            start = prolong(&next, &start);
+            let parts = next.parent_cells.iter().zip(&cells).map(|(of, cells)| descendants(of, cells));
+            let parts = parts.collect();
+            rounds.push(std::mem::replace(&mut cells, parts));
+            finer = Some(next);
+        }
         if count < bulk {
             break;
         }
     }
     let something = contributions.iter().flatten().any(|c| *c > 0.0);
     Ok(match finer {
-        Some(f) => {
-            Refined::Finer(Box::new(Finer { problem: f.problem, refinement_edges: edges, rounds, start }))
-        }
+        Some(f) => Refined::Finer(Box::new(Finer { problem: f.problem, cuts: f.cuts, rounds, start })),
         None if something => Refined::OutOfMemory,
         None => Refined::NothingToRefine,
     })
 }
 
 /// Ranks the cells of all bodies; among equal cells, cells of bodies that carry λ come first.
-fn rank(problem: &ContactProblem, contributions: &[Vec<f64>]) -> Vec<Contribution> {
+fn rank<S: ContactSpace>(problem: &ContactProblem<S>, contributions: &[Vec<f64>]) -> Vec<Contribution> {
     let bodies = problem.by_role();
     let sorted: Vec<&Vec<f64>> = bodies.iter().map(|b| &contributions[*b]).collect();
     let mut ranked = marking::ranking(&sorted);
@@ -180,38 +184,16 @@ fn cells_of(bodies: usize, ranked: &[Contribution]) -> Vec<Vec<u32>> {
     cells
 }
 
-/// Marks the edges of cells.
-pub(crate) fn edges_of_cells(problem: &ContactProblem, cells: &[Vec<u32>]) -> Vec<Vec<bool>> {
-    let of_body = |(body, cells): (&Body, &Vec<u32>)| {
-        let topology = body.mesh().topology();
-        let mut marked = vec![false; topology.facets().len()];
-        for &cell in cells {
-            for edge in topology.cell_facets()[cell as usize] {
-                marked[edge] = true;
-            }
-        }
-        marked
-    };
-    problem.bodies.iter().zip(cells).map(of_body).collect()
-}
-
-/// Chooses the longest edge of every cell of each body as the one to halve.
-pub(crate) fn longest_edges(problem: &ContactProblem) -> Vec<RefinementEdges> {
-    problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect()
-}
-
 /// Finds how many of the first `bulk` cells can be refined within `wanted` nodes: more cells never give fewer nodes.
-fn largest_count(
-    problem: &ContactProblem,
-    edges: &[RefinementEdges],
+fn largest_count<S: ContactSpace>(
+    problem: &ContactProblem<S>,
+    cuts: &S::Cuts,
     ranked: &[Contribution],
     bulk: usize,
     wanted: usize,
 ) -> usize {
-    let fits = |count: usize| {
-        let mut marked = edges_of_cells(problem, &cells_of(problem.bodies.len(), &ranked[..count]));
-        contact_geometry::close(problem, edges, &mut marked).iter().sum::<usize>() <= wanted
-    };
+    let fits =
+        |count: usize| S::count(problem, cuts, &cells_of(problem.bodies.len(), &ranked[..count])) <= wanted;
     if fits(bulk) {
         return bulk;
     }
@@ -227,15 +209,19 @@ fn largest_count(
     low
 }
 
-/// Predicts the contributions of the cells of a refined problem: proportional to the squared fraction of the area.
-fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f64>]) -> Vec<Vec<f64>> {
+/// Predicts the contributions of the cells of a refined problem, see [`contact_geometry::Refinable::predicted`].
+fn predict<S: ContactSpace>(
+    old: &ContactProblem<S>,
+    finer: &FinerProblem<S>,
+    contributions: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
     let of_body = |b: usize| {
         let (mesh, coarse) = (finer.problem.bodies[b].mesh(), old.bodies[b].mesh());
-        let parents = finer.refinements[b].parent_cell.iter().enumerate();
+        let parents = finer.parent_cells[b].iter().enumerate();
         parents
             .map(|(cell, &parent)| {
                 let parent = parent as usize;
-                contributions[b][parent] * (mesh.measure(cell) / coarse.measure(parent)).powi(2)
+                contributions[b][parent] * S::predicted(mesh.measure(cell) / coarse.measure(parent))
             })
             .collect()
     };
@@ -243,14 +229,14 @@ fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f6
 }
 
 /// Transfers λ, with friction its tangential part as well, and the active set: a new pair is in contact if both its neighbours are.
-fn prolong(finer: &RefinedProblem, start: &Start) -> Start {
+fn prolong<S: ContactSpace>(finer: &FinerProblem<S>, start: &Start) -> Start {
     let (mut lambda, mut flags, mut first, mut row) = (Vec::new(), Vec::new(), 0, 0);
     for (of, pair) in finer.problem.contacts.iter().zip(&finer.pairs) {
         let block = first..first + pair.old();
         first = block.end;
         if let Some(active) = &start.active {
-            let both = |p: &[u32; 2]| p.iter().all(|&k| active.is_active(block.start + k as usize));
-            flags.extend(pair.parents.iter().map(both));
+            let of_pair: Vec<bool> = block.clone().map(|k| active.is_active(k)).collect();
+            flags.extend(pair.inherited(&of_pair, |a, b| a && b));
         }
         let directions = if of.friction.acts() { 2 } else { 1 };
         for _ in 0..directions {
@@ -264,6 +250,7 @@ fn prolong(finer: &RefinedProblem, start: &Start) -> Start {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fem_core::space::{Plane, Solid};
 
     #[test]
     fn sizes_lead_to_the_target_in_equal_factors() {
@@ -290,18 +277,25 @@ mod tests {
     #[test]
     fn the_ideal_mesh_divides_cells_by_the_roots_of_their_contributions() {
         // Equal cells: the rate 1/2.
-        assert!((ideal_growth(&[vec![2.0; 7], vec![2.0; 3]], 0.04) - 25.0).abs() < 1e-12);
+        assert!((ideal_growth::<Plane>(&[vec![2.0; 7], vec![2.0; 3]], 0.04) - 25.0).abs() < 1e-12);
         // Four parts of the large cell contribute 16/4, and the small one its 1.
-        assert!((ideal_growth(&[vec![16.0], vec![1.0]], 5.0 / 17.0) - 5.0 / 2.0).abs() < 1e-12);
+        assert!((ideal_growth::<Plane>(&[vec![16.0], vec![1.0]], 5.0 / 17.0) - 5.0 / 2.0).abs() < 1e-12);
         // By brute force: the least number of cells, parts being real numbers of at least one.
         let (first, second, goal) = (9.0_f64, 4.0_f64, 3.25);
         let parts = |m: f64| m + (second / (goal - first / m)).max(1.0);
         let least = (0..9000).map(|k| parts(2.8 + 0.001 * f64::from(k))).filter(|n| *n > 0.0);
         let least = least.fold(f64::INFINITY, f64::min);
-        let found = 2.0 * ideal_growth(&[vec![first, second]], goal / (first + second));
+        let found = 2.0 * ideal_growth::<Plane>(&[vec![first, second]], goal / (first + second));
+        assert!((found - least).abs() < 1e-5, "{found} against {least}");
+        // Equal tetrahedra: the rate 1/3.
+        assert!((ideal_growth::<Solid>(&[vec![2.0; 7], vec![2.0; 3]], 0.04) - 125.0).abs() < 1e-9);
+        let parts = |m: f64| m + ((goal - first * m.powf(-2.0 / 3.0)) / second).powf(-1.5).max(1.0);
+        let least = (0..90_000).map(|k| parts(4.7 + 0.001 * f64::from(k))).filter(|n| *n > 0.0);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let found = 2.0 * ideal_growth::<Solid>(&[vec![first, second]], goal / (first + second));
         assert!((found - least).abs() < 1e-5, "{found} against {least}");
         // Nothing to gain, or nothing there.
-        assert_eq!(ideal_growth(&[vec![1.0, 2.0]], 1.0), 1.0);
-        assert_eq!(ideal_growth(&[vec![0.0; 3], vec![]], 0.25), 1.0);
+        assert_eq!(ideal_growth::<Plane>(&[vec![1.0, 2.0]], 1.0), 1.0);
+        assert_eq!(ideal_growth::<Plane>(&[vec![0.0; 3], vec![]], 0.25), 1.0);
     }
 }

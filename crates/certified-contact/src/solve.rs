@@ -31,7 +31,7 @@ use nndd::{Iterate, Method, NnddSolution, NnddStatus, Recovery, Start};
 pub fn solve<S: ContactSpace>(
     problem: ContactProblem<S>,
     settings: &Settings<S>,
-    observer: &mut dyn Observer,
+    observer: &mut dyn Observer<S>,
 ) -> Result<CertifiedSolution<S>, SolveError<S>> {
     Ok(solve_step(problem, Previous::default(), settings, observer)?.0)
 }
@@ -58,7 +58,7 @@ pub(crate) fn solve_step<S: ContactSpace>(
     problem: ContactProblem<S>,
     previous: Previous<Start, S>,
     settings: &Settings<S>,
-    observer: &mut dyn Observer,
+    observer: &mut dyn Observer<S>,
 ) -> Result<StepSolution<S>, SolveError<S>> {
     let mut problem = prepare(problem, previous.bodies, observer)?;
     let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
@@ -93,7 +93,7 @@ pub(crate) fn solve_again<S: ContactSpace>(
     reason: RoleReason,
     start: Start,
     settings: &Settings<S>,
-    observer: &mut dyn Observer,
+    observer: &mut dyn Observer<S>,
 ) -> Result<CertifiedSolution<S>, SolveError<S>> {
     let problem = prepare(problem, Vec::new(), observer)?;
     let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
@@ -106,7 +106,7 @@ fn iterate<S: ContactSpace>(
     role_reason: RoleReason,
     start: Start,
     settings: &Settings<S>,
-    observer: &mut dyn Observer,
+    observer: &mut dyn Observer<S>,
 ) -> Result<StepSolution<S>, SolveError<S>> {
     observer.phase(Phase::Iterations);
     let system = problem.system();
@@ -251,7 +251,7 @@ fn recheck_stop<S: Space>(
 pub(crate) fn prepare<S: ContactSpace>(
     problem: ContactProblem<S>,
     factorised: Vec<CondensedBody<S>>,
-    observer: &mut dyn Observer,
+    observer: &mut dyn Observer<S>,
 ) -> Result<PreparedProblem<S>, SolveError<S>> {
     let problem = S::without_spin(problem)?;
     let mut started = false;

@@ -4,12 +4,13 @@ use crate::error::SolveError;
 use crate::lines::{self, Stretch};
 use crate::pair_forces::PairForces;
 use crate::{recovered_pressure, spin};
+use contact_geometry::Refinable;
 use cre_estimator::Recovery;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::space::{Plane, Solid};
 
 /// The space of a contact problem: [`Plane`] and [`Solid`] are all there are. Arc lengths and declared arcs are ideas of the plane.
-pub trait ContactSpace: Recovery {
+pub trait ContactSpace: Recovery + Refinable {
     /// Leaves loads out along rotations that only the error of a polygon resists.
     ///
     /// # Errors

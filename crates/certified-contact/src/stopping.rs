@@ -31,7 +31,7 @@ pub(crate) struct EstimatorStop<'a, S: Recovery = Plane> {
     system: &'a ContactSystem<'a>,
     estimator: Estimator<'a, S>,
     settings: &'a Settings<S>,
-    observer: &'a mut dyn Observer,
+    observer: &'a mut dyn Observer<S>,
     pub(crate) rows: Vec<IterationRecord>,
     /// The number of an iteration, and its estimate.
     pub(crate) latest: Option<(usize, Estimate<S>)>,
@@ -43,7 +43,7 @@ impl<'a, S: Recovery> EstimatorStop<'a, S> {
     pub(crate) fn new(
         (problem, system): (&'a PreparedProblem<S>, &'a ContactSystem<'a>),
         settings: &'a Settings<S>,
-        observer: &'a mut dyn Observer,
+        observer: &'a mut dyn Observer<S>,
     ) -> Self {
         let estimator = Estimator::new(problem, settings.relaxation);
         Self {

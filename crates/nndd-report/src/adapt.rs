@@ -1,7 +1,6 @@
 //! An adaptive run: one row and one set of ParaView files per mesh.
 
 use crate::convert;
-use crate::curves;
 use crate::failure::{Failure, LIMIT, NOT_CERTIFIED};
 use crate::host::Event;
 use crate::memory;
@@ -11,10 +10,11 @@ use crate::paraview;
 use crate::resume::{self, RunDirectory};
 use crate::run_observer::RunObserver;
 use crate::solved::{Fields, RunResult, Solved};
+use crate::space::ReportSpace;
 use crate::stopwatch::Activity;
 use crate::words::{self, short};
 use case_io::Case;
-use case_io::case::{Adapt, Criterion, Target};
+use case_io::case::{Adapt, Criterion, Dimension, Target};
 use case_io::diagnostic::significant;
 use case_io::output::OutputDirectory;
 use case_io::report::{AdaptiveRow, Status};
@@ -24,6 +24,7 @@ use certified_contact::{
     solve_adaptively, solve_coulomb_adaptively,
 };
 use fem_core::interface::{ContactProblem, Partner};
+use fem_core::space::{Plane, Space};
 use nndd::NnddStatus;
 use serde_json::{Value, json};
 
@@ -59,13 +60,13 @@ pub fn without_bound(step: &Step) -> Value {
 }
 
 /// Solves an adaptive case.
-pub(crate) fn solve(
-    case: &Case,
+pub(crate) fn solve<S: ReportSpace>(
+    case: &Case<S>,
     adapt: &Adapt,
-    problem: ContactProblem,
+    problem: ContactProblem<S>,
     mut follower: RunObserver<'_>,
     place: &mut RunDirectory,
-) -> Result<Solved, Failure> {
+) -> Result<Solved<S>, Failure> {
     let mut settings = AdaptSettings::new(adapt.target.value());
     settings.max_steps = adapt.max_steps;
     settings.max_nodes = adapt.max_nodes;
@@ -87,27 +88,8 @@ pub(crate) fn solve(
         nodes: 0,
         memory: None,
     };
-    let undeclared = curves::undeclared(&problem);
-    let answer = match adapt.target {
-        Target::RelativeError(_) => {
-            let solver = convert::settings(case);
-            let found = match checkpoint {
-                Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, &settings, &mut steps),
-                None => solve_adaptively(problem, &solver, &settings, &mut steps),
-            };
-            found.map(|found| Course::new(found, RunResult::Certified))
-        }
-        Target::CoulombResidual(_) => {
-            let (solver, relaxation) = (convert::coulomb(case), convert::relaxation(case));
-            let found = match checkpoint {
-                Some(checkpoint) => {
-                    resume_coulomb_adaptively(problem, checkpoint, &solver, relaxation, &settings, &mut steps)
-                }
-                None => solve_coulomb_adaptively(problem, &solver, relaxation, &settings, &mut steps),
-            };
-            found.map(|found| Course::new(found, RunResult::Coulomb))
-        }
-    };
+    let undeclared = S::undeclared(&problem);
+    let answer = S::adapt(case, problem, checkpoint, &settings, &mut steps);
     let Steps { follower, failure, seconds, memory, directory, .. } = steps;
     if let Some(failure) = failure {
         return Err(resume::after_failure(failure, directory));
@@ -116,25 +98,59 @@ pub(crate) fn solve(
     let status = judge(case, adapt, &course, follower.ended, memory.as_deref());
     let adaptive = course.history.iter().filter_map(adaptive_row).collect();
     let longest_step = follower.longest;
-    let notes = curves::refined(case, &undeclared, course.answer.fields().problem).into_iter().collect();
+    let notes = S::notes_on_refinement(case, &undeclared, course.answer.fields().problem);
     let Course { answer, step, end, peak_change, .. } = course;
     let smallest_mesh = matches!(end, AdaptiveEnd::Rose).then_some(step);
     let solved = Solved::of(answer, status);
     Ok(Solved { adaptive, smallest_mesh, peak_change, notes, step_seconds: seconds, longest_step, ..solved })
 }
 
+/// Solves an adaptive case whose target is a certified error.
+pub(crate) fn certified<S: ReportSpace>(
+    case: &Case<S>,
+    problem: ContactProblem<S>,
+    checkpoint: Option<Checkpoint>,
+    settings: &AdaptSettings,
+    steps: &mut Steps<'_, '_, S>,
+) -> Result<Course<S>, SolveError<S>> {
+    let solver = convert::settings(case);
+    let found = match checkpoint {
+        Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, settings, steps),
+        None => solve_adaptively(problem, &solver, settings, steps),
+    };
+    found.map(|found| Course::new(found, RunResult::Certified))
+}
+
+/// Solves an adaptive case whose target is a residual with Coulomb friction.
+pub(crate) fn coulomb(
+    case: &Case,
+    problem: ContactProblem,
+    checkpoint: Option<Checkpoint>,
+    settings: &AdaptSettings,
+    steps: &mut Steps<'_, '_>,
+) -> Result<Course, SolveError> {
+    let (solver, relaxation) = (convert::coulomb(case), convert::relaxation(case));
+    let found = match checkpoint {
+        Some(checkpoint) => {
+            resume_coulomb_adaptively(problem, checkpoint, &solver, relaxation, settings, steps)
+        }
+        None => solve_coulomb_adaptively(problem, &solver, relaxation, settings, steps),
+    };
+    found.map(|found| Course::new(found, RunResult::Coulomb))
+}
+
 /// An adaptive run that has ended, with or without a certificate.
-struct Course {
-    answer: RunResult,
+pub struct Course<S: Space = Plane> {
+    answer: RunResult<S>,
     /// The mesh of the answer, from 1.
     step: usize,
     history: Vec<Step>,
-    end: AdaptiveEnd,
+    end: AdaptiveEnd<S>,
     peak_change: Option<f64>,
 }
 
-impl Course {
-    fn new<S>(found: AdaptiveSolution<S>, answer: fn(Box<S>) -> RunResult) -> Self {
+impl<S: Space> Course<S> {
+    fn new<A>(found: AdaptiveSolution<A, S>, answer: fn(Box<A>) -> RunResult<S>) -> Self {
         let peak_change = found.peak_change();
         let AdaptiveSolution { solution, step, history, end, .. } = found;
         Self { answer: answer(Box::new(solution)), step, history, end, peak_change }
@@ -168,9 +184,9 @@ impl Course {
 }
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.
-struct Steps<'a, 'h> {
+pub struct Steps<'a, 'h, S: Dimension = Plane> {
     follower: RunObserver<'h>,
-    case: &'a Case,
+    case: &'a Case<S>,
     directory: &'a mut OutputDirectory,
     /// The error in writing that ends the run.
     failure: Option<Failure>,
@@ -184,9 +200,9 @@ struct Steps<'a, 'h> {
     memory: Option<String>,
 }
 
-impl Steps<'_, '_> {
+impl<S: ReportSpace> Steps<'_, '_, S> {
     /// Tells of a mesh that has been solved, and writes its files.
-    fn solved(&mut self, step: &Step, fields: &Fields<'_>) {
+    fn solved(&mut self, step: &Step, fields: &Fields<'_, S>) {
         self.follower.switch(Activity::Write);
         self.nodes = step.nodes;
         self.seconds.truncate(step.step - 1);
@@ -198,25 +214,25 @@ impl Steps<'_, '_> {
     }
 }
 
-impl Observer for Steps<'_, '_> {
+impl<S: ReportSpace> Observer<S> for Steps<'_, '_, S> {
     fn phase(&mut self, phase: Phase) {
-        self.follower.phase(phase);
+        Observer::<S>::phase(&mut self.follower, phase);
     }
 
     fn iteration(&mut self, row: &IterationRecord) {
-        self.follower.iteration(row);
+        Observer::<S>::iteration(&mut self.follower, row);
     }
 
-    fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
+    fn step(&mut self, step: &Step, solution: &CertifiedSolution<S>) {
         self.solved(step, &Fields::certified(solution));
     }
 
-    fn coulomb_step(&mut self, step: &Step, result: &CoulombResult) {
+    fn coulomb_step(&mut self, step: &Step, result: &CoulombResult<S>) {
         self.follower.tell(Event::Iteration(&result.row()));
         self.solved(step, &Fields::coulomb(result));
     }
 
-    fn fits_in_memory(&mut self, problem: &ContactProblem) -> bool {
+    fn fits_in_memory(&mut self, problem: &ContactProblem<S>) -> bool {
         self.memory =
             memory::no_room(self.case, memory::estimate_finer(problem, self.nodes), &*self.follower.host);
         self.memory.is_none()
@@ -229,18 +245,24 @@ impl Observer for Steps<'_, '_> {
     }
 
     fn should_stop(&mut self) -> bool {
-        self.failure.is_some() || self.follower.should_stop()
+        self.failure.is_some() || Observer::<S>::should_stop(&mut self.follower)
     }
 
     fn must_stop(&mut self) -> bool {
-        self.failure.is_some() || self.follower.must_stop()
+        self.failure.is_some() || Observer::<S>::must_stop(&mut self.follower)
     }
 }
 
 /// Judges a finished run.
 ///
 /// * `memory`: why there is not enough memory for the next mesh.
-fn judge(case: &Case, adapt: &Adapt, answer: &Course, ended: Option<Ended>, memory: Option<&str>) -> Status {
+fn judge<S: ReportSpace>(
+    case: &Case<S>,
+    adapt: &Adapt,
+    answer: &Course<S>,
+    ended: Option<Ended>,
+    memory: Option<&str>,
+) -> Status {
     // The best certificate may belong to an earlier mesh.
     let last = answer.step == answer.history.len();
     let mut status = match &answer.end {
@@ -268,7 +290,7 @@ fn judge(case: &Case, adapt: &Adapt, answer: &Course, ended: Option<Ended>, memo
 }
 
 /// Says how small the certified error, or the residual, is.
-fn reached(answer: &Course) -> String {
+fn reached<S: ReportSpace>(answer: &Course<S>) -> String {
     let [alone, named] = match answer.answer {
         RunResult::Certified(_) => ["the bound", "certified relative error"],
         RunResult::Coulomb(_) => ["the residual", "relative residual"],
@@ -281,7 +303,7 @@ fn reached(answer: &Course) -> String {
 /// The reason why a relative target cannot be met if the bodies hold no strain energy.
 const NO_ENERGY: &str = "the bodies hold no strain energy, and a relative target has no meaning here";
 
-fn missed(adapt: &Adapt, answer: &Course, reason: &str) -> Status {
+fn missed<S: ReportSpace>(adapt: &Adapt, answer: &Course<S>, reason: &str) -> Status {
     let target = short(adapt.target.value());
     if answer.holds_no_energy() {
         return word("target_missed", NOT_CERTIFIED, format!("{NO_ENERGY}; {reason}"));
@@ -290,7 +312,7 @@ fn missed(adapt: &Adapt, answer: &Course, reason: &str) -> Status {
 }
 
 /// Says how the bound, or the residual, rose on the last three meshes.
-fn rose(answer: &Course) -> String {
+fn rose<S: ReportSpace>(answer: &Course<S>) -> String {
     let last = answer.history.get(answer.history.len().saturating_sub(3)..).unwrap_or_default();
     let relative = last.iter().filter_map(|step| step.relative.or(step.relative_residual));
     let relative: Vec<String> = relative.map(words::rounded_up).collect();
@@ -299,7 +321,11 @@ fn rose(answer: &Course) -> String {
 }
 
 /// Says that the next mesh is not held along a motion whose load the polygon of this one explained; `None` for other errors.
-fn no_longer_explained(case: &Case, answer: &Course, error: &SolveError) -> Option<String> {
+fn no_longer_explained<S: ReportSpace>(
+    case: &Case<S>,
+    answer: &Course<S>,
+    error: &SolveError<S>,
+) -> Option<String> {
     let SolveError::NotHeld { motion } = error else { return None };
     let left_out = &answer.answer.fields().problem.left_out;
     left_out.iter().find(|of| motion.bodies.iter().any(|(partner, _)| *partner == Partner::Body(of.body)))?;
@@ -313,7 +339,12 @@ fn no_longer_explained(case: &Case, answer: &Course, error: &SolveError) -> Opti
 }
 
 /// Judges a run whose next mesh cannot be solved.
-fn failed(case: &Case, adapt: &Adapt, answer: &Course, error: &SolveError) -> Status {
+fn failed<S: ReportSpace>(
+    case: &Case<S>,
+    adapt: &Adapt,
+    answer: &Course<S>,
+    error: &SolveError<S>,
+) -> Status {
     let failure = Failure::solve(case, error);
     let reason = failure.message.unwrap_or_else(|| error.to_string());
     match failure.code {
@@ -332,7 +363,7 @@ const ABOVE_FLOOR: f64 = 10.0;
 /// Names the target that a run at its round-off can be given.
 ///
 /// * `floor`: the allowance for round-off over the energy norm.
-fn attainable(adapt: &Adapt, answer: &Course, floor: f64) -> String {
+fn attainable<S: ReportSpace>(adapt: &Adapt, answer: &Course<S>, floor: f64) -> String {
     let near = answer.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor);
     let least = words::raised(near.unwrap_or(ABOVE_FLOOR * floor), 2);
     if least >= 1.0 {
@@ -342,7 +373,7 @@ fn attainable(adapt: &Adapt, answer: &Course, floor: f64) -> String {
 }
 
 /// Judges a run that was not interrupted.
-fn of_end(case: &Case, adapt: &Adapt, answer: &Course) -> Status {
+fn of_end<S: ReportSpace>(case: &Case<S>, adapt: &Adapt, answer: &Course<S>) -> Status {
     let meshes = answer.history.len();
     let target = short(adapt.target.value());
     match &answer.end {

@@ -1,6 +1,6 @@
 //! Reports of plane bodies.
 
-use crate::adapt;
+use crate::adapt::{self, Course, Steps};
 use crate::certify;
 use crate::convert;
 use crate::corners;
@@ -20,11 +20,12 @@ use crate::stopwatch::Stopwatch;
 use case_io::Case;
 use case_io::case::{Factors, MaterialLaw};
 use case_io::report::{ContactLine, ContactStretch, ContactSurface, LineResults, Report};
-use certified_contact::{PairResults, Results, SolveError};
+use certified_contact::{AdaptSettings, Checkpoint, PairResults, Results, SolveError};
 use cre_estimator::FieldCertificate;
 use fem_core::geometry::{Vector, norm, perpendicular, shown};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem};
 use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::id::NodeId;
 use fem_core::space::Plane;
 use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::VtuCells;
@@ -61,6 +62,31 @@ impl ReportSpace for Plane {
                 adapt::solve(case, adapt, problem, follower, place)
             }
         }
+    }
+
+    fn adapt(
+        case: &Case,
+        problem: ContactProblem,
+        checkpoint: Option<Checkpoint>,
+        settings: &AdaptSettings,
+        steps: &mut Steps<'_, '_>,
+    ) -> Result<Course, SolveError> {
+        match case.coulomb_pair() {
+            None => adapt::certified(case, problem, checkpoint, settings, steps),
+            Some(_) => adapt::coulomb(case, problem, checkpoint, settings, steps),
+        }
+    }
+
+    fn undeclared(problem: &ContactProblem) -> Vec<Vec<[NodeId; 2]>> {
+        curves::undeclared(problem)
+    }
+
+    fn notes_on_refinement(
+        case: &Case,
+        undeclared: &[Vec<[NodeId; 2]>],
+        problem: &ContactProblem,
+    ) -> Vec<String> {
+        curves::refined(case, undeclared, problem).into_iter().collect()
     }
 
     fn with_factors(

@@ -9,6 +9,7 @@ use case_io::Case;
 use case_io::case::Dimension;
 use case_io::output::{OutputError, Presence};
 use certified_contact::{IterationRecord, Observer, Phase, SolveError};
+use fem_core::space::Space;
 
 /// A run may exceed its time limit by this, in seconds, and still start on a certificate.
 const GRACE: f64 = 0.1;
@@ -101,7 +102,7 @@ impl<'a> RunObserver<'a> {
     }
 }
 
-impl Observer for RunObserver<'_> {
+impl<S: Space> Observer<S> for RunObserver<'_> {
     fn phase(&mut self, phase: Phase) {
         self.look(Some(phase));
         self.switch(Activity::Solve(phase));

@@ -1,5 +1,6 @@
 //! Reports of solids.
 
+use crate::adapt;
 use crate::failure::Failure;
 use crate::figures::Picture;
 use crate::host::Host;
@@ -16,12 +17,17 @@ use case_io::case::{Factors, MaterialLaw};
 use case_io::report::{ContactLine, ContactSurface, LineResults, Report, SurfaceArea, SurfacePatch};
 use certified_contact::{PairResults, PatchResults, Results, SolveError};
 use cre_estimator::FieldCertificate;
+use fem_core::body::Body;
 use fem_core::geometry::Coordinates;
-use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactPatch, ContactProblem};
+use fem_core::interface::{
+    ContactFacet, ContactInterface, ContactPair, ContactPatch, ContactProblem, RigidLine,
+};
 use fem_core::material::LinearElastic;
+use fem_core::mesh::id::NodeId;
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
 use mesh_io::vtu::VtuCells;
+use mesh_io::words::listed;
 
 type Vector = <Solid as Space>::Vector;
 
@@ -34,9 +40,9 @@ impl ReportSpace for Solid {
     const INTERFACE: &'static str = "contact surface";
     const PRESSURE_INTEGRAL: &'static str = "∫ p dA";
     const MEMORY_POWER: f64 = 4.0 / 3.0;
-    const FEWER_NODES: &'static str = "take fewer cells";
+    const FEWER_NODES: &'static str = "take fewer cells, or refine only where it is needed with [adapt]";
     const FEWER_PAIRS: &'static str = "take fewer faces on the contact surface";
-    const FINER_MESH: &'static str = "use a finer mesh";
+    const FINER_MESH: &'static str = "use a finer mesh ([adapt] target_relative_error)";
 
     fn solve(
         case: &Case<Self>,
@@ -44,8 +50,31 @@ impl ReportSpace for Solid {
         place: &mut RunDirectory,
         around: (&mut Stopwatch, &mut dyn Host),
     ) -> Result<Solved<Self>, Failure> {
+        if let Some(adapt) = &case.adapt {
+            let follower = RunObserver::new(case, around.0, around.1, place.presence());
+            return adapt::solve(case, adapt, problem, follower, place);
+        }
         let answer = |problem, follower: &mut RunObserver<'_>| once::certified(case, problem, follower);
         once::solve(case, problem, place.presence(), around, answer)
+    }
+
+    fn notes_on_refinement(
+        case: &Case<Self>,
+        _: &[Vec<[NodeId; 2]>],
+        problem: &ContactProblem<Self>,
+    ) -> Vec<String> {
+        let bodies = case.bodies.iter().zip(&problem.bodies);
+        let round =
+            |body: &Body<Self>| body.surfaces().values().any(|line| !matches!(line, RigidLine::Plane { .. }));
+        let curved: Vec<&str> =
+            bodies.filter(|(_, body)| round(body)).map(|(given, _)| given.name.as_str()).collect();
+        if curved.is_empty() {
+            return Vec::new();
+        }
+        vec![format!(
+            "curved sides ({}): the bound is for the flat faces of the last mesh; the difference to the declared surfaces is outside it",
+            listed(&curved)
+        )]
     }
 
     /// Cases of solids have no load steps: the reader refuses them.

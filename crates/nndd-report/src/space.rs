@@ -1,5 +1,6 @@
 //! What reports of the plane and of solids have of their own. All else is written once.
 
+use crate::adapt::{self, Course, Steps};
 use crate::failure::Failure;
 use crate::figures::Picture;
 use crate::host::Host;
@@ -10,10 +11,11 @@ use case_io::Case;
 use case_io::case::{Dimension, Factors};
 use case_io::report::{ContactLine, ContactSurface, LineResults, Report};
 use case_io::table::ContactRow;
-use certified_contact::{ContactSpace, PairResults, Results, SolveError};
+use certified_contact::{AdaptSettings, Checkpoint, ContactSpace, PairResults, Results, SolveError};
 use cre_estimator::FieldCertificate;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::material::LinearElastic;
+use fem_core::mesh::id::NodeId;
 use mesh_io::vtu::VtuCells;
 
 /// The rows of contact.csv of each pair, with its name.
@@ -49,6 +51,39 @@ pub trait ReportSpace: ContactSpace + Dimension {
         place: &mut RunDirectory,
         around: (&mut Stopwatch, &mut dyn Host),
     ) -> Result<Solved<Self>, Failure>;
+
+    /// Solves an adaptive case.
+    ///
+    /// * `checkpoint`: from which it resumes; `steps`: follows it.
+    ///
+    /// # Errors
+    /// See [`certified_contact::solve_adaptively`].
+    #[doc(hidden)]
+    fn adapt(
+        case: &Case<Self>,
+        problem: ContactProblem<Self>,
+        checkpoint: Option<Checkpoint>,
+        settings: &AdaptSettings,
+        steps: &mut Steps<'_, '_, Self>,
+    ) -> Result<Course<Self>, SolveError<Self>> {
+        adapt::certified(case, problem, checkpoint, settings, steps)
+    }
+
+    /// Lists the edges of each body on a first mesh that seem to approximate a curve and are not declared; none of solids.
+    fn undeclared(_problem: &ContactProblem<Self>) -> Vec<Vec<[NodeId; 2]>> {
+        Vec::new()
+    }
+
+    /// Says what an adaptive run made of sides.
+    ///
+    /// * `undeclared`: of [`Self::undeclared`] on the first meshes; `problem`: on the last ones.
+    fn notes_on_refinement(
+        _case: &Case<Self>,
+        _undeclared: &[Vec<[NodeId; 2]>],
+        _problem: &ContactProblem<Self>,
+    ) -> Vec<String> {
+        Vec::new()
+    }
 
     /// Makes the problem with the loads at the end of a load step.
     ///

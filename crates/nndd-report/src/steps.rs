@@ -15,6 +15,7 @@ use case_io::report::Status;
 use certified_contact::{LoadSteps, Observer};
 use fem_core::body::ConditionPlace;
 use fem_core::interface::ContactProblem;
+use fem_core::space::Plane;
 
 /// Solves all increments, until one fails; earlier ones remain.
 pub(crate) fn solve(
@@ -78,7 +79,7 @@ pub(crate) fn solve(
         drop(fields);
         steps.push(SolvedStep { summary, rows, has_fields });
         solved.longest_step = follower.longest;
-        if solved.status.code == 0 && k < increments.len() && follower.should_stop() {
+        if solved.status.code == 0 && k < increments.len() && Observer::<Plane>::should_stop(&mut follower) {
             solved.status = outcome::interrupted(follower.ended, &of(k));
         }
         let ended = solved.status.code != 0;

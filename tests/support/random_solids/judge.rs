@@ -187,7 +187,7 @@ pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Vec<Claim> {
 }
 
 /// Judges the numbers of one run.
-fn of_run(
+pub(super) fn of_run(
     name: &'static str,
     solution: &CertifiedSolution<Solid>,
     settings: &Settings<Solid>,

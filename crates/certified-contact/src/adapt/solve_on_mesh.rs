@@ -9,12 +9,14 @@ use crate::settings::{Criterion, Settings};
 use crate::solution::{CertifiedSolution, RoleReason};
 use crate::solve::{solve, solve_again};
 use crate::solve_coulomb::solve_coulomb;
+use crate::space::ContactSpace;
 use cre_estimator::{Estimate, EstimatorError, Relaxation};
 use fem_core::interface::ContactProblem;
+use fem_core::space::{Plane, Space};
 use nndd::{CoulombSettings, CoulombStatus, Iterate, NnddStatus, Start};
 
 /// How the problem of one mesh is solved, and what the loop needs of the solution: certified, or with Coulomb friction a residual.
-pub(super) trait SolveOnMesh {
+pub(super) trait SolveOnMesh<S: Space = Plane> {
     type Solution;
 
     /// Solves the problem of one mesh.
@@ -22,13 +24,13 @@ pub(super) trait SolveOnMesh {
     /// * `previous`: on a finer mesh, why the roles were chosen on the first one, and where to start.
     fn solve(
         &self,
-        problem: ContactProblem,
+        problem: ContactProblem<S>,
         previous: Option<(RoleReason, Start)>,
-        observer: &mut dyn Observer,
-    ) -> Result<Self::Solution, SolveError>;
+        observer: &mut dyn Observer<S>,
+    ) -> Result<Self::Solution, SolveError<S>>;
 
     /// Returns the problem, the estimate, and the last iterate.
-    fn parts(solution: &Self::Solution) -> (&ContactProblem, Option<&Estimate>, &Iterate);
+    fn parts(solution: &Self::Solution) -> (&ContactProblem<S>, Option<&Estimate<S>>, &Iterate);
 
     fn role_reason(_: &Self::Solution) -> RoleReason {
         RoleReason::Given
@@ -37,10 +39,10 @@ pub(super) trait SolveOnMesh {
     /// Sums up the solution as a step.
     fn step(solution: &Self::Solution, number: usize) -> Step;
 
-    fn tell(observer: &mut dyn Observer, step: &Step, solution: &Self::Solution);
+    fn tell(observer: &mut dyn Observer<S>, step: &Step, solution: &Self::Solution);
 
     /// Returns the end of a run whose solve had no time or memory to end on its own.
-    fn cut_short(solution: &Self::Solution) -> Option<AdaptiveEnd>;
+    fn cut_short(solution: &Self::Solution) -> Option<AdaptiveEnd<S>>;
 
     /// Tells whether a number below the target counts, however the solve ended.
     fn may_meet_target(&self, _: &Self::Solution) -> bool {
@@ -48,41 +50,41 @@ pub(super) trait SolveOnMesh {
     }
 
     /// Returns the end of a run whose discrete problem was not solved.
-    fn unsolved(&self, solution: &Self::Solution) -> Option<AdaptiveEnd>;
+    fn unsolved(&self, solution: &Self::Solution) -> Option<AdaptiveEnd<S>>;
 }
 
-impl SolveOnMesh for Settings {
-    type Solution = CertifiedSolution;
+impl<S: ContactSpace> SolveOnMesh<S> for Settings<S> {
+    type Solution = CertifiedSolution<S>;
 
     fn solve(
         &self,
-        problem: ContactProblem,
+        problem: ContactProblem<S>,
         previous: Option<(RoleReason, Start)>,
-        observer: &mut dyn Observer,
-    ) -> Result<CertifiedSolution, SolveError> {
+        observer: &mut dyn Observer<S>,
+    ) -> Result<CertifiedSolution<S>, SolveError<S>> {
         match previous {
             None => solve(problem, self, observer),
             Some((reason, start)) => solve_again(problem, reason, start, self, observer),
         }
     }
 
-    fn parts(solution: &CertifiedSolution) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
+    fn parts(solution: &CertifiedSolution<S>) -> (&ContactProblem<S>, Option<&Estimate<S>>, &Iterate) {
         (&solution.problem, solution.estimate.as_ref(), solution.last())
     }
 
-    fn role_reason(solution: &CertifiedSolution) -> RoleReason {
+    fn role_reason(solution: &CertifiedSolution<S>) -> RoleReason {
         solution.role_reason
     }
 
-    fn step(solution: &CertifiedSolution, number: usize) -> Step {
+    fn step(solution: &CertifiedSolution<S>, number: usize) -> Step {
         solution.step(number)
     }
 
-    fn tell(observer: &mut dyn Observer, step: &Step, solution: &CertifiedSolution) {
+    fn tell(observer: &mut dyn Observer<S>, step: &Step, solution: &CertifiedSolution<S>) {
         observer.step(step, solution);
     }
 
-    fn cut_short(solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
+    fn cut_short(solution: &CertifiedSolution<S>) -> Option<AdaptiveEnd<S>> {
         if let Some(error @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
             return Some(AdaptiveEnd::Failed(error.clone().into()));
         }
@@ -90,7 +92,7 @@ impl SolveOnMesh for Settings {
         (solution.nndd.status == NnddStatus::Interrupted).then_some(AdaptiveEnd::Interrupted)
     }
 
-    fn unsolved(&self, solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
+    fn unsolved(&self, solution: &CertifiedSolution<S>) -> Option<AdaptiveEnd<S>> {
         match solution.nndd.status {
             // A finer mesh lowers it as it lowers the mesh error.
             NnddStatus::StoppedByCriterion | NnddStatus::BalanceError { .. } => None,

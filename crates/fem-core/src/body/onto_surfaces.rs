@@ -172,3 +172,6 @@ pub fn move_onto_surfaces(bodies: &mut [FinerBody<'_>], order: &EdgeOrder) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -342,11 +342,6 @@ impl Keys for Solid {
             "mesh the two sides alike, and take it out",
         ),
         later(
-            ".adapt",
-            "meshes of tetrahedra are not refined yet",
-            "take `[adapt]` out, and give the bodies finer cells",
-        ),
-        later(
             ".step",
             "load steps of solids are not solved yet",
             "write the loads of the last step, and take [[step]] out",
