@@ -37,7 +37,7 @@ enum Step {
     Tests,
     /// cargo doc, warnings denied
     Docs,
-    /// nndd solve on every file of tests/cases
+    /// nndd solve on every file of tests/cases and tests/cases/solid
     Cases,
     /// cargo xtask tidy
     Tidy,
@@ -91,7 +91,9 @@ fn cases(workspace: &Workspace) -> Outcome<bool> {
     if !workspace.build_program()? {
         return Ok(false);
     }
-    let files = case_files(&workspace.root.join("tests").join("cases"))?;
+    let folder = workspace.root.join("tests").join("cases");
+    let mut files = case_files(&folder)?;
+    files.extend(case_files(&folder.join("solid"))?);
     if files.is_empty() {
         return Err("tests/cases holds no case file, expected at least one".to_owned());
     }
@@ -126,8 +128,9 @@ fn case_files(folder: &Path) -> Outcome<Vec<PathBuf>> {
 /// Solves one case and returns its exit status, which was the expected one.
 fn case(workspace: &Workspace, file: &Path) -> Outcome<i32> {
     let expected = expected_exit(&read(file)?)?;
-    let name = file.file_stem().unwrap_or_default();
-    let out = workspace.target.join("verify").join(name);
+    let [folder, name] =
+        [file.parent().and_then(Path::file_name), file.file_stem()].map(Option::unwrap_or_default);
+    let out = workspace.target.join("verify").join(folder).join(name);
     // An old report must not be taken for a new one.
     if out.exists() {
         std::fs::remove_dir_all(&out).map_err(|e| format!("{}: {e}", workspace.shown(&out)))?;

@@ -131,12 +131,13 @@ fn a_killed_run_goes_on_to_the_same_numbers() {
 
 #[test]
 fn killed_runs_of_assemblies_go_on_to_the_same_numbers() {
-    // A stamp that moves freely, a rigid side that does, and friction.
+    // A stamp that moves freely, a rigid side that does, friction, and solids.
     for (case, setting) in [
         ("press.toml", "adapt.target_relative_error=0.008"),
         ("plate.toml", "adapt.target_relative_error=0.008"),
         ("tresca.toml", "adapt.target_relative_error=0.012"),
         ("coulomb.toml", "adapt.target_coulomb_residual=0.012"),
+        ("solid/adaptive.toml", "adapt.target_relative_error=0.23"),
     ] {
         let temp = tempfile::tempdir().unwrap();
         let (whole, killed_run) = (temp.path().join("whole"), temp.path().join("killed"));

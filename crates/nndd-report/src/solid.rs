@@ -18,16 +18,16 @@ use case_io::report::{ContactLine, ContactSurface, LineResults, Report, SurfaceA
 use certified_contact::{PairResults, PatchResults, Results, SolveError};
 use cre_estimator::FieldCertificate;
 use fem_core::body::Body;
-use fem_core::geometry::Coordinates;
+use fem_core::geometry::{Coordinates, Point};
 use fem_core::interface::{
     ContactFacet, ContactInterface, ContactPair, ContactPatch, ContactProblem, RigidLine,
 };
 use fem_core::material::LinearElastic;
-use fem_core::mesh::id::NodeId;
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
 use mesh_io::vtu::VtuCells;
-use mesh_io::words::listed;
+use mesh_io::words::{counted, listed};
 
 type Vector = <Solid as Space>::Vector;
 
@@ -68,13 +68,25 @@ impl ReportSpace for Solid {
             |body: &Body<Self>| body.surfaces().values().any(|line| !matches!(line, RigidLine::Plane { .. }));
         let curved: Vec<&str> =
             bodies.filter(|(_, body)| round(body)).map(|(given, _)| given.name.as_str()).collect();
-        if curved.is_empty() {
-            return Vec::new();
+        let mut notes = Vec::new();
+        if !curved.is_empty() {
+            notes.push(format!(
+                "curved sides ({}): the bound is for the flat faces of the last mesh; the difference to the declared surfaces is outside it",
+                listed(&curved)
+            ));
         }
-        vec![format!(
-            "curved sides ({}): the bound is for the flat faces of the last mesh; the difference to the declared surfaces is outside it",
-            listed(&curved)
-        )]
+        for (given, body) in case.bodies.iter().zip(&problem.bodies) {
+            let off = off_surfaces(body);
+            let Some(first) = off.first() else { continue };
+            notes.push(format!(
+                "body \"{}\": {} of a declared surface stayed off it, such as at {}, since a cell would have turned over or lost most of its \
+                 volume; use smaller cells at this side",
+                given.name,
+                counted(off.len(), "new node"),
+                Point::from(body.mesh().points()[*first])
+            ));
+        }
+        notes
     }
 
     /// Cases of solids have no load steps: the reader refuses them.
@@ -194,6 +206,22 @@ impl ReportSpace for Solid {
     fn pictures(_: &Case<Self>, _: &Fields<'_, Self>, _: &NamedRows<'_>, _: &Report) -> Vec<Picture> {
         Vec::new()
     }
+}
+
+/// Nodes of a mesh file are off their surface by at most this fraction of its size.
+const ON_SURFACE: f64 = 1e-6;
+
+/// Lists the nodes that are not on their declared surface.
+fn off_surfaces(body: &Body<Solid>) -> Vec<NodeId> {
+    let (mesh, limit) = (body.mesh(), ON_SURFACE * body.mesh().diagonal());
+    let is_off = |line: &RigidLine<Solid>, node: &NodeId| line.distance(mesh.points()[*node]).0.abs() > limit;
+    let of_face = |(face, line): (&FacetId, &RigidLine<Solid>)| {
+        mesh.topology().facets()[*face].into_iter().filter(|node| is_off(line, node)).collect::<Vec<_>>()
+    };
+    let mut off: Vec<NodeId> = body.surfaces().iter().flat_map(of_face).collect();
+    off.sort_unstable();
+    off.dedup();
+    off
 }
 
 /// A tensor in VTK's order.

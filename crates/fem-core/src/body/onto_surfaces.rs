@@ -140,7 +140,8 @@ impl<'a> FinerBody<'a> {
     }
 
     /// Lists the nodes that are not on their surfaces.
-    pub fn off(&self) -> Vec<NodeId> {
+    #[cfg(test)]
+    fn off(&self) -> Vec<NodeId> {
         self.on.keys().copied().filter(|node| self.way(*node) != Vector::zeros()).collect()
     }
 }
