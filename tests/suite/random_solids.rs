@@ -37,8 +37,8 @@ fn every_promise_is_kept_in_a_sample_of_random_solids() {
     assert!(3 * sharp > trials.len(), "{sharp} of {} bounds are below twice the error", trials.len());
 }
 
-/// Problems of the sample of adaptive runs: of each family four.
-const REFINED: u64 = 84;
+/// Problems of the sample of adaptive runs: of each family two.
+const REFINED: u64 = 42;
 
 #[test]
 fn every_promise_is_kept_on_the_meshes_of_adaptive_runs() {

@@ -75,6 +75,6 @@ impl ContactSpace for Plane {
 }
 
 impl ContactSpace for Solid {
-    /// Measured likewise: 1.6 to 1.7 with the singularities of half-open blocks, 1.5 for Hertz' circle.
+    /// Measured likewise: 1.5 to 1.65 with the singularities of half-open blocks, 1.3 for Hertz' circle.
     const MARGIN: f64 = 1.6;
 }

@@ -7,3 +7,4 @@ mod curves;
 mod friction;
 mod interpolation;
 mod solid_pairs;
+mod solid_refinement;

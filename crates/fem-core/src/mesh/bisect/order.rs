@@ -18,7 +18,7 @@ pub struct EdgeOrder {
     /// The place of each representative, m.
     pub(super) places: Vec<Vector>,
     /// The number of nodes of the first mesh of each body.
-    first: Vec<usize>,
+    pub(super) first: Vec<usize>,
 }
 
 /// Nodes of one cell that contact pairs join: no order tells their edge from a point.
