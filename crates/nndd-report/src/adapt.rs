@@ -60,12 +60,14 @@ pub fn without_bound(step: &Step) -> Value {
 }
 
 /// Solves an adaptive case.
+///
+/// * `run`: [`certified`] or [`coulomb`].
 pub(crate) fn solve<S: ReportSpace>(
-    case: &Case<S>,
-    adapt: &Adapt,
+    (case, adapt): (&Case<S>, &Adapt),
     problem: ContactProblem<S>,
     mut follower: RunObserver<'_>,
     place: &mut RunDirectory,
+    run: Run<S>,
 ) -> Result<Solved<S>, Failure> {
     let mut settings = AdaptSettings::new(adapt.target.value());
     settings.max_steps = adapt.max_steps;
@@ -89,7 +91,7 @@ pub(crate) fn solve<S: ReportSpace>(
         memory: None,
     };
     let undeclared = S::undeclared(&problem);
-    let answer = S::adapt(case, problem, checkpoint, &settings, &mut steps);
+    let answer = run(case, problem, checkpoint, &settings, &mut steps);
     let Steps { follower, failure, seconds, memory, directory, .. } = steps;
     if let Some(failure) = failure {
         return Err(resume::after_failure(failure, directory));
@@ -104,6 +106,15 @@ pub(crate) fn solve<S: ReportSpace>(
     let solved = Solved::of(answer, status);
     Ok(Solved { adaptive, smallest_mesh, peak_change, notes, step_seconds: seconds, longest_step, ..solved })
 }
+
+/// Starts an adaptive run, or resumes it from a checkpoint.
+pub(crate) type Run<S> = fn(
+    &Case<S>,
+    ContactProblem<S>,
+    Option<Checkpoint>,
+    &AdaptSettings,
+    &mut Steps<'_, '_, S>,
+) -> Result<Course<S>, SolveError<S>>;
 
 /// Solves an adaptive case whose target is a certified error.
 pub(crate) fn certified<S: ReportSpace>(
@@ -140,7 +151,7 @@ pub(crate) fn coulomb(
 }
 
 /// An adaptive run that has ended, with or without a certificate.
-pub struct Course<S: Space = Plane> {
+pub(crate) struct Course<S: Space = Plane> {
     answer: RunResult<S>,
     /// The mesh of the answer, from 1.
     step: usize,
@@ -184,7 +195,7 @@ impl<S: Space> Course<S> {
 }
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.
-pub struct Steps<'a, 'h, S: Dimension = Plane> {
+pub(crate) struct Steps<'a, 'h, S: Dimension = Plane> {
     follower: RunObserver<'h>,
     case: &'a Case<S>,
     directory: &'a mut OutputDirectory,

@@ -1,6 +1,6 @@
 //! Reports of plane bodies.
 
-use crate::adapt::{self, Course, Steps};
+use crate::adapt;
 use crate::certify;
 use crate::convert;
 use crate::corners;
@@ -20,7 +20,7 @@ use crate::stopwatch::Stopwatch;
 use case_io::Case;
 use case_io::case::{Factors, MaterialLaw};
 use case_io::report::{ContactLine, ContactStretch, ContactSurface, LineResults, Report};
-use certified_contact::{AdaptSettings, Checkpoint, PairResults, Results, SolveError};
+use certified_contact::{PairResults, Results, SolveError};
 use cre_estimator::FieldCertificate;
 use fem_core::geometry::{Vector, norm, perpendicular, shown};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem};
@@ -59,21 +59,10 @@ impl ReportSpace for Plane {
             }
             Some(adapt) => {
                 let follower = RunObserver::new(case, watch, host, place.presence());
-                adapt::solve(case, adapt, problem, follower, place)
+                let run: adapt::Run<Self> =
+                    if case.coulomb_pair().is_none() { adapt::certified } else { adapt::coulomb };
+                adapt::solve((case, adapt), problem, follower, place, run)
             }
-        }
-    }
-
-    fn adapt(
-        case: &Case,
-        problem: ContactProblem,
-        checkpoint: Option<Checkpoint>,
-        settings: &AdaptSettings,
-        steps: &mut Steps<'_, '_>,
-    ) -> Result<Course, SolveError> {
-        match case.coulomb_pair() {
-            None => adapt::certified(case, problem, checkpoint, settings, steps),
-            Some(_) => adapt::coulomb(case, problem, checkpoint, settings, steps),
         }
     }
 

@@ -52,7 +52,7 @@ impl ReportSpace for Solid {
     ) -> Result<Solved<Self>, Failure> {
         if let Some(adapt) = &case.adapt {
             let follower = RunObserver::new(case, around.0, around.1, place.presence());
-            return adapt::solve(case, adapt, problem, follower, place);
+            return adapt::solve((case, adapt), problem, follower, place, adapt::certified);
         }
         let answer = |problem, follower: &mut RunObserver<'_>| once::certified(case, problem, follower);
         once::solve(case, problem, place.presence(), around, answer)

@@ -1,6 +1,5 @@
 //! What reports of the plane and of solids have of their own. All else is written once.
 
-use crate::adapt::{self, Course, Steps};
 use crate::failure::Failure;
 use crate::figures::Picture;
 use crate::host::Host;
@@ -11,7 +10,7 @@ use case_io::Case;
 use case_io::case::{Dimension, Factors};
 use case_io::report::{ContactLine, ContactSurface, LineResults, Report};
 use case_io::table::ContactRow;
-use certified_contact::{AdaptSettings, Checkpoint, ContactSpace, PairResults, Results, SolveError};
+use certified_contact::{ContactSpace, PairResults, Results, SolveError};
 use cre_estimator::FieldCertificate;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::material::LinearElastic;
@@ -51,23 +50,6 @@ pub trait ReportSpace: ContactSpace + Dimension {
         place: &mut RunDirectory,
         around: (&mut Stopwatch, &mut dyn Host),
     ) -> Result<Solved<Self>, Failure>;
-
-    /// Solves an adaptive case.
-    ///
-    /// * `checkpoint`: from which it resumes; `steps`: follows it.
-    ///
-    /// # Errors
-    /// See [`certified_contact::solve_adaptively`].
-    #[doc(hidden)]
-    fn adapt(
-        case: &Case<Self>,
-        problem: ContactProblem<Self>,
-        checkpoint: Option<Checkpoint>,
-        settings: &AdaptSettings,
-        steps: &mut Steps<'_, '_, Self>,
-    ) -> Result<Course<Self>, SolveError<Self>> {
-        adapt::certified(case, problem, checkpoint, settings, steps)
-    }
 
     /// Lists the edges of each body on a first mesh that seem to approximate a curve and are not declared; none of solids.
     fn undeclared(_problem: &ContactProblem<Self>) -> Vec<Vec<[NodeId; 2]>> {
