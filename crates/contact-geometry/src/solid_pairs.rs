@@ -3,7 +3,7 @@
 //! The normal is a frozen field, linear on the faces between normals at the nodes: face normals would lock, since matching polyhedra
 //! interlock at their edges.
 
-mod clamped;
+pub(super) mod clamped;
 
 use super::geometric_gap::{GeometricGap, Surfaces};
 use super::matching::{TOLERANCE, nearest};

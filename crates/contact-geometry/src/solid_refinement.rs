@@ -2,6 +2,7 @@
 
 use super::obstacle::pair_with;
 use super::refinement::{RefineError, RefinedPair};
+use super::solid_pairs::clamped::without_clamped;
 use super::solid_pairs::{check_face, check_supports, round_side, turns, weigh};
 use fem_core::body::{Body, FinerBody, move_onto_surfaces};
 use fem_core::geometry::norm;
@@ -40,7 +41,7 @@ pub fn edge_order(problem: &ContactProblem<Solid>) -> Result<EdgeOrder, RefineEr
     let of_pair = |pair: &ContactPair<Solid>| {
         let both = pair.bodies().into_iter();
         let nodes = |[a, b]: [usize; 2]| {
-            pair.interface.pairs().iter().map(move |of| [(a, of.nodes[0]), (b, of.nodes[1])])
+            whole(&pair.interface).into_iter().map(move |of| [(a, of.nodes[0]), (b, of.nodes[1])])
         };
         both.flat_map(nodes).collect::<Vec<_>>()
     };
@@ -102,8 +103,6 @@ pub fn halved(
     let (mut finer, mut pairs) = (ContactProblem::new(bodies), Vec::new());
     for (k, pair) in problem.contacts.iter().enumerate() {
         let surface = FinerSurface::of(pair, &tets, &refinements)?;
-        let old = pair.interface.pairs().len();
-        pairs.push(RefinedPair::new(surface.parents.clone(), old));
         finer = match pair.partner {
             Partner::Body(second) => {
                 let interface =
@@ -117,8 +116,15 @@ pub fn halved(
             }
         };
         finer.contacts[k].roles = pair.roles;
+        let parents = surface.kept_parents(&finer.contacts[k].interface);
+        pairs.push(RefinedPair::new(parents, pair.interface.pairs().len()));
     }
     Ok(RefinedSolids { problem: finer, refinements, pairs, order })
+}
+
+/// Lists all pairs of a surface: first those of the contact problem, then those that both bodies clamp.
+fn whole(interface: &ContactInterface<Solid>) -> Vec<NodePair<Solid>> {
+    interface.pairs().iter().chain(interface.clamped().iter().map(|of| &of.pair)).copied().collect()
 }
 
 /// Lists the faces of each body with their surfaces. A side that touches a declared one of another body has its surface.
@@ -158,8 +164,12 @@ impl FinerSurface {
         tets: &[BodyTets],
         refinements: &[TetRefinement],
     ) -> Result<Self, InterfaceError> {
-        let mut nodes: Vec<[NodeId; 2]> = pair.interface.pairs().iter().map(|of| of.nodes).collect();
+        let mut nodes: Vec<[NodeId; 2]> = whole(&pair.interface).iter().map(|of| of.nodes).collect();
         let mut parents: Vec<[u32; 2]> = (0..nodes.len() as u32).map(|k| [k; 2]).collect();
+        // A clamped pair has no value, but a neighbour has.
+        for (own, of) in parents[pair.interface.pairs().len()..].iter_mut().zip(pair.interface.clamped()) {
+            *own = [of.around.first().copied().unwrap_or(0); 2];
+        }
         let mut number: HashMap<NodeId, u32> = nodes.iter().map(|of| of[0]).zip(0..).collect();
         let first = &refinements[pair.body];
         let facing: HashMap<FacetId, FacetId> =
@@ -254,7 +264,7 @@ impl FinerSurface {
             facets: *facets,
             measure: mesh.facet_measure(facets[0]),
             bent: false,
-            clamped: None,
+            clamped: [None; 3],
         };
         let facets: Vec<ContactFacet<Solid>> = self.facets.iter().map(facet).collect();
         weigh(&mut pairs, &facets);
@@ -267,12 +277,12 @@ impl FinerSurface {
         interface: &ContactInterface<Solid>,
         bodies: [&Body<Solid>; 2],
     ) -> Result<ContactInterface<Solid>, InterfaceError> {
-        let (old, points) = (interface.pairs().len(), bodies.map(|body| body.mesh().points()));
-        let (mut pairs, mut facets) = self.make(interface.pairs(), bodies[0].mesh());
+        let (old, points) = (whole(interface), bodies.map(|body| body.mesh().points()));
+        let (mut pairs, mut facets) = self.make(&old, bodies[0].mesh());
         let sides =
             [0, 1].map(|side: usize| facets.iter().map(|facet| facet.facets[side]).collect::<Vec<_>>());
         let round = round_side(bodies, [&sides[0], &sides[1]])?;
-        for pair in &mut pairs[old..] {
+        for pair in &mut pairs[old.len()..] {
             let at = [0, 1].map(|b: usize| points[b][pair.nodes[b]]);
             if let Some((b, line)) = round {
                 let normal = line.frozen_normal(at[b]);
@@ -289,7 +299,37 @@ impl FinerSurface {
         for facet in &mut facets {
             facet.bent = check_face(bodies, facet, &pairs)?;
         }
-        Ok(ContactInterface::new(pairs, facets, interface.gap().clone()))
+        without_clamped(bodies, ContactInterface::new(pairs, facets, interface.gap().clone()))
+    }
+
+    /// Returns the parents of the pairs that are not clamped. A clamped parent is replaced by the other one, or by a parent of its own.
+    fn kept_parents(&self, finer: &ContactInterface<Solid>) -> Vec<[u32; 2]> {
+        let kept: HashMap<NodeId, u32> = finer.pairs().iter().map(|pair| pair.nodes[0]).zip(0..).collect();
+        let mut number: Vec<Option<u32>> = Vec::with_capacity(self.nodes.len());
+        // What stands for each pair: itself, or one that is not clamped.
+        let mut value: Vec<u32> = Vec::with_capacity(self.nodes.len());
+        let mut found = Vec::with_capacity(kept.len());
+        for (k, (nodes, parents)) in self.nodes.iter().zip(&self.parents).enumerate() {
+            let own = kept.get(&nodes[0]).copied();
+            let before = |p: u32| value.get(p as usize).copied();
+            let of = match own {
+                Some(own) => own,
+                None => parents.iter().find_map(|p| before(*p)).unwrap_or(0),
+            };
+            if let Some(own) = own {
+                let free = |p: u32| p as usize == k || number.get(p as usize).copied().flatten().is_some();
+                let [a, b] = *parents;
+                let [a, b] = match [free(a), free(b)] {
+                    [true, false] => [a, a],
+                    [false, true] => [b, b],
+                    _ => [a, b],
+                };
+                found.push([a, b].map(|p| before(p).unwrap_or(own)));
+            }
+            number.push(own);
+            value.push(of);
+        }
+        found
     }
 
     /// Makes the interface of a body and an obstacle.

@@ -40,7 +40,7 @@ impl Known {
 ///
 /// # Errors
 /// Supports that press the bodies into each other at a node, or along an edge both of whose nodes are clamped; no other pairs.
-pub(super) fn without_clamped(
+pub(crate) fn without_clamped(
     bodies: [&Body<Solid>; 2],
     whole: ContactInterface<Solid>,
 ) -> Result<ContactInterface<Solid>, InterfaceError> {
