@@ -5,6 +5,7 @@ use super::ContactNormal;
 use super::common_refinement::{Changes, CommonRefinementError, Measured, Surfaces, common_refinements};
 use super::facing::{FacingSide, facing_edges};
 use super::obstacle::against;
+use super::overlay::{OverlayChanges, OverlayError};
 use super::pairing::pair_surfaces;
 use fem_core::body::{Body, BodyError};
 use fem_core::geometry::norm;
@@ -78,13 +79,15 @@ pub struct Paired<S: Space = Plane> {
     pub problem: ContactProblem<S>,
     /// By pair; `None` if its surfaces match as they are.
     pub refined: Vec<Option<Refined>>,
+    /// The same of surfaces of solids.
+    pub overlaid: Vec<Option<OverlayChanges>>,
 }
 
 impl<S: Space> Paired<S> {
     /// Takes a problem whose surfaces match as they are.
     pub fn of(problem: ContactProblem<S>) -> Self {
-        let refined = vec![None; problem.contacts.len()];
-        Self { problem, refined }
+        let count = problem.contacts.len();
+        Self { problem, refined: vec![None; count], overlaid: vec![None; count] }
     }
 }
 
@@ -118,6 +121,14 @@ pub enum PairingError {
         pair: usize,
         /// The reason.
         error: CommonRefinementError,
+    },
+    /// The surfaces of a pair of solids cannot be laid over each other.
+    #[error("pair {pair}: {error}")]
+    Overlay {
+        /// The number of the pair.
+        pair: usize,
+        /// The reason.
+        error: OverlayError,
     },
     /// The conditions of a body do not fit its refined mesh.
     #[error("body {body}: {error}")]
@@ -177,7 +188,7 @@ pub fn paired(bodies: Vec<Body>, contacts: &[Contact]) -> Result<Paired, Pairing
                 .map_err(|error| PairingError::Interface { pair, error })?;
         }
     }
-    Ok(Paired { problem, refined: matching.refined })
+    Ok(Paired { refined: matching.refined, ..Paired::of(problem) })
 }
 
 /// Bodies while their contact surfaces are made to match.

@@ -42,13 +42,7 @@ impl GeometricGap {
         facets: &[ContactFacet<S>],
         facing: Option<&[&Facing]>,
     ) -> Result<Self, InterfaceError> {
-        let mut spacing = vec![f64::INFINITY; pairs.len()];
-        for facet in facets {
-            for k in facet.pairs {
-                spacing[k as usize] = spacing[k as usize].min(facet_size::<S>(facet.measure));
-            }
-        }
-        let size = bodies[0].mesh().diagonal().min(bodies[1].mesh().diagonal());
+        let Self { spacing, size, .. } = Self::between(bodies, pairs, facets);
         let (mut gaps, mut uncertainty) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
         for (k, (pair, &spacing)) in pairs.iter().zip(&spacing).enumerate() {
             let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b]]);
@@ -67,6 +61,26 @@ impl GeometricGap {
             uncertainty.push(found.map_or(0.0, |f| f.uncertainty));
         }
         Ok(Self { gaps, uncertainty, spacing, size })
+    }
+
+    /// Measures the distances of nodes that need not face each other along the normal.
+    pub(super) fn between<S: Space>(
+        bodies: [&Body<S>; 2],
+        pairs: &[NodePair<S>],
+        facets: &[ContactFacet<S>],
+    ) -> Self {
+        let mut spacing = vec![f64::INFINITY; pairs.len()];
+        for facet in facets {
+            for k in facet.pairs {
+                spacing[k as usize] = spacing[k as usize].min(facet_size::<S>(facet.measure));
+            }
+        }
+        let gap = |pair: &NodePair<S>| {
+            let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b]]);
+            (other - point).times(&pair.normal) / norm(pair.normal)
+        };
+        let size = bodies[0].mesh().diagonal().min(bodies[1].mesh().diagonal());
+        Self { gaps: pairs.iter().map(gap).collect(), uncertainty: vec![0.0; pairs.len()], spacing, size }
     }
 
     /// Returns the distances, m, negative if the surfaces overlap.

@@ -17,7 +17,7 @@
 //! [`pair()`] takes two surfaces whose nodes match, [`against`] a surface and an obstacle, [`pair_solids`] and [`solid_against`] those of solids. The
 //! result is a [`ContactInterface`], which goes into a
 //! [`ContactProblem`](fem_core::interface::ContactProblem). Surfaces that do not match are made to match by [`common_refinement`] and paired by
-//! [`pair_refined`]. [`paired`] does all of this for the sides of any number of bodies. [`refined`] makes the same problem on finer
+//! [`pair_refined`]. [`paired`] does all of this for the sides of any number of bodies, [`paired_solids`] for those of solids. [`refined`] makes the same problem on finer
 //! meshes, without pairing again.
 //!
 //! `examples/rings.rs` pairs a pin with a hole.
@@ -55,10 +55,12 @@ mod matching;
 mod normals;
 mod obstacle;
 mod outline;
+mod overlay;
 mod pairing;
 mod profile;
 mod refinable;
 mod refinement;
+mod solid_contacts;
 mod solid_pairs;
 mod solid_refinement;
 
@@ -70,9 +72,11 @@ use fem_core::space::{Plane, Space};
 pub use contacts::{Contact, Paired, PairingError, Refined, Sides, paired};
 pub use facing_sides::{FacingSides, facing_sides};
 pub use obstacle::against;
+pub use overlay::{OverlayChanges, OverlayError};
 pub use pairing::{pair, pair_along, pair_refined};
 pub use refinable::{FinerProblem, Refinable};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem, close, refined};
+pub use solid_contacts::paired_solids;
 pub use solid_pairs::{pair_solids, solid_against};
 pub use solid_refinement::{RefinedSolids, count_halved, edge_order, halved};
 

@@ -44,7 +44,33 @@ pub fn pair_solids(
     surfaces: [&str; 2],
     gap: &Gap<Solid>,
 ) -> Result<ContactInterface<Solid>, InterfaceError> {
-    let bodies = [first, second];
+    pair_known([first, second], surfaces, gap, None)
+}
+
+/// What an overlay knows of the surfaces that it made to match.
+#[derive(Clone, Debug)]
+pub(super) struct Known {
+    /// The second body's node that faces each of the first.
+    pub(super) partner: HashMap<NodeId, NodeId>,
+    /// The normals at the first body's nodes; none if a surface is flat.
+    pub(super) normals: HashMap<NodeId, Vector>,
+}
+
+/// Tells whether neither of two surfaces is flat.
+pub(super) fn is_curved(bodies: [&Body<Solid>; 2], faces: [&[FacetId]; 2]) -> bool {
+    (0..2).all(|b| plane(bodies[b], faces[b]).is_none())
+}
+
+/// See [`pair_solids`].
+///
+/// * `known`: of surfaces that were made to match.
+pub(super) fn pair_known(
+    bodies: [&Body<Solid>; 2],
+    surfaces: [&str; 2],
+    gap: &Gap<Solid>,
+    known: Option<&Known>,
+) -> Result<ContactInterface<Solid>, InterfaceError> {
+    let [first, second] = bodies;
     let groups = [pairing::surface(first, 0, surfaces[0])?, pairing::surface(second, 1, surfaces[1])?];
     let planes = [plane(first, groups[0]), plane(second, groups[1])];
     if let [Some(one), Some(other)] = planes
@@ -63,10 +89,17 @@ pub fn pair_solids(
         _ => point,
     };
     let nodes = nodes(first, groups[0]);
-    let partner = nearest(bodies, groups, nodes.iter().copied(), across)?;
     let normal = flat.unwrap_or_default();
-    let new = |node: &NodeId| NodePair { nodes: [*node, partner[node]], normal, gap: 0.0, weight: 0.0 };
-    let mut pairs: Vec<NodePair<Solid>> = nodes.iter().map(new).collect();
+    let new = |nodes: [NodeId; 2]| NodePair { nodes, normal, gap: 0.0, weight: 0.0 };
+    let mut pairs: Vec<NodePair<Solid>> = match known {
+        Some(known) => {
+            nodes.iter().filter_map(|node| Some(new([*node, *known.partner.get(node)?]))).collect()
+        }
+        None => {
+            let partner = nearest(bodies, groups, nodes.iter().copied(), across)?;
+            nodes.iter().map(|node| new([*node, partner[node]])).collect()
+        }
+    };
     let mut facets = facets(bodies, groups, &pairs)?;
     weigh(&mut pairs, &facets);
     match round {
@@ -74,14 +107,25 @@ pub fn pair_solids(
             let normal = line.frozen_normal(bodies[b].mesh().points()[pair.nodes[b]]);
             pair.normal = if b == 0 { normal } else { -normal };
         }),
-        None if flat.is_none() => averaged(bodies, &mut pairs, &facets)?,
-        None => {}
+        None if flat.is_some() => {}
+        None => match known {
+            Some(known) => {
+                let normal = |pair: &NodePair<Solid>| known.normals.get(&pair.nodes[0]).copied();
+                pairs.iter_mut().for_each(|pair| pair.normal = normal(pair).unwrap_or_default());
+            }
+            None => averaged(bodies, &mut pairs, &facets)?,
+        },
     }
     for facet in &mut facets {
         facet.bent = check_face(bodies, facet, &pairs)?;
     }
     pairs.iter().try_for_each(|pair| check_supports(bodies, pair))?;
-    let drawn = GeometricGap::measure(bodies, &pairs, &facets, None)?;
+    // Surfaces laid over each other face each other along one direction, not along their normals.
+    let is_overlay = known.is_some() && flat.is_none();
+    let drawn = match is_overlay {
+        true => GeometricGap::between(bodies, &pairs, &facets),
+        false => GeometricGap::measure(bodies, &pairs, &facets, None)?,
+    };
     let found = Surfaces { drawn: &drawn, facets: &facets, between: &[] };
     let points = first.mesh().points();
     match gap {
@@ -89,6 +133,7 @@ pub fn pair_solids(
             check_distances(points, &pairs, &facets, drawn.gaps())?;
             pairing::given_gap(points, &mut pairs, data)?;
         }
+        Gap::Touching if is_overlay => check_distances(points, &pairs, &facets, drawn.gaps())?,
         Gap::Touching => found.check_touching(points, &pairs)?,
         Gap::Geometric => found.take_gaps(points, &mut pairs)?,
     }
@@ -208,6 +253,28 @@ fn declared(
     }
 }
 
+/// Computes the normals of the nodes of a surface: the mean of the normals of the faces around each, see [`pair_solids`].
+///
+/// # Errors
+/// Two neighbouring faces at more than 60 degrees.
+pub(super) fn averaged_normals(
+    body: &Body<Solid>,
+    surface: &[FacetId],
+) -> Result<HashMap<NodeId, Vector>, InterfaceError> {
+    let new = |node| NodePair { nodes: [node; 2], normal: Vector::zeros(), gap: 0.0, weight: 0.0 };
+    let mut pairs: Vec<NodePair<Solid>> = nodes(body, surface).into_iter().map(new).collect();
+    let number = numbers(&pairs);
+    let facet = |facet: &FacetId| ContactFacet {
+        pairs: body.mesh().topology().facets()[*facet].map(|node| number[&node]),
+        facets: [*facet; 2],
+        measure: body.mesh().facet_measure(*facet),
+        bent: false,
+        clamped: [None; 3],
+    };
+    averaged([body; 2], &mut pairs, &surface.iter().map(facet).collect::<Vec<_>>())?;
+    Ok(pairs.into_iter().map(|pair| (pair.nodes[0], pair.normal)).collect())
+}
+
 /// Gives each pair the mean of the normals of the first body's faces around it, or the direction next to it that supports leave free.
 ///
 /// # Errors
@@ -291,7 +358,7 @@ pub(super) fn weigh(pairs: &mut [NodePair<Solid>], facets: &[ContactFacet<Solid>
 }
 
 /// Finds the normal of a flat surface, out of its body; `None` if it is not flat.
-fn plane(body: &Body<Solid>, facets: &[FacetId]) -> Option<Vector> {
+pub(super) fn plane(body: &Body<Solid>, facets: &[FacetId]) -> Option<Vector> {
     let corners = body.outward_faces(facets);
     let outward = |normal: &Vector| corners.iter().all(|c| Solid::facet_normal(c).dot(normal) > -FACING);
     Solid::flat_normal(&corners, FLAT_SIDE).filter(outward)

@@ -5,6 +5,7 @@ pub mod cell_tree;
 mod error;
 pub mod generate;
 pub mod id;
+pub mod insertion;
 mod overlap;
 pub mod refine;
 pub mod topology;

@@ -9,7 +9,7 @@ use super::{Case, CurveCase, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::CaseError;
 use crate::report;
-use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined};
+use contact_geometry::{Contact, ContactNormal, Paired, PairingError};
 use fem_core::body::{Body, BodyError, Difference};
 use fem_core::interface::{ContactProblem, Gap};
 use fem_core::material::{LinearElastic, MaterialError};
@@ -121,7 +121,7 @@ pub trait Dimension: Space {
     fn fits(bodies: [&Body<Self>; 2], sides: [&str; 2], gap: &Gap<Self>, normal: ContactNormal<Self>)
     -> bool;
     /// Says what the meshes make of boxes and contact surfaces.
-    fn notes(case: &Case<Self>, problem: &ContactProblem<Self>, refined: &[Option<Refined>]) -> Vec<String>;
+    fn notes(case: &Case<Self>, paired: &Paired<Self>) -> Vec<String>;
 
     /// Says where stresses are not known.
     fn stress_notes(case: &Case<Self>) -> Vec<String>;
@@ -180,6 +180,8 @@ pub(crate) trait Keys: Dimension {
     const MATERIALS: &'static str;
     /// The words for a stiffness.
     const STIFFNESS: MatrixWords;
+    /// The key of the direction of contact: of normals in the plane, along which surfaces are laid over each other in space.
+    const DIRECTION: &'static str;
     /// What is refused.
     const REFUSED: &'static [Refused];
 

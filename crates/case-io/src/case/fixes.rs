@@ -1,6 +1,7 @@
 //! Expected input and one fix for each error of fem-core that a case file can cause.
 
 use crate::case_file::Reader;
+use contact_geometry::OverlayError;
 use contact_geometry::common_refinement::CommonRefinementError;
 use fem_core::body::BodyError;
 use fem_core::interface::InterfaceError;
@@ -210,6 +211,30 @@ pub(super) fn of_refinement(error: &CommonRefinementError) -> Fix {
         CommonRefinementError::Folded { .. } => {
             ("surfaces that face each other one to one", "end the contact surface at the corner")
         }
+        // Mesh, Body and future variants.
+        _ => ("a body that can be cut along its contact side", "mesh the two sides with the same divisions"),
+    }
+}
+
+pub(super) fn of_overlay(error: &OverlayError) -> Fix {
+    match error {
+        OverlayError::NoOverlap { .. } => (
+            "two surfaces that face each other, at least in part",
+            "check `contact.surfaces`: the side of the first body, then that of the second",
+        ),
+        OverlayError::Steep { .. } | OverlayError::Folded { .. } => (
+            "surfaces that match, or patches that face one way",
+            "split the pair into patches, or mesh both sides alike, in Gmsh by `Periodic Surface {pin} = {hole} Translate {0, 0, 0};` or \
+             BooleanFragments",
+        ),
+        OverlayError::Thin { .. } => (
+            "nodes of the two sides that are apart, or in the same place",
+            "mesh one of the two sides with other divisions, or both alike",
+        ),
+        OverlayError::MeasuredGap => (
+            "a gap that is given, flat surfaces, or surfaces that match",
+            "write `gap = 0.0`, or mesh both sides alike",
+        ),
         // Mesh, Body and future variants.
         _ => ("a body that can be cut along its contact side", "mesh the two sides with the same divisions"),
     }

@@ -4,7 +4,7 @@ use super::pair_notes::PairNote;
 use super::{Case, Dimension, Friction, fixes};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use contact_geometry::common_refinement::CommonRefinementError;
-use contact_geometry::{Paired, PairingError, Refined, Sides};
+use contact_geometry::{PairingError, Refined, Sides};
 use fem_core::body::Body;
 use fem_core::geometry::{Coordinates, shown};
 use fem_core::interface::{ContactPair, ContactProblem, GapChange, InterfaceError};
@@ -30,10 +30,10 @@ impl<S: Dimension> Case<S> {
         let contacts = (0..self.contacts.len()).map(|k| self.contact(k));
         let contacts = contacts.collect::<Result<Vec<contact_geometry::Contact<S>>, CaseError>>()?;
         let paired = S::pair(self.build_bodies()?, &contacts);
-        let Paired { problem, refined, .. } =
-            paired.map_err(|error| self.pairing_diagnostic(&contacts, &error))?;
+        let paired = paired.map_err(|error| self.pairing_diagnostic(&contacts, &error))?;
         let mut notes = self.mesh_notes().to_vec();
-        notes.extend(S::notes(self, &problem, &refined));
+        notes.extend(S::notes(self, &paired));
+        let problem = paired.problem;
         let pairs = || problem.contacts.iter().enumerate();
         let changes = pairs().filter_map(|(k, pair)| Some((k, pair.interface.gap_change()?)));
         notes.extend(changes.map(|(k, change)| self.gap_change_note(k, change)));
@@ -92,6 +92,12 @@ impl<S: Dimension> Case<S> {
             }
             PairingError::Refinement { pair, error } => {
                 swapped(*pair, self.refinement_diagnostic(*pair, error))
+            }
+            PairingError::Overlay { pair, error } => {
+                let (expected, fix) = fixes::of_overlay(error);
+                let path = format!("{}.surfaces", self.contacts[*pair].path);
+                let fault = self.diagnostic(code::CONTACT, &path, error.to_string());
+                swapped(*pair, fault.expected(expected).fix(fix))
             }
             PairingError::Body { body, error } => self.body_diagnostic(*body, error).into(),
         }

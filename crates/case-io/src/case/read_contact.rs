@@ -161,11 +161,11 @@ fn contact<S: Keys>(
         let message = format!("`{}` is negative: the bodies would overlap", r.path_of("gap"));
         r.refuse("gap", message, "a number >= 0", "move one of the bodies, or write `gap = 0.0`");
     }
-    let normal = if foreign { None } else { r.axes::<S>("normal") };
+    let normal = if foreign { None } else { r.axes::<S>(S::DIRECTION) };
     if normal == Some(S::axes(|_| 0.0)) {
         r.refuse(
-            "normal",
-            format!("`{}` has no direction", r.path_of("normal")),
+            S::DIRECTION,
+            format!("`{}` has no direction", r.path_of(S::DIRECTION)),
             "a direction out of the first body, such as [0.0, -1.0]",
             "leave it out: normals are averaged at the nodes then",
         );

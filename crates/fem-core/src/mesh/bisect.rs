@@ -39,7 +39,7 @@ fn edges<T: Copy>(cell: &[T; 4]) -> [[T; 2]; 6] {
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// The tetrahedra of a body, and their origin in the mesh that is refined.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct BodyTets {
     /// Corners.
     cells: Vec<Cell<Solid>>,
@@ -52,6 +52,22 @@ pub struct BodyTets {
 }
 
 impl BodyTets {
+    /// Makes room for cells.
+    pub(super) fn reserve(&mut self, cells: usize) {
+        self.cells.reserve(cells);
+        self.faces.reserve(cells);
+        self.parents.reserve(cells);
+    }
+
+    /// Adds a cell.
+    ///
+    /// * `faces`: the old face that each face lies on; `parent`: the old cell.
+    pub(super) fn push(&mut self, cell: Cell<Solid>, faces: [FacetId; 4], parent: u32) {
+        self.cells.push(cell);
+        self.faces.push(faces);
+        self.parents.push(parent);
+    }
+
     /// Returns the corners of the cells.
     pub fn cells(&self) -> &[Cell<Solid>] {
         &self.cells
@@ -96,7 +112,8 @@ pub struct TetRefinement {
     pub parent_cell: Vec<u32>,
     /// The face of the old mesh that each new one lies on; [`FacetId::NONE`] inside an old cell.
     pub parent_facet: Vec<FacetId>,
-    /// The two ends of the edge that each new node halves; new node `k` has the number `old nodes + k`.
+    /// The two ends of the edge that each new node halves; new node `k` has the number `old nodes + k`. None if
+    /// nodes were inserted into a surface, see [`with_cut_surface`](super::insertion::with_cut_surface).
     pub parent_nodes: Vec<[NodeId; 2]>,
 }
 

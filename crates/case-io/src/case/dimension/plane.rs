@@ -8,7 +8,7 @@ use crate::diagnostic::{CaseError, significant};
 use crate::expression::COORDINATES;
 use crate::report;
 use contact_geometry::common_refinement::common_refinement;
-use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined};
+use contact_geometry::{Contact, ContactNormal, Paired, PairingError};
 use fem_core::body::{Body, BodyError, CurveKind, CurvedSide, Difference};
 use fem_core::geometry::shown;
 use fem_core::interface::{ContactProblem, Gap};
@@ -208,8 +208,8 @@ impl Dimension for Plane {
         }
     }
 
-    fn notes(case: &Case, problem: &ContactProblem, refined: &[Option<Refined>]) -> Vec<String> {
-        case.plane_notes(problem, refined)
+    fn notes(case: &Case, paired: &Paired) -> Vec<String> {
+        case.plane_notes(&paired.problem, &paired.refined)
     }
 
     fn stress_notes(case: &Case) -> Vec<String> {
@@ -277,6 +277,7 @@ impl Keys for Plane {
         rows: of_rows,
         entries: of_entries,
     };
+    const DIRECTION: &'static str = "normal";
     const REFUSED: &'static [Refused] = &[
         Refused {
             key: "body.surface",

@@ -4,12 +4,13 @@ mod generator;
 
 use super::{Dimension, GeneratorReader, Keys, Refused, Rows};
 use crate::case::fixes::refuse_material;
+use crate::case::pair_notes::PairNote;
 use crate::case::{Case, CurveCase, RelaxUntil, Units};
 use crate::case_file::{MatrixWords, Reader};
 use crate::diagnostic::{CaseError, significant};
 use crate::expression::COORDINATES;
 use crate::report;
-use contact_geometry::{Contact, ContactNormal, Paired, PairingError, Refined, Sides};
+use contact_geometry::{Contact, ContactNormal, OverlayChanges, Paired, PairingError};
 use fem_core::body::{Body, BodyError, DeclaredSurface, Difference, SurfaceKind};
 use fem_core::geometry::shown;
 use fem_core::interface::{ContactProblem, Gap};
@@ -18,6 +19,7 @@ use fem_core::mesh::id::FacetId;
 use fem_core::mesh::{MeshError, TetMesh, generate};
 use fem_core::space::{Solid, Space};
 use generator::{ball, cuboid, cylinder, tube};
+use mesh_io::words::counted;
 use mesh_io::{MeshFile, MeshFileError, Region, RegionOptions};
 use serde_json::{Value as Json, json};
 
@@ -146,36 +148,19 @@ impl Dimension for Solid {
     }
 
     fn pair(bodies: Vec<Body<Self>>, contacts: &[Contact<Self>]) -> Result<Paired<Self>, PairingError> {
-        let interface = |(pair, contact): (usize, &Contact<Self>)| {
-            let found = match &contact.sides {
-                Sides::Bodies { bodies: [a, b], surfaces: [first, second], gap, .. } => {
-                    contact_geometry::pair_solids(&bodies[*a], &bodies[*b], [first, second], gap)
-                }
-                Sides::Obstacle { body, surface, obstacle, gap } => {
-                    contact_geometry::solid_against(&bodies[*body], surface, obstacle, gap.as_ref())
-                }
-            };
-            found.map_err(|error| PairingError::Interface { pair, error })
-        };
-        let interfaces = contacts.iter().enumerate().map(interface).collect::<Result<Vec<_>, _>>()?;
-        let mut problem = ContactProblem::new(bodies);
-        for (contact, interface) in contacts.iter().zip(interfaces) {
-            problem = match &contact.sides {
-                Sides::Bodies { bodies, .. } => problem.contact(*bodies, interface),
-                Sides::Obstacle { body, obstacle, .. } => {
-                    problem.obstacle(*body, interface, obstacle.clone())
-                }
-            };
-        }
-        Ok(Paired::of(problem))
+        contact_geometry::paired_solids(bodies, contacts)
     }
 
     fn fits(bodies: [&Body<Self>; 2], sides: [&str; 2], gap: &Gap<Self>, _: ContactNormal<Self>) -> bool {
         contact_geometry::pair_solids(bodies[0], bodies[1], sides, gap).is_ok()
     }
 
-    fn notes(case: &Case<Self>, problem: &ContactProblem<Self>, _: &[Option<Refined>]) -> Vec<String> {
+    fn notes(case: &Case<Self>, paired: &Paired<Self>) -> Vec<String> {
+        let problem = &paired.problem;
         let mut notes = case.cut_notes(&problem.bodies);
+        let overlaid = paired.overlaid.iter().enumerate();
+        let overlaid = overlaid.filter_map(|(k, changes)| Some(case.overlay_note(k, changes.as_ref()?)));
+        notes.extend(case.joined(overlaid.collect()));
         for (k, pair) in problem.contacts.iter().enumerate() {
             notes.extend(pair.elastic_sides().filter_map(|(side, body)| {
                 surface_note(case, problem, (k, side, body)).map(|said| format!("contact {}: {said}", k + 1))
@@ -216,6 +201,49 @@ impl Dimension for Solid {
         units.moment()
     }
 }
+
+impl Case<Solid> {
+    /// Says what an overlay changed.
+    fn overlay_note(&self, contact: usize, changes: &OverlayChanges) -> PairNote {
+        let of = |b: usize, name: &str| {
+            let mut parts = Vec::new();
+            if changes.added[b] > 0 {
+                parts.push(format!("{} inserted", counted(changes.added[b], "node")));
+            }
+            if changes.free[b] > 0.0 {
+                parts.push(format!("an area of {} faces nothing and is free", significant(changes.free[b])));
+            }
+            (!parts.is_empty()).then(|| format!("{name} {}", parts.join(", ")))
+        };
+        let note = |names: [&str; 2]| {
+            let parts: Vec<String> = (0..2).filter_map(|b| of(b, names[b])).collect();
+            let thin = match changes.lowest < FLAT_TRIANGLE {
+                true => "; such flat triangles make the bound worse, not false",
+                false => "",
+            };
+            let lowest = significant(changes.lowest);
+            match changes.added {
+                [0, 0] => format!("the contact surfaces do not end together: {}", parts.join("; ")),
+                _ => format!(
+                    "the contact surfaces do not match and were laid over each other: {}; the flattest triangle of the overlay has {lowest} of the \
+                     height of the faces there{thin}",
+                    parts.join("; ")
+                ),
+            }
+        };
+        let shared = note(["first body", "second body"]);
+        let names: Vec<String> =
+            self.contacts[contact].bodies.iter().map(|b| format!("\"{}\"", self.bodies[*b].name)).collect();
+        let alone = match &names[..] {
+            [first, second] => note([first, second]),
+            _ => shared.clone(),
+        };
+        PairNote { contact, alone, shared }
+    }
+}
+
+/// An overlay with a triangle below this part of the height of the faces there gets a remark.
+const FLAT_TRIANGLE: f64 = 0.02;
 
 /// Says what the surface of a pair is on the mesh: round and not declared, or declared and with faces off it.
 ///
@@ -305,6 +333,7 @@ impl Keys for Solid {
         },
         entries: |_| "give six numbers in each row, for xx, yy, zz, yz, xz and xy",
     };
+    const DIRECTION: &'static str = "direction";
     const REFUSED: &'static [Refused] = &[
         Refused {
             key: "body.curve",
@@ -336,11 +365,6 @@ impl Keys for Solid {
         },
         later("contact.friction", "contact of solids is frictionless so far", TAKE_OUT),
         later("contact.normal", "surfaces of solids have their own normals", TAKE_OUT),
-        later(
-            "contact.direction",
-            "surfaces of solids have to match so far",
-            "mesh the two sides alike, and take it out",
-        ),
         later(
             ".step",
             "load steps of solids are not solved yet",
