@@ -38,6 +38,7 @@ mod load_steps;
 mod mesh_files;
 mod newton_nn;
 mod non_matching;
+mod overlays;
 mod paper;
 mod patch;
 mod point_supports;

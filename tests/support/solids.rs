@@ -1,6 +1,7 @@
 //! Problems of solid bodies whose solutions another code has printed.
 
 use case_io::case::AnyCase;
+use contact_geometry::{Contact, ContactNormal, Sides};
 use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
 use fem_core::boundary::{BoundaryConditions, FacetSelection, ScalarData};
 use fem_core::interface::{ContactProblem, Gap, Obstacle, RigidLine};
@@ -271,25 +272,44 @@ pub enum OnSphere {
 /// Two bodies on `(0,1)² × (0,2)`, with two planes of symmetry and `n` cells per unit of length, that touch on the sphere of radius 2
 /// around `(0, 0, -1)`: the upper one with twice the stiffness.
 pub fn on_each_other(n: usize, loads: OnSphere) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let [upper, lower] = both_on_sphere([n; 2], loads)?;
+    let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+    Ok(ContactProblem::between([upper, lower], interface))
+}
+
+/// The bodies of [`on_each_other`], with different numbers of cells, laid over each other along z.
+pub fn over_each_other(n: [usize; 2], loads: OnSphere) -> Result<ContactProblem<Solid>, Box<dyn Error>> {
+    let bodies = both_on_sphere(n, loads)?;
+    let normal = ContactNormal::Fixed(-Vector3::z());
+    let surfaces = ["bottom", "top"].map(str::to_owned);
+    let sides = Sides::Bodies { bodies: [0, 1], surfaces, gap: Gap::Touching, normal };
+    let contact = Contact { name: "sphere".into(), sides, friction: None };
+    Ok(contact_geometry::paired_solids(bodies.into(), &[contact])?.problem)
+}
+
+fn both_on_sphere(n: [usize; 2], loads: OnSphere) -> Result<[Body<Solid>; 2], Box<dyn Error>> {
     let floats = [OnSphere::Socket, OnSphere::Turned].contains(&loads);
-    let body =
-        |z: f64, young: f64, side: &str, conditions: Conditions| -> Result<Body<Solid>, Box<dyn Error>> {
-            let mesh: TetMesh = cuboid([0.0, 0.0, z], [1.0; 3], [n; 3])?;
-            let facets = |ids: &[_]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
-            let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), facets(ids))).collect();
-            let sphere = |x: &Vector3<f64>| {
-                let height = (4.0 - x[0] * x[0] - x[1] * x[1]).sqrt() - 2.0;
-                x + Vector3::z() * ((1.0 - (x[2] - 1.0).abs()) * height)
-            };
-            let mesh = Mesh::new(mesh.points().iter().map(sphere).collect(), mesh.cells().to_vec(), groups)?;
-            let material = LinearElastic::isotropic_solid(young, 0.3)?;
-            if !floats {
-                let conditions = conditions.roller("left", 0.0).roller("front", 0.0);
-                return Ok(Body::new(mesh, material, &conditions)?);
-            }
-            let surface = DeclaredSurface { on: side.into(), kind: SurfaceKind::Sphere };
-            Ok(Body::new(mesh, material, &conditions)?.with_surfaces(&[surface])?)
+    let body = |(n, z): (usize, f64),
+                young: f64,
+                side: &str,
+                conditions: Conditions|
+     -> Result<Body<Solid>, Box<dyn Error>> {
+        let mesh: TetMesh = cuboid([0.0, 0.0, z], [1.0; 3], [n; 3])?;
+        let facets = |ids: &[_]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
+        let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), facets(ids))).collect();
+        let sphere = |x: &Vector3<f64>| {
+            let height = (4.0 - x[0] * x[0] - x[1] * x[1]).sqrt() - 2.0;
+            x + Vector3::z() * ((1.0 - (x[2] - 1.0).abs()) * height)
         };
+        let mesh = Mesh::new(mesh.points().iter().map(sphere).collect(), mesh.cells().to_vec(), groups)?;
+        let material = LinearElastic::isotropic_solid(young, 0.3)?;
+        if !floats {
+            let conditions = conditions.roller("left", 0.0).roller("front", 0.0);
+            return Ok(Body::new(mesh, material, &conditions)?);
+        }
+        let surface = DeclaredSurface { on: side.into(), kind: SurfaceKind::Sphere };
+        Ok(Body::new(mesh, material, &conditions)?.with_surfaces(&[surface])?)
+    };
     let along = |turn: f64| {
         let arm = Vector3::new(0.0, 0.0, -1.0);
         [0, 1, 2].map(|c: usize| {
@@ -310,12 +330,11 @@ pub fn on_each_other(n: usize, loads: OnSphere) -> Result<ContactProblem<Solid>,
         OnSphere::Socket => Conditions::default().traction("top", along(0.0)),
         OnSphere::Turned => Conditions::default().traction("top", along(1.0)),
     };
-    let upper = body(1.0, 2000.0, "bottom", upper)?;
+    let upper = body((n[0], 1.0), 2000.0, "bottom", upper)?;
     let lower = match loads {
         OnSphere::BothMoved => Conditions::default().components("right", moved),
         _ => Conditions::default().fix("bottom"),
     };
-    let lower = body(0.0, 1000.0, "top", lower)?;
-    let interface = contact_geometry::pair_solids(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
-    Ok(ContactProblem::between([upper, lower], interface))
+    let lower = body((n[1], 0.0), 1000.0, "top", lower)?;
+    Ok([upper, lower])
 }
