@@ -11,9 +11,6 @@ use fem_core::space::{Plane, Solid};
 
 /// The space of a contact problem: [`Plane`] and [`Solid`] are all there are. Arc lengths and declared arcs are ideas of the plane.
 pub trait ContactSpace: Recovery + Refinable {
-    /// A mesh made by halving edges has this many times the cells of the ideal one, whose cells are divided into parts that need no whole number.
-    const MARGIN: f64;
-
     /// Leaves loads out along rotations that only the error of a polygon resists.
     ///
     /// # Errors
@@ -49,10 +46,6 @@ pub trait ContactSpace: Recovery + Refinable {
 }
 
 impl ContactSpace for Plane {
-    /// Measured on meshes that meet their target exactly: 1.10 to 1.13 for the paper's problem and for Hertz, 1.15 to 1.25 with a strong
-    /// singularity.
-    const MARGIN: f64 = 1.25;
-
     fn without_spin(problem: ContactProblem) -> Result<ContactProblem, SolveError> {
         spin::without_spin(problem)
     }
@@ -74,7 +67,4 @@ impl ContactSpace for Plane {
     }
 }
 
-impl ContactSpace for Solid {
-    /// Measured likewise: 1.5 to 1.65 with the singularities of half-open blocks, 1.3 for Hertz' circle.
-    const MARGIN: f64 = 1.6;
-}
+impl ContactSpace for Solid {}
