@@ -5,13 +5,14 @@ use contact_geometry::{Contact, ContactNormal, PairingError, Sides, paired_solid
 use cre_estimator::Relaxation;
 use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactProblem, Gap};
+use fem_core::interface::{ContactPair, ContactProblem, Gap};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::generate::{cuboid, tube};
 use fem_core::mesh::{Mesh, TetMesh};
 use fem_core::space::Solid;
 use nalgebra::{Rotation3, Vector3};
 use nndd::NewtonSettings;
+use std::ops::Range;
 use tests::solids::{OnSphere, over_each_other};
 
 fn solved(problem: ContactProblem<Solid>, steps: usize) -> CertifiedSolution<Solid> {
@@ -34,6 +35,15 @@ fn turned(mesh: &TetMesh, turn: &Rotation3<f64>) -> TetMesh {
     let facets = |ids: &[_]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
     let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), facets(ids))).collect();
     Mesh::new(mesh.points().iter().map(|x| turn * x).collect(), mesh.cells().to_vec(), groups).unwrap()
+}
+
+/// Adds up the forces of each pair along its normals, N.
+fn forces(solution: &CertifiedSolution<Solid>) -> Vec<f64> {
+    let reactions = &solution.last().contact.normal_reaction;
+    let of = |(pair, rows): (&ContactPair<Solid>, Range<usize>)| {
+        pair.interface.pairs().iter().zip(&reactions[rows]).map(|(of, r)| r * of.normal_length()).sum()
+    };
+    solution.problem.contacts.iter().zip(solution.problem.blocks()).map(of).collect()
 }
 
 /// Boxes on each other with a pressure of 10 Pa on the top, tilted.
@@ -59,7 +69,7 @@ fn uniform_stress_passes_through_surfaces_that_do_not_match() {
         let estimate = solution.estimate.as_ref().unwrap();
         let relative = solution.relative().unwrap();
         assert!(relative < 1e-10, "{cells:?}: {relative:e}");
-        let force: f64 = solution.last().lambda.iter().sum();
+        let force = forces(&solution)[0];
         assert!((force - 10.0).abs() < 1e-9, "{cells:?}: {force}");
         assert!(estimate.admissibility.is_valid());
     }
@@ -85,15 +95,7 @@ fn a_small_box_takes_its_part_of_a_large_side() {
     assert!([area(0) - 0.36, area(1) - 0.24, area(2) - 0.36].iter().all(|x| x.abs() < 1e-12));
     let changes = paired.overlaid[1].unwrap();
     assert!((changes.free[0] - 0.12).abs() < 1e-12, "{changes:?}");
-    let mut forces = [0.0; 3];
-    let solution = solved(paired.problem, 2);
-    let lambda = &solution.last().lambda;
-    let mut first = 0;
-    for (force, pair) in forces.iter_mut().zip(&solution.problem.contacts) {
-        let count = pair.interface.pairs().len();
-        *force = lambda[first..first + count].iter().sum();
-        first += count;
-    }
+    let forces = forces(&solved(paired.problem, 2));
     assert!(forces.iter().all(|force| (force - 3.6).abs() < 1e-9), "{forces:?}");
 }
 
@@ -102,15 +104,15 @@ fn spherical_surfaces_that_do_not_match_have_the_figures_of_another_code() {
     // The other code triangulates by the largest smallest height, which leaves four digits.
     let solution = solved(over_each_other([3, 4], OnSphere::Tilted).unwrap(), 4);
     let estimate = solution.estimate.as_ref().unwrap();
-    let force: f64 = solution.last().lambda.iter().sum();
+    let force: f64 = solution.last().contact.normal_reaction.iter().sum();
     let [upper, lower] = [estimate.energy_norm_squared[0], estimate.energy_norm_squared[1]];
     println!("{force} {upper} {lower} {}", estimate.unchecked().e_cre);
     assert_eq!(solution.problem.contacts[0].interface.pairs().len(), 73);
-    for (found, printed) in
-        [(force, 3.741), (upper, 0.3054), (lower, 0.02042), (estimate.unchecked().e_cre, 0.45482)]
-    {
-        assert!((found / printed - 1.0).abs() < 1e-3, "{found} {printed}");
+    for (found, printed) in [(force, 3.741), (upper, 0.3054), (lower, 0.02042)] {
+        assert!((found / printed - 1.0).abs() < 5e-4, "{found} {printed}");
     }
+    let e_cre = estimate.unchecked().e_cre;
+    assert!((e_cre / 0.45482 - 1.0).abs() < 2e-3, "{e_cre}");
     for (n, printed) in [(3, 0.45978), (4, 0.36324)] {
         let found = solved(over_each_other([n; 2], OnSphere::Tilted).unwrap(), 4);
         let found = found.estimate.as_ref().unwrap().unchecked().e_cre;
@@ -134,7 +136,7 @@ fn a_declared_cylinder_keeps_its_own_normals_and_bores_that_close_are_refused() 
     };
     let open = [-45.0, 45.0];
     let pair = [contact([0, 1], ["outer", "inner"], "pin")];
-    let found = paired_solids(vec![shaft(open, [2, 6, 2]), eye(open, [2, 7, 3])], &pair).unwrap().problem;
+    let found = paired_solids(vec![shaft(open, [6, 2, 2]), eye(open, [7, 2, 3])], &pair).unwrap().problem;
     let pairs = found.contacts[0].interface.pairs();
     let points = found.bodies[0].mesh().points();
     for pair in pairs {
@@ -142,7 +144,7 @@ fn a_declared_cylinder_keeps_its_own_normals_and_bores_that_close_are_refused() 
         assert!((pair.normal - Vector3::new(arm[0], arm[1], 0.0)).norm() < 1e-9, "{pair:?}");
     }
     let whole = [0.0, 360.0];
-    let refused = paired_solids(vec![shaft(whole, [2, 12, 2]), eye(whole, [2, 16, 3])], &pair).unwrap_err();
+    let refused = paired_solids(vec![shaft(whole, [12, 2, 2]), eye(whole, [16, 2, 3])], &pair).unwrap_err();
     assert!(matches!(refused, PairingError::Overlay { pair: 0, .. }), "{refused}");
     assert!(refused.to_string().contains("face more than one way"), "{refused}");
 }

@@ -18,6 +18,7 @@ use crate::model::Made;
 use crate::random::Random;
 use build::{Assembly, Condition};
 use certified_contact::Settings;
+use contact_geometry::{OverlayError, PairingError};
 use draw::Draw;
 use fem_core::body::{Body, BodyError};
 use fem_core::interface::{ContactProblem, InterfaceError};
@@ -157,7 +158,11 @@ fn moves(body: &Body<Solid>) -> bool {
 
 /// Tells if supports, rigid sides and contacts of an assembly exclude each other.
 fn excluded(error: &(dyn std::error::Error + 'static)) -> bool {
-    let interface = error.downcast_ref::<InterfaceError>();
+    let interface = match error.downcast_ref::<PairingError>() {
+        Some(PairingError::Interface { error, .. }) => Some(error),
+        Some(PairingError::Overlay { error: OverlayError::Thin { .. }, .. }) => return true,
+        _ => error.downcast_ref::<InterfaceError>(),
+    };
     let body = error.downcast_ref::<BodyError>();
     // A given gap closes a small distance only.
     matches!(
@@ -226,9 +231,22 @@ impl Trial {
     /// # Errors
     /// As [`Self::new`].
     pub fn adaptive(number: u64) -> Made<Self> {
+        Self::refined(number, |assembly| assembly.problem(0))
+    }
+
+    /// [`Self::adaptive`] of a problem whose surfaces do not match.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn overlaid(number: u64) -> Made<Self> {
+        Self::refined(number, |assembly| assembly.overlaid(&mut Random::new(number)))
+    }
+
+    fn refined(number: u64, first: impl Fn(&Assembly) -> Made<ContactProblem<Solid>>) -> Made<Self> {
         let problem = Problem::new(number)?;
+        let assembly = adaptive::flat(&problem.assembly);
         Ok(Self::judged(&problem, |trial| {
-            if let Err(error) = adaptive::judge(&problem, trial) {
+            if let Err(error) = first(&assembly).and_then(|first| adaptive::judge(&problem, first, trial)) {
                 // Without its gaps and round obstacles an assembly may have supports and contacts that exclude each other.
                 trial.say(Promise::Status, excluded(error.as_ref()), || format!("adaptive: {error}"));
             }

@@ -202,7 +202,10 @@ pub(crate) fn overlay(
     let mut changed = changed.into_iter();
     match (changed.next(), changed.next()) {
         (Some(first), Some(second)) => {
-            Ok(Overlay { bodies: [first, second], known: Known { partner, normals }, changes })
+            let faces =
+                (0..2).flat_map(|b| faces[b].iter().map(move |face| bodies[b].mesh().facet_measure(*face)));
+            let size = (2.0 * faces.fold(0.0, f64::max)).sqrt();
+            Ok(Overlay { bodies: [first, second], known: Known { partner, normals, size }, changes })
         }
         _ => Err(InterfaceError::NotFacing { point: seen.mean(0).into() }.into()),
     }

@@ -19,6 +19,9 @@ use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::{Solid, Space};
 use std::collections::{BTreeSet, HashMap};
 
+/// Two polyhedra with nodes on one surface are at most this part of their largest face apart: a face turns by up to 60 degrees.
+const POLYHEDRA: f64 = 0.1;
+
 /// Cosine of the largest angle between two normals of a face, or of two neighbouring faces: 60 degrees.
 const TURN: f64 = 0.5;
 
@@ -54,6 +57,8 @@ pub(super) struct Known {
     pub(super) partner: HashMap<NodeId, NodeId>,
     /// The normals at the first body's nodes; none if a surface is flat.
     pub(super) normals: HashMap<NodeId, Vector>,
+    /// The size of the largest face of both surfaces as they were, m.
+    pub(super) size: f64,
 }
 
 /// Tells whether neither of two surfaces is flat.
@@ -127,13 +132,14 @@ pub(super) fn pair_known(
         false => GeometricGap::measure(bodies, &pairs, &facets, None)?,
     };
     let found = Surfaces { drawn: &drawn, facets: &facets, between: &[] };
+    let apart = known.filter(|_| is_overlay).map_or(0.0, |known| POLYHEDRA * known.size);
     let points = first.mesh().points();
     match gap {
         Gap::Given(data) => {
-            check_distances(points, &pairs, &facets, drawn.gaps())?;
+            check_distances(points, &pairs, &facets, (drawn.gaps(), apart))?;
             pairing::given_gap(points, &mut pairs, data)?;
         }
-        Gap::Touching if is_overlay => check_distances(points, &pairs, &facets, drawn.gaps())?,
+        Gap::Touching if is_overlay => check_distances(points, &pairs, &facets, (drawn.gaps(), apart))?,
         Gap::Touching => found.check_touching(points, &pairs)?,
         Gap::Geometric => found.take_gaps(points, &mut pairs)?,
     }
@@ -417,16 +423,18 @@ pub(super) fn check_supports(
 }
 
 /// Refuses surfaces that are too far apart, or overlap too much, for a given gap.
+///
+/// * `drawn`: the distances at the pairs; `apart`: that of polyhedra through the nodes of one surface, m.
 fn check_distances(
     points: &[Vector],
     pairs: &[NodePair<Solid>],
     facets: &[ContactFacet<Solid>],
-    drawn: &[f64],
+    (drawn, apart): (&[f64], f64),
 ) -> Result<(), InterfaceError> {
     for facet in facets {
         let spacing = facet_size::<Solid>(facet.measure);
         for k in facet.pairs.map(|k| k as usize) {
-            if !(drawn[k].abs() <= TOLERANCE * spacing) {
+            if !(drawn[k].abs() <= (TOLERANCE * spacing).max(apart)) {
                 let point = points[pairs[k].nodes[0]].into();
                 return Err(InterfaceError::Distance { point, gap: drawn[k], spacing });
             }

@@ -53,7 +53,7 @@ impl Observer<Solid> for Record {
 }
 
 /// The assembly without what a finer mesh changes: declared surfaces, round obstacles, and gaps between bent sides.
-fn flat(assembly: &Assembly) -> Assembly {
+pub(super) fn flat(assembly: &Assembly) -> Assembly {
     let mut flat = assembly.clone();
     for touch in &mut flat.touches {
         touch.declared = None;
@@ -92,12 +92,12 @@ impl Nested {
 }
 
 /// Refines a problem adaptively, and judges each of its meshes.
-pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Made<()> {
-    let assembly = flat(&problem.assembly);
-    let first = assembly.problem(0)?;
+///
+/// * `first`: on the first meshes.
+pub(super) fn judge(problem: &Problem, first: ContactProblem<Solid>, trial: &mut Trial) -> Made<()> {
     let mut adapt = AdaptSettings::new(1e-3);
     adapt.max_steps = 2 + (problem.number % 3) as usize;
-    adapt.max_nodes = NODES;
+    adapt.max_nodes = NODES.max(first.nodes());
     adapt.fraction = [0.5, 0.2, 0.9][(problem.number / 3 % 3) as usize];
     let mut settings = problem.second.clone();
     settings.criterion = Settings::<Solid>::default().criterion;

@@ -2,6 +2,8 @@
 
 use super::grid::{Cells, Grid, Patch, SIDES, prolonged};
 use crate::model::Made;
+use crate::random::Random;
+use contact_geometry::{Contact, ContactNormal, Sides, paired_solids};
 use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
 use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData};
 use fem_core::interface::{
@@ -9,8 +11,11 @@ use fem_core::interface::{
     RigidLine, SAME_NORMAL,
 };
 use fem_core::material::{LinearElastic, Materials};
+use fem_core::mesh::TetMesh;
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::Solid;
 use nalgebra::{Rotation3, Vector3};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// A linear function: finer meshes have the same.
@@ -140,8 +145,12 @@ impl Assembly {
     }
 
     fn body(&self, b: usize, halved: u32) -> Made<Body<Solid>> {
+        let mesh = self.grid.mesh(&self.parts[b].cells, halved, &self.patches(b), &self.turn)?;
+        self.body_of((b, halved), mesh)
+    }
+
+    fn body_of(&self, (b, halved): (usize, u32), mesh: TetMesh) -> Made<Body<Solid>> {
         let part = &self.parts[b];
-        let mesh = self.grid.mesh(&part.cells, halved, &self.patches(b), &self.turn)?;
         let mut conditions = BoundaryConditions::<Solid>::default().body_force(self.turn * part.weight);
         for (side, name) in SIDES.into_iter().enumerate().filter(|(side, _)| self.is_free(b, *side)) {
             conditions = match part.sides[side] {
@@ -204,6 +213,72 @@ impl Assembly {
             }
             problem = problem.contact([a, b], interface);
         }
+        self.with_obstacles(problem, &bodies, halved)
+    }
+
+    /// Makes a problem whose surfaces do not match: every other body has halved cells, and nodes inside of flat sides are moved along them.
+    pub(super) fn overlaid(&self, random: &mut Random) -> Made<ContactProblem<Solid>> {
+        let body = |b: usize| {
+            let halved = (b % 2) as u32;
+            let mesh = self.grid.mesh(&self.parts[b].cells, halved, &self.patches(b), &self.turn)?;
+            let mesh = if self.grid.is_bent() { mesh } else { self.moved(b, mesh, random)? };
+            self.body_of((b, halved), mesh)
+        };
+        let bodies = (0..self.parts.len()).map(body).collect::<Made<Vec<_>>>()?;
+        let contact = |(k, touch): (usize, &Touch)| {
+            let (name, gap) = (format!("touch {k}"), Gap::Given(self.linear(touch.gap)));
+            let surfaces = [name.clone(), name.clone()];
+            let normal = ContactNormal::Averaged;
+            let sides = Sides::Bodies { bodies: touch.bodies, surfaces, gap, normal };
+            Contact { name, sides, friction: None }
+        };
+        let contacts: Vec<Contact<Solid>> = self.touches.iter().enumerate().map(contact).collect();
+        let problem = paired_solids(bodies, &contacts)?.problem;
+        let bodies = problem.bodies.clone();
+        self.with_obstacles(problem, &bodies, 0)
+    }
+
+    /// Moves the nodes that are on one contact side alone, along it.
+    fn moved(&self, b: usize, mesh: TetMesh, random: &mut Random) -> Made<TetMesh> {
+        let (topology, mut points) = (mesh.topology(), mesh.points().to_vec());
+        let mut sides: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); points.len()];
+        let patches = self.patches(b);
+        let of_patch = |facet: &FacetId| {
+            patches.iter().position(|patch| mesh.group(&patch.name).is_some_and(|of| of.contains(facet)))
+        };
+        for facet in topology.boundary_facets() {
+            let side = of_patch(facet).unwrap_or(usize::MAX);
+            for node in topology.facets()[*facet] {
+                sides[node.index()].insert(side);
+            }
+        }
+        for (node, sides) in sides.iter().enumerate() {
+            let (1, Some(patch)) = (sides.len(), sides.first().and_then(|side| patches.get(*side))) else {
+                continue;
+            };
+            let own = points[node];
+            let near = topology.cells_around(NodeId::new(node)).iter();
+            let corners =
+                near.flat_map(|cell| mesh.cells()[*cell as usize]).map(|other| mesh.points()[other]);
+            let apart = corners.map(|x| (x - mesh.points()[node]).norm()).filter(|d| *d > 0.0);
+            let step = 0.15 * apart.fold(f64::INFINITY, f64::min);
+            let along =
+                Vector3::from_fn(|k, _| if k == patch.side % 3 { 0.0 } else { step * random.signed() });
+            points[node] = own + self.turn * along;
+        }
+        let groups = mesh.groups().iter().map(|(name, facets)| {
+            (name.clone(), facets.iter().map(|facet| topology.facets()[*facet]).collect())
+        });
+        Ok(TetMesh::oriented(points, mesh.cells().to_vec(), groups.collect())?)
+    }
+
+    /// Adds the obstacles.
+    fn with_obstacles(
+        &self,
+        mut problem: ContactProblem<Solid>,
+        bodies: &[Body<Solid>],
+        halved: u32,
+    ) -> Made<ContactProblem<Solid>> {
         for (b, side) in (0..self.parts.len()).flat_map(|b| (0..6).map(move |side| (b, side))) {
             let (round, drive) = match self.parts[b].sides[side] {
                 Condition::Plane(_, drive) => (None, drive),
