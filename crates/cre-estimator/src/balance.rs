@@ -6,7 +6,7 @@
 //! min_p ∑_i ℓ_i (p_i − r^2_i/ℓ_i)²,   p ≥ 0,   C p = e     (31)
 //! ```
 //! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` the work of the loads.
-//! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance. On bent facets of lines without friction the unknowns are
+//! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance. On bent facets of solids without friction the unknowns are
 //! the pressures of the facets, with the measure of the facet for `ℓ`: nearer ones are in balance than those that are means of values at the corners.
 
 mod tractions;

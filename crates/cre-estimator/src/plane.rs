@@ -20,6 +20,8 @@ use fem_core::tensor::SymTensor2;
 use forces::{edge_tractions, forces};
 
 impl Recovery for Plane {
+    const BALANCED_BY_FACET: bool = false;
+
     type Stars<'a> = StarRelaxation<'a>;
 
     fn facet_moments(body: &Body, stress: &[SymTensor2], conditions: &[FacetCondition]) -> FacetMoments {

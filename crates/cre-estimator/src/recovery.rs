@@ -12,6 +12,11 @@ use fem_core::space::Space;
 
 /// The recovery of stresses in exact equilibrium: all that differs by idea between the plane and solid bodies.
 pub trait Recovery: Space {
+    /// Tells whether the pressures that balance a floating body are found by facet on bent facets, and not by node. In the plane they are not: loads that
+    /// only the error of normals resists would take pressures much farther from the forces (a bearing of rollers, 100 % of the energy norm on
+    /// 230,000 nodes instead of 8 % on 41,000).
+    const BALANCED_BY_FACET: bool;
+
     /// What relaxes several stresses of one body.
     type Stars<'a>: Send;
 

@@ -35,6 +35,8 @@ use nalgebra::Vector3;
 use relaxation::EdgeStars;
 
 impl Recovery for Solid {
+    const BALANCED_BY_FACET: bool = true;
+
     type Stars<'a> = EdgeStars<'a>;
 
     fn facet_moments(

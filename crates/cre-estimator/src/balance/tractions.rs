@@ -46,7 +46,7 @@ impl LineTractions {
         let all = interface.facets();
         let mut weights: Vec<f64> = pair.rows().map(|row| pairs[row.pair].weight).collect();
         let mut facets = Vec::new();
-        if by_facet && !pair.friction.acts() && interface.has_bent_facets() {
+        if by_facet && S::BALANCED_BY_FACET && !pair.friction.acts() && interface.has_bent_facets() {
             facets.extend((0..all.len()).filter(|k| all[*k].bent));
             weights = vec![0.0; rows];
             for facet in all.iter().filter(|facet| !facet.bent) {
@@ -158,7 +158,7 @@ impl Tractions {
         Self::new(problem, false)
     }
 
-    /// Takes the tractions of all rows, and the pressures of bent facets instead of those at their corners.
+    /// Takes the tractions of all rows, and the pressures of bent facets instead of those at their corners, if [`Recovery::BALANCED_BY_FACET`].
     pub(super) fn of_facets<S: Recovery>(problem: &ContactProblem<S>) -> Self {
         Self::new(problem, true)
     }
