@@ -117,7 +117,8 @@ fn spherical_surfaces_that_do_not_match_have_the_figures_of_another_code() {
         let found = solved(over_each_other([n; 2], OnSphere::Tilted).unwrap(), 4);
         let found = found.estimate.as_ref().unwrap().unchecked().e_cre;
         println!("{n} {found}");
-        assert!((found / printed - 1.0).abs() < 1e-3, "{n}: {found} {printed}");
+        // The lift of the other code is a little larger.
+        assert!(found <= printed && found > 0.99 * printed, "{n}: {found} {printed}");
     }
 }
 

@@ -342,14 +342,11 @@ impl<'a> Seen<'a> {
         for (face, parts) in by_face(&found.triangles, 0) {
             let corners = self.patches[0].faces[face];
             let flat = corners.map(|node| self.patches[0].points[node]);
+            let at = corners.map(|node| at(&normals, node));
             for vertex in parts.iter().flatten() {
                 let weights = barycentric(flat, found.vertices[*vertex].at);
-                let mean =
-                    || corners.iter().zip(weights).map(|(node, weight)| weight * at(&normals, *node)).sum();
-                if !normals.contains_key(&node_of[vertex]) {
-                    let mean: Vector = mean();
-                    normals.insert(node_of[vertex], mean);
-                }
+                let mean: Vector = at.iter().zip(weights).map(|(normal, weight)| weight * normal).sum();
+                normals.entry(node_of[vertex]).or_insert(mean);
             }
         }
         Ok(normals)

@@ -98,7 +98,17 @@ pub(super) fn pair_known(
     let new = |nodes: [NodeId; 2]| NodePair { nodes, normal, gap: 0.0, weight: 0.0 };
     let mut pairs: Vec<NodePair<Solid>> = match known {
         Some(known) => {
-            nodes.iter().filter_map(|node| Some(new([*node, *known.partner.get(node)?]))).collect()
+            // Another overlay may have put nodes on the rim.
+            let alone = |node: NodeId| InterfaceError::FacetWithoutPartner {
+                body: 0,
+                point: first.mesh().points()[node].into(),
+                words: Solid::WORDS,
+            };
+            let pair = |node: &NodeId| match known.partner.get(node) {
+                Some(other) => Ok(new([*node, *other])),
+                None => Err(alone(*node)),
+            };
+            nodes.iter().map(pair).collect::<Result<_, _>>()?
         }
         None => {
             let partner = nearest(bodies, groups, nodes.iter().copied(), across)?;
