@@ -20,9 +20,9 @@ use arrangement::{Arrangement, Fault, Flat, Patch, arrange, barycentric, by_face
 use fem_core::body::{Body, BodyError};
 use fem_core::geometry::{Point, norm, shown};
 use fem_core::interface::InterfaceError;
-use fem_core::mesh::MeshError;
 use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::mesh::insertion::{SurfaceCut, with_cut_surface};
+use fem_core::mesh::{MeshError, TetMesh};
 use fem_core::space::{Solid, Space};
 use std::collections::{BTreeMap, HashMap};
 use thiserror::Error;
@@ -31,6 +31,8 @@ type Vector = <Solid as Space>::Vector;
 
 /// Cosine of the largest angle between a face and the direction along which it is seen: 60 degrees.
 const STEEP: f64 = 0.5;
+/// A free area up to this part of a surface is round-off.
+const ROUND_OFF: f64 = 1e-9;
 
 /// Why two surfaces of solids have no overlay.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -173,10 +175,8 @@ pub(crate) fn overlay(
         return Err(OverlayError::NoOverlap { points, direction: seen.axes[0].into() });
     }
     let cuts = [0, 1].map(|b| seen.cut(b, &found));
-    let mut changed: Vec<Body<Solid>> = Vec::with_capacity(2);
-    let mut free = [0.0; 2];
-    for (b, (cut, node_of)) in cuts.iter().enumerate() {
-        let old = bodies[b];
+    let changed = |b: usize| -> Result<Body<Solid>, OverlayError> {
+        let (old, (cut, node_of)) = (bodies[b], &cuts[b]);
         let finer =
             with_cut_surface(old.mesh(), cut).map_err(|source| OverlayError::Mesh { body: b, source })?;
         let mut body = old.refined(&finer).map_err(|source| OverlayError::Body { body: b, source })?;
@@ -185,30 +185,30 @@ pub(crate) fn overlay(
         let of = |triangle: &arrangement::Triangle| {
             topology.find_facet(triangle.corners.map(|vertex| node_of[&vertex]))
         };
-        let own: Vec<FacetId> = found.triangles.iter().filter(|t| both(t)).filter_map(of).collect();
-        let area = |mesh: &fem_core::mesh::TetMesh, faces: &[FacetId]| -> f64 {
-            faces.iter().map(|face| mesh.facet_measure(*face)).sum()
-        };
-        let left = area(old.mesh(), faces[b]) - area(body.mesh(), &own);
-        free[b] = if left > 1e-9 * area(old.mesh(), faces[b]) { left } else { 0.0 };
+        let own = found.triangles.iter().filter(|t| both(t)).filter_map(of).collect();
         body.add_group(groups[b], own);
-        changed.push(body);
-    }
+        Ok(body)
+    };
+    let changed = [changed(0)?, changed(1)?];
+    let free = [0, 1].map(|b: usize| {
+        let whole = area(bodies[b].mesh(), faces[b]);
+        let left = whole - area(changed[b].mesh(), changed[b].mesh().group(groups[b]).unwrap_or(&[]));
+        if left > ROUND_OFF * whole { left } else { 0.0 }
+    });
+    let added = [0, 1].map(|b: usize| changed[b].mesh().points().len() - bodies[b].mesh().points().len());
     let normals = seen.normals(&found, &cuts[0].1)?;
     let in_contact = found.triangles.iter().filter(|t| both(t)).flat_map(|t| t.corners);
     let partner = in_contact.map(|vertex| (cuts[0].1[&vertex], cuts[1].1[&vertex])).collect();
-    let added = [0, 1].map(|b: usize| changed[b].mesh().points().len() - bodies[b].mesh().points().len());
+    let measures =
+        (0..2).flat_map(|b| faces[b].iter().map(move |face| bodies[b].mesh().facet_measure(*face)));
+    let size = (2.0 * measures.fold(0.0, f64::max)).sqrt();
     let changes = OverlayChanges { added, lowest: found.lowest, free };
-    let mut changed = changed.into_iter();
-    match (changed.next(), changed.next()) {
-        (Some(first), Some(second)) => {
-            let faces =
-                (0..2).flat_map(|b| faces[b].iter().map(move |face| bodies[b].mesh().facet_measure(*face)));
-            let size = (2.0 * faces.fold(0.0, f64::max)).sqrt();
-            Ok(Overlay { bodies: [first, second], known: Known { partner, normals, size }, changes })
-        }
-        _ => Err(InterfaceError::NotFacing { point: seen.mean(0).into() }.into()),
-    }
+    Ok(Overlay { bodies: changed, known: Known { partner, normals, size }, changes })
+}
+
+/// Adds up the areas of faces, m².
+fn area(mesh: &TetMesh, faces: &[FacetId]) -> f64 {
+    faces.iter().map(|face| mesh.facet_measure(*face)).sum()
 }
 
 /// The nodes that are inserted into a body, and its node at each vertex of the overlay.
@@ -284,40 +284,33 @@ impl<'a> Seen<'a> {
         let (mesh, nodes) = (self.bodies[b].mesh(), &self.nodes[b]);
         let own = |(vertex, of): (usize, &arrangement::Vertex)| of.nodes[b].map(|node| (vertex, nodes[node]));
         let mut node_of: HashMap<usize, NodeId> = found.vertices.iter().enumerate().filter_map(own).collect();
-        let mut cut = SurfaceCut::default();
-        let old = mesh.points().len();
-        let mut insert = |points: &mut Vec<Vector>, vertex: usize, at: Vector| {
-            points.push(at);
-            let node = NodeId::new(old + points.len() - 1);
-            node_of.insert(vertex, node);
-            node
+        let (mut points, old) = (Vec::new(), mesh.points().len());
+        let mut node_at = |vertex: usize, at: Vector| {
+            *node_of.entry(vertex).or_insert_with(|| {
+                points.push(at);
+                NodeId::new(old + points.len() - 1)
+            })
         };
+        let mut edges = BTreeMap::new();
         for chain in found.chains[b].iter().filter(|chain| !chain.on.is_empty()) {
             let ends = chain.ends.map(|node| nodes[node]);
             let [p, q] = ends.map(|node| mesh.points()[node]);
-            let on = chain.on.iter().map(|(t, vertex)| insert(&mut cut.points, *vertex, p + *t * (q - p)));
-            cut.edges.insert(ends, on.collect());
+            let on = chain.on.iter().map(|(t, vertex)| node_at(*vertex, p + *t * (q - p)));
+            edges.insert(ends, on.collect());
         }
-        let parts = by_face(&found.triangles, b);
-        let cut_faces: BTreeMap<&usize, _> = parts.iter().filter(|(_, parts)| parts.len() > 1).collect();
-        for (face, parts) in &cut_faces {
-            let corners = self.patches[b].faces[**face];
+        let mut faces = BTreeMap::new();
+        for (face, parts) in by_face(&found.triangles, b).into_iter().filter(|(_, parts)| parts.len() > 1) {
+            let corners = self.patches[b].faces[face];
             let flat = corners.map(|node| self.patches[b].points[node]);
             let corners = corners.map(|node| mesh.points()[nodes[node]]);
-            for vertex in parts.iter().flatten() {
-                if !node_of.contains_key(vertex) {
-                    let weights = barycentric(flat, found.vertices[*vertex].at);
-                    let at = corners.iter().zip(weights).map(|(corner, weight)| weight * corner).sum();
-                    cut.points.push(at);
-                    node_of.insert(*vertex, NodeId::new(old + cut.points.len() - 1));
-                }
-            }
+            let mut inside = |vertex: usize| {
+                let weights = barycentric(flat, found.vertices[vertex].at);
+                node_at(vertex, corners.iter().zip(weights).map(|(corner, weight)| weight * corner).sum())
+            };
+            let triangles = parts.iter().map(|corners| corners.map(&mut inside)).collect();
+            faces.insert(self.faces[b][face], triangles);
         }
-        for (face, parts) in cut_faces {
-            let triangles = parts.iter().map(|corners| corners.map(|vertex| node_of[&vertex])).collect();
-            cut.faces.insert(self.faces[b][*face], triangles);
-        }
-        (cut, node_of)
+        (SurfaceCut { points, edges, faces }, node_of)
     }
 
     /// Computes the normals at the first body's nodes, old and new: those at its old nodes, linear on its faces. None if a surface is flat.

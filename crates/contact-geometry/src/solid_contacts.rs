@@ -1,11 +1,11 @@
 //! A contact problem of solids and the names of their sides: surfaces that do not match are laid over each other.
 
-use super::contacts::{Contact, Paired, PairingError, Sides};
+use super::contacts::{Contact, Paired, PairingError, Sides, assembled};
 use super::overlay::{OverlayChanges, OverlayError, overlay};
 use super::solid_pairs::{Known, is_curved, pair_known, solid_against};
 use super::{ContactNormal, pairing};
 use fem_core::body::Body;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap, InterfaceError};
+use fem_core::interface::{ContactInterface, Friction, Gap, InterfaceError};
 use fem_core::space::Solid;
 
 /// A pair is laid over itself at most this often: another pair of the same body may cut its rim.
@@ -17,7 +17,7 @@ const MOST_OVERLAYS: usize = 4;
 /// * `contacts`: a normal that is given is the direction along which the surfaces are laid over each other.
 ///
 /// # Errors
-/// Surfaces that cannot be paired and have no overlay, and conditions that do not fit a cut mesh.
+/// Surfaces that cannot be paired and have no overlay, a law of friction, and conditions that do not fit a cut mesh.
 ///
 /// # Panics
 /// If there is no such body.
@@ -25,6 +25,10 @@ pub fn paired_solids(
     bodies: Vec<Body<Solid>>,
     contacts: &[Contact<Solid>],
 ) -> Result<Paired<Solid>, PairingError> {
+    let acts = |contact: &Contact<Solid>| contact.friction.as_ref().is_some_and(Friction::acts);
+    if let Some(pair) = contacts.iter().position(acts) {
+        return Err(PairingError::SolidFriction { pair });
+    }
     let sides = contacts.iter().map(|c| c.sides.members().map(|(_, side)| side.clone()).collect());
     let mut pairs = Pairs {
         contacts,
@@ -34,13 +38,7 @@ pub fn paired_solids(
         bodies,
     };
     let interfaces = pairs.interfaces()?;
-    let mut problem = ContactProblem::new(pairs.bodies);
-    for (contact, interface) in contacts.iter().zip(interfaces) {
-        problem = match &contact.sides {
-            Sides::Bodies { bodies, .. } => problem.contact(*bodies, interface),
-            Sides::Obstacle { body, obstacle, .. } => problem.obstacle(*body, interface, obstacle.clone()),
-        };
-    }
+    let problem = assembled(pairs.bodies, contacts, interfaces);
     Ok(Paired { overlaid: pairs.changes, ..Paired::of(problem) })
 }
 
@@ -110,12 +108,11 @@ impl Pairs<'_> {
             OverlayError::Interface(error) => PairingError::Interface { pair, error },
             error => PairingError::Overlay { pair, error },
         };
-        let faces = [0, 1].map(|k: usize| pairing::group(bodies[k], k, &self.sides[pair][k]));
-        let [first, second] = faces;
-        let faces = match (first, second) {
-            (Ok(first), Ok(second)) => [first, second],
-            (Err(error), _) | (_, Err(error)) => return Err(fault(error.into())),
+        let group = |k: usize| {
+            let found = pairing::group(bodies[k], k, &self.sides[pair][k]);
+            found.map_err(|error| PairingError::Interface { pair, error })
         };
+        let faces = [group(0)?, group(1)?];
         if matches!(gap, Gap::Geometric) && is_curved(bodies, faces) {
             return Err(fault(OverlayError::MeasuredGap));
         }
@@ -130,8 +127,7 @@ impl Pairs<'_> {
         }
         self.sides[pair] = own.to_vec();
         self.known[pair] = Some(found.known);
-        let before = self.changes[pair].take();
-        self.changes[pair] = Some(found.changes.after(before));
+        self.changes[pair] = Some(found.changes.after(self.changes[pair]));
         Ok(())
     }
 }

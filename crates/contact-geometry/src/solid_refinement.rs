@@ -305,29 +305,20 @@ impl FinerSurface {
     /// Returns the parents of the pairs that are not clamped. A clamped parent is replaced by the other one, or by a parent of its own.
     fn kept_parents(&self, finer: &ContactInterface<Solid>) -> Vec<[u32; 2]> {
         let kept: HashMap<NodeId, u32> = finer.pairs().iter().map(|pair| pair.nodes[0]).zip(0..).collect();
-        let mut number: Vec<Option<u32>> = Vec::with_capacity(self.nodes.len());
-        // What stands for each pair: itself, or one that is not clamped.
-        let mut value: Vec<u32> = Vec::with_capacity(self.nodes.len());
+        // The pair from which each one takes its value, and whether it is clamped itself.
+        let mut sources: Vec<(u32, bool)> = Vec::with_capacity(self.nodes.len());
         let mut found = Vec::with_capacity(kept.len());
-        for (k, (nodes, parents)) in self.nodes.iter().zip(&self.parents).enumerate() {
+        for (nodes, parents) in self.nodes.iter().zip(&self.parents) {
             let own = kept.get(&nodes[0]).copied();
-            let before = |p: u32| value.get(p as usize).copied();
-            let of = match own {
-                Some(own) => own,
-                None => parents.iter().find_map(|p| before(*p)).unwrap_or(0),
-            };
-            if let Some(own) = own {
-                let free = |p: u32| p as usize == k || number.get(p as usize).copied().flatten().is_some();
-                let [a, b] = *parents;
-                let [a, b] = match [free(a), free(b)] {
-                    [true, false] => [a, a],
-                    [false, true] => [b, b],
-                    _ => [a, b],
-                };
-                found.push([a, b].map(|p| before(p).unwrap_or(own)));
-            }
-            number.push(own);
-            value.push(of);
+            // A pair of the old surface is its own parent.
+            let [a, b] =
+                parents.map(|p| sources.get(p as usize).copied().unwrap_or((own.unwrap_or(0), false)));
+            found.extend(own.map(|_| match [a, b] {
+                [(a, false), (_, true)] => [a, a],
+                [(_, true), (b, false)] => [b, b],
+                [(a, _), (b, _)] => [a, b],
+            }));
+            sources.push((own.unwrap_or(a.0), own.is_none()));
         }
         found
     }

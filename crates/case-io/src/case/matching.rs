@@ -99,6 +99,12 @@ impl<S: Dimension> Case<S> {
                 let fault = self.diagnostic(code::CONTACT, &path, error.to_string());
                 swapped(*pair, fault.expected(expected).fix(fix))
             }
+            PairingError::SolidFriction { pair } => {
+                let path = format!("{}.friction", self.contacts[*pair].path);
+                let message = "contact of solids is frictionless so far";
+                let fault = self.diagnostic(code::CONTACT, &path, message.to_owned());
+                fault.expected("a pair without it").fix("take it out").into()
+            }
             PairingError::Body { body, error } => self.body_diagnostic(*body, error).into(),
         }
     }

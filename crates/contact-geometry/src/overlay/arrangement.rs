@@ -236,18 +236,16 @@ fn triangulated(vertices: &[Vertex], segments: BTreeSet<[usize; 2]>) -> Result<V
     let scale = 1.0 / length(minus(high, low)).max(f64::MIN_POSITIVE);
     let place =
         |vertex: &Vertex| Point2::new(scale * (vertex.at[0] - low[0]), scale * (vertex.at[1] - low[1]));
-    let mut conflict = None;
-    let of_segment = |[a, b]: [usize; 2]| [vertices.get(a), vertices.get(b)];
+    let mut conflict: Option<[usize; 2]> = None;
     let found = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(
         vertices.iter().map(place).collect(),
         segments.into_iter().collect(),
         |segment| conflict = Some(segment),
     );
-    let thin = |at: Flat| Fault::Thin(at, 0.0);
-    let middle = || of_segment(conflict.unwrap_or_default())[0].map_or([0.0; 2], |vertex| vertex.at);
-    let Ok(found) = found else { return Err(thin(middle())) };
+    let crossed = || conflict.and_then(|[a, _]| vertices.get(a)).map_or(low, |vertex| vertex.at);
+    let found = found.map_err(|_| Fault::Thin(crossed(), 0.0))?;
     if conflict.is_some() || found.num_vertices() != vertices.len() {
-        return Err(thin(middle()));
+        return Err(Fault::Thin(crossed(), 0.0));
     }
     Ok(found.inner_faces().map(|face| face.vertices().map(|vertex| vertex.index())).collect())
 }

@@ -32,7 +32,7 @@ const NONE: u32 = u32::MAX;
 const ROUNDED: u32 = 19;
 
 /// Lists the edges of a tetrahedron.
-fn edges<T: Copy>(cell: &[T; 4]) -> [[T; 2]; 6] {
+pub(super) fn edges<T: Copy>(cell: &[T; 4]) -> [[T; 2]; 6] {
     EDGES.map(|ends| ends.map(|k| cell[k]))
 }
 

@@ -6,7 +6,7 @@
 //!   have one order;
 //! * otherwise four parts, one for each face, that meet at its middle, each of them cut as above.
 
-use super::bisect::{BodyTets, TetRefinement};
+use super::bisect::{BodyTets, TetRefinement, edges};
 use crate::mesh::id::{FacetId, NodeId};
 use crate::mesh::{Cell, MeshError, TetMesh};
 use crate::space::{Solid, Space};
@@ -80,11 +80,9 @@ impl Cutter<'_> {
     fn cut(&mut self, cell: usize) {
         let (corners, facets) = (self.old.cells()[cell], self.old.topology().cell_facets()[cell]);
         let cut = self.cut;
-        let mut edges: Vec<CutEdge<'_>> = Vec::new();
-        for (i, j) in (0..4).flat_map(|i| (0..i).map(move |j| (i, j))) {
-            let key = [corners[i].min(corners[j]), corners[i].max(corners[j])];
-            edges.extend(cut.edges.get(&key).map(|nodes| (key, nodes.as_slice())));
-        }
+        let keys = edges(&corners).map(|[a, b]| [a.min(b), a.max(b)]);
+        let cut_edge = |key: [NodeId; 2]| Some((key, cut.edges.get(&key)?.as_slice()));
+        let mut edges: Vec<CutEdge<'_>> = keys.into_iter().filter_map(cut_edge).collect();
         edges.sort_unstable_by_key(|(ends, _)| *ends);
         // The corners that each node lies between.
         let bit = |node: NodeId| corners.iter().position(|corner| *corner == node).map_or(0, |k| 1u8 << k);

@@ -3,6 +3,7 @@
 use super::edges;
 use crate::mesh::TetMesh;
 use crate::mesh::id::NodeId;
+use crate::partition::Partition;
 use crate::space::{Solid, Space};
 use std::collections::BTreeMap;
 
@@ -44,17 +45,16 @@ impl EdgeOrder {
     pub fn new(meshes: &[&TetMesh], pairs: &[[BodyNode; 2]]) -> Result<Self, JoinedNodes> {
         let first: Vec<usize> = meshes.iter().map(|mesh| mesh.points().len()).collect();
         let starts = starts(&first);
-        let mut of: Vec<u32> = (0..starts[first.len()]).map(|k| k as u32).collect();
-        let numbers = |pair: &[BodyNode; 2]| pair.map(|(body, node)| (starts[body] + node.index()) as u32);
+        let mut joined = Partition::new(starts[first.len()]);
         for pair in pairs {
-            let [a, b] = numbers(pair).map(|node| root(&mut of, node));
-            of[a.max(b) as usize] = a.min(b);
+            let [a, b] = pair.map(|(body, node)| starts[body] + node.index());
+            joined.join(a, b);
         }
         let shifts = shifts(meshes, pairs);
         let points =
             meshes.iter().zip(shifts).flat_map(|(mesh, shift)| mesh.points().iter().map(move |x| x + shift));
         let places = points.collect();
-        let of_body = |b: usize| (starts[b]..starts[b + 1]).map(|node| root(&mut of, node as u32)).collect();
+        let of_body = |b: usize| (starts[b]..starts[b + 1]).map(|node| joined.first(node) as u32).collect();
         let representatives: Vec<Vec<u32>> = (0..first.len()).map(of_body).collect();
         for (body, (mesh, of)) in meshes.iter().zip(&representatives).enumerate() {
             for [a, b] in mesh.cells().iter().flat_map(edges) {
@@ -75,15 +75,6 @@ impl EdgeOrder {
     pub fn is_first(&self, (body, node): BodyNode) -> bool {
         node.index() < self.first[body]
     }
-}
-
-/// Follows a node to its representative.
-fn root(of: &mut [u32], mut node: u32) -> u32 {
-    while of[node as usize] != node {
-        of[node as usize] = of[of[node as usize] as usize];
-        node = of[node as usize];
-    }
-    node
 }
 
 /// Lists where each body begins in an array of all bodies, and the end.

@@ -21,11 +21,11 @@ pub enum BallPart {
 /// The largest ratio of lengths of cells.
 const LARGEST_GROWTH: f64 = 5.0;
 
-/// The half length of the middle cube over the radius, where it would be without its bend: larger angles than with a sphere.
+/// The half length of the middle cube over the radius, before it is bent: its angles are larger than those of a sphere.
 const CUBE: f64 = 0.75;
 
-/// Meshes a ball, or a part of one for problems with planes of symmetry, with small cells near the poles, where a line along z through the centre meets the
-/// surface.
+/// Meshes a ball, or a part of one for problems with planes of symmetry, with small cells near the poles: the points of the surface above and below the
+/// centre.
 ///
 /// Each eighth is a cube of `cells`³ boxes, cut as [`cuboid`] does, whose three outer sides are moved onto the sphere:
 /// ```math
