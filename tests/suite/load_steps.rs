@@ -139,16 +139,16 @@ fn finer(problem: ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec
     for (k, before) in before.into_iter().enumerate() {
         let Some(before) = before else { continue };
         let parents = &found.pairs[k].parents;
-        let nodes: Vec<f64> = parents
+        let rows: Vec<f64> = parents
             .iter()
-            .map(|of| 0.5 * (before.nodes[of[0] as usize] + before.nodes[of[1] as usize]))
+            .map(|of| 0.5 * (before.rows[of[0] as usize] + before.rows[of[1] as usize]))
             .collect();
+        let pair = &problem.contacts[k];
         let of_edge = |edge: &fem_core::interface::ContactFacet| {
-            let [a, b] = edge.pairs.map(|i| nodes[i as usize]);
-            [a, 0.5 * (a + b), b]
+            edge.pairs.map(|i| pair.along_tangents(i as usize, &rows))
         };
-        let edges = problem.contacts[k].interface.facets().iter().map(of_edge).collect();
-        problem = problem.with_slip(k, SlipBefore::new(nodes, edges)).unwrap();
+        let jumps = pair.interface.facets().iter().map(of_edge).collect();
+        problem = problem.with_slip(k, SlipBefore::new(rows, jumps)).unwrap();
     }
     (problem, u)
 }
@@ -230,16 +230,17 @@ fn coulomb_friction_takes_steps_too() {
 fn slip_that_does_not_fit_and_refinement_of_a_later_step_are_refused() {
     let problem = blocks([4, 2], Friction::tresca(4.0)).unwrap();
     let nodes = problem.contacts[0].interface.pairs().len();
+    let rest = Vector::zeros();
     for (nodes, edges, of) in [
-        (vec![0.0; nodes - 1], vec![[0.0; 3]; nodes - 1], "pairs of nodes"),
-        (vec![f64::NAN; nodes], vec![[0.0; 3]; nodes - 1], "pairs of nodes"),
-        (vec![0.0; nodes], vec![[0.0; 3]; nodes], "edges"),
-        (vec![0.0; nodes], vec![[0.0, f64::INFINITY, 0.0]; nodes - 1], "edges"),
+        (vec![0.0; nodes - 1], vec![[rest; 2]; nodes - 1], "rows along tangents"),
+        (vec![f64::NAN; nodes], vec![[rest; 2]; nodes - 1], "rows along tangents"),
+        (vec![0.0; nodes], vec![[rest; 2]; nodes], "edges"),
+        (vec![0.0; nodes], vec![[rest, Vector::new(0.0, f64::INFINITY)]; nodes - 1], "edges"),
     ] {
         let error = problem.clone().with_slip(0, SlipBefore::new(nodes, edges)).unwrap_err();
         assert!(matches!(&error, InterfaceError::BadSlip { of: found, .. } if *found == of), "{error}");
     }
-    let fitting = SlipBefore::new(vec![0.0; nodes], vec![[0.0; 3]; nodes - 1]);
+    let fitting = SlipBefore::new(vec![0.0; nodes], vec![[rest; 2]; nodes - 1]);
     let problem = problem.with_slip(0, fitting).unwrap();
     let edges: Vec<RefinementEdges> =
         problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();

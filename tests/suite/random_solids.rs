@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use tests::random_solids::{FAMILIES, PROMISES, Problem, Trial};
 
 /// Problems of the sample: of each family eight.
-const SAMPLE: u64 = 176;
+const SAMPLE: u64 = 192;
 
 /// Problems that violated a promise once.
 const FOUND: [(u64, &str); 4] = [
@@ -38,7 +38,7 @@ fn every_promise_is_kept_in_a_sample_of_random_solids() {
 }
 
 /// Problems of the sample of adaptive runs: of each family two.
-const REFINED: u64 = 42;
+const REFINED: u64 = 48;
 
 #[test]
 fn every_promise_is_kept_on_the_meshes_of_adaptive_runs() {

@@ -9,7 +9,7 @@ use fem_core::interface::{ContactProblem, Friction};
 use fem_core::norm::energy_norm_squared;
 use nndd::solve_exactly;
 use tests::assemblies::{stamped, tower};
-use tests::friction::{blocks, rings, two_blocks};
+use tests::friction::{along_edge, blocks, rings, two_blocks};
 use tests::prepare;
 use tests::run::state_of;
 
@@ -54,9 +54,9 @@ fn the_upper_bound_of_the_potential_energy_is_above_the_energy_of_the_lifted_fie
             let work: f64 = external_forces(body).iter().zip(&u).map(|(f, u)| f.dot(u)).sum();
             energy += 0.5 * energy_norm_squared(body, &u) - work;
         }
-        let mut slides = contact.edge_friction.clone();
-        for added in &contact.edge_friction.lifted {
-            slides.slip.as_flattened_mut().iter_mut().zip(added.as_flattened()).for_each(|(w, l)| *w += l);
+        let mut slides = contact.facet_friction.clone();
+        for added in &contact.facet_friction.lifted {
+            slides.jump.as_flattened_mut().iter_mut().zip(added.as_flattened()).for_each(|(w, l)| *w += l);
         }
         energy += friction::sliding_work(pair, &slides);
         let [_, upper] = answer.bounds.unwrap().potential_energy;
@@ -64,7 +64,7 @@ fn the_upper_bound_of_the_potential_energy_is_above_the_energy_of_the_lifted_fie
         assert!(upper >= energy, "{s}: {upper:e} {energy:e}");
         // Friction adds the work on the lift's own slip, at least what it is at the limit.
         let forces = [&answer.last().tangential.reaction[..], &answer.last().tangential.force];
-        let of_lift = friction::work_of_lift(pair, &contact.edge_friction, forces);
+        let of_lift = friction::work_of_lift(pair, &contact.facet_friction, forces);
         assert!(contact.lift.largest() == 0.0 || of_lift > 0.0);
         assert!(upper - energy >= 0.1 * of_lift, "{s}: {:e} {of_lift:e}", upper - energy);
     }
@@ -78,9 +78,12 @@ fn friction_on_a_bent_edge_is_constant_and_within_the_limits_of_both_ends() {
     let problem = rings(0.01, [12, 4], Friction::tresca(limit)).unwrap();
     let contact = &estimated(&problem).pair.contacts[0];
     let mut at_limit = 0;
-    for ([a, b], [s, t]) in contact.edge_friction.friction.iter().zip(&contact.edge_friction.limit) {
-        assert!(a == b && a.abs() <= s.min(*t), "{a} {b}: {s} {t}");
-        at_limit += usize::from(s != t && a.abs() > 0.5 * s.min(*t));
+    let (line, of) = (&problem.contacts[0].interface, &contact.facet_friction);
+    for ((edge, traction), [s, t]) in line.facets().iter().zip(&of.traction).zip(&of.limit) {
+        let [a, b] = along_edge(line, edge, traction);
+        let least = s.min(*t);
+        assert!((a - b).abs() <= 1e-15 * least && a.abs() <= least * (1.0 + 1e-15), "{a} {b}: {s} {t}");
+        at_limit += usize::from(s != t && a.abs() > 0.5 * least);
     }
     assert!(at_limit > 3, "{at_limit}");
 }

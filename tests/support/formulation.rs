@@ -5,7 +5,7 @@
 
 use crate::model::Made;
 use crate::solids::{
-    Hertz, OnSphere, circle_of, cube, derivative, half_open, of_case, on_each_other, on_sphere,
+    Hertz, OnSphere, circle_of, cube, derivative, half_open, of_case, of_case_with, on_each_other, on_sphere,
 };
 use certified_contact::estimate;
 use cre_estimator::{Estimate, Relaxation};
@@ -27,7 +27,7 @@ use std::sync::OnceLock;
 type Row = (&'static str, &'static str, usize, &'static str);
 
 /// The figures as printed.
-pub const PRINTED: [Row; 35] = [
+pub const PRINTED: [Row; 42] = [
     ("4", "half-open", 2, "iterations to 1e-10: 58"),
     (
         "4",
@@ -283,6 +283,85 @@ pub const PRINTED: [Row; 35] = [
         "unresisted load: 6; its motion along x: 0; along y: 1; along z: 0",
     ),
     ("12", "corner pulled", 2, "its motion along x: 1; along y: 0; along z: 0"),
+    (
+        "13",
+        "friction, s = 1",
+        2,
+        "a(u,u), body 1: 0.564472686; a(u,u), body 2: 0.3082336346; force, pair 1: 24.764834284; \
+         friction x, pair 1: 1.9545872; friction y, pair 1: 0.32202307846; sticking, pair 1: 0; slipping, pair 1: 12; \
+         closed, pair 1: 12; nodes of pair 1: 15; 2∫po: 8.1559461208e-3; friction term: 1.57101165e-4; \
+         friction term, 16 parts a face: 8.3808864e-5; ‖û−u‖², body 1: 1.295267877e-3; ‖û−u‖², body 2: 2.0195669692e-3; \
+         ‖τ−σ̂‖ by EET, body 1: 1.4969519147; ‖τ−σ̂‖ by EET, body 2: 0.75802132353; \
+         e_CRE by EET, 16 parts a face: 1.6813732339; e_CRE at best, 16 parts a face: 0.55520948398; \
+         e_CRE of 4 steps/distance to 4 n: 1.404",
+    ),
+    (
+        "13",
+        "friction, s = 4",
+        2,
+        "a(u,u), body 1: 0.54675983418; a(u,u), body 2: 0.33204164384; force, pair 1: 24.989325589; \
+         friction x, pair 1: 4.7873623725; friction y, pair 1: 0.76397496821; sticking, pair 1: 10; slipping, pair 1: 2; \
+         closed, pair 1: 12; nodes of pair 1: 15; 2∫po: 9.5689963446e-3; friction term: 4.8991609658e-5; \
+         friction term, 16 parts a face: 4.4930220674e-5; ‖û−u‖², body 1: 1.5066376717e-3; ‖û−u‖², body 2: 2.2099435582e-3; \
+         ‖τ−σ̂‖ by EET, body 1: 1.4234744992; ‖τ−σ̂‖ by EET, body 2: 0.77129898734; \
+         e_CRE by EET, 16 parts a face: 1.6231180751; e_CRE at best, 16 parts a face: 0.52696609916; \
+         e_CRE of 4 steps/distance to 4 n: 1.428",
+    ),
+    (
+        "13",
+        "friction, s = 8",
+        2,
+        "a(u,u), body 1: 0.54290944048; a(u,u), body 2: 0.33359928595; force, pair 1: 24.93489024; \
+         friction x, pair 1: 4.8210005654; friction y, pair 1: 0.76659451381; sticking, pair 1: 12; slipping, pair 1: 0; \
+         closed, pair 1: 12; nodes of pair 1: 15; 2∫po: 9.1160747328e-3; ‖û−u‖², body 1: 1.6741838311e-3; \
+         ‖û−u‖², body 2: 2.2902129385e-3; ‖τ−σ̂‖ by EET, body 1: 1.4167678661; ‖τ−σ̂‖ by EET, body 2: 0.77822199757; \
+         e_CRE by EET, 16 parts a face: 1.6204755892; e_CRE at best, 16 parts a face: 0.52010391877",
+    ),
+    (
+        "13",
+        "friction, s = 1",
+        4,
+        "a(u,u), body 1: 0.65475295352; a(u,u), body 2: 0.30292659509; force, pair 1: 23.939858753; \
+         friction x, pair 1: 1.9659450185; friction y, pair 1: 0.2525442343; sticking, pair 1: 0; slipping, pair 1: 39; \
+         closed, pair 1: 39; nodes of pair 1: 45; 2∫po: 4.9498224672e-4; friction term: 6.6918846332e-5; \
+         friction term, 16 parts a face: 3.5666613907e-5; ‖û−u‖², body 1: 2.3362116646e-4; ‖û−u‖², body 2: 4.6927999498e-4; \
+         ‖τ−σ̂‖ by EET, body 1: 1.316532336; ‖τ−σ̂‖ by EET, body 2: 0.54572915092; \
+         e_CRE by EET, 16 parts a face: 1.4255915431",
+    ),
+    (
+        "13",
+        "friction, s = 4",
+        4,
+        "a(u,u), body 1: 0.61454044529; a(u,u), body 2: 0.33220410009; force, pair 1: 24.076920633; \
+         friction x, pair 1: 4.9564951389; friction y, pair 1: 0.54140861371; sticking, pair 1: 23; slipping, pair 1: 13; \
+         closed, pair 1: 36; nodes of pair 1: 45; 2∫po: 4.3522407925e-4; friction term: 7.4235226346e-5; \
+         friction term, 16 parts a face: 5.404909838e-5; ‖û−u‖², body 1: 3.0208369199e-4; ‖û−u‖², body 2: 5.5552142471e-4; \
+         ‖τ−σ̂‖ by EET, body 1: 1.2094877476; ‖τ−σ̂‖ by EET, body 2: 0.53633642809; \
+         e_CRE by EET, 16 parts a face: 1.3235800897",
+    ),
+    (
+        "13",
+        "friction, s = 8",
+        4,
+        "a(u,u), body 1: 0.60371740636; a(u,u), body 2: 0.34080484398; force, pair 1: 24.045050709; \
+         friction x, pair 1: 5.1371692888; friction y, pair 1: 0.55309881644; sticking, pair 1: 36; slipping, pair 1: 0; \
+         closed, pair 1: 36; nodes of pair 1: 45; 2∫po: 5.2317924645e-4; friction term: 9.6737585e-5; \
+         friction term, 16 parts a face: 9.6020573e-5; ‖û−u‖², body 1: 3.3500444e-4; ‖û−u‖², body 2: 5.6774465e-4; \
+         ‖τ−σ̂‖ by EET, body 1: 1.1690844742; ‖τ−σ̂‖ by EET, body 2: 0.55388908482; \
+         e_CRE by EET, 16 parts a face: 1.2942463348",
+    ),
+    (
+        "13",
+        "stack with friction",
+        4,
+        "a(u,u), body 1: 0.11547001942; a(u,u), body 2: 0.2521661677; a(u,u), body 3: 0.76729389979; \
+         force, pair 1: 9.7283630696; force, pair 2: 29.72836307; friction x, pair 1: 2.6887858309; \
+         friction y, pair 1: 5.6968649555; friction x, pair 2: 2.6887858309; friction y, pair 2: -0.30313504446; \
+         sticking, pairs: 35; slipping, pairs: 28; 2∫po: 2.8970759805e-3; friction term: 6.3205841782e-4; \
+         friction term, 16 parts a face: 5.1789225652e-4; ‖û−u‖², body 1: 2.9923540523e-3; ‖û−u‖², body 2: 2.6055845605e-3; \
+         ‖û−u‖², body 3: 2.0236820794e-3; ‖τ−σ̂‖ by EET, body 1: 0.61707171954; ‖τ−σ̂‖ by EET, body 2: 0.60355997993; \
+         ‖τ−σ̂‖ by EET, body 3: 1.2697394266; e_CRE by EET, 16 parts a face: 1.5389402057",
+    ),
 ];
 
 /// A printed figure beside the one of this program.
@@ -404,6 +483,15 @@ fn problem(name: &str, n: usize) -> Made<Option<ContactProblem<Solid>>> {
         "circle, two materials" => circle_of(n, CONTRAST)?,
         "half-open" => half_open(n)?,
         "stack" => of_case("stack.toml", n, 2 * n)?,
+        "friction, s = 1" => rubbing(n, "1.0")?,
+        "friction, s = 4" => rubbing(n, "4.0")?,
+        "friction, s = 8" => rubbing(n, "8.0")?,
+        "stack with friction" => {
+            let law = r#"{ law = "tresca", limit = 4.0 }"#;
+            let both = [("contact.0.friction", law), ("contact.1.friction", law)];
+            let others = [both[0], both[1], ("body.1.traction.0.vector", "[0.0, 3.0, 10.0]")];
+            of_case_with("stack.toml", n, 2 * n, &others)?
+        }
         "corner" => of_case("corner.toml", n, n)?,
         "sphere" => on_sphere(n)?,
         "tilted on a sphere" => on_each_other(n, OnSphere::Tilted)?,
@@ -413,6 +501,11 @@ fn problem(name: &str, n: usize) -> Made<Option<ContactProblem<Solid>>> {
         "socket" => on_each_other(n, OnSphere::Socket)?,
         _ => return Ok(None),
     }))
+}
+
+/// Two blocks with friction up to a limit.
+fn rubbing(n: usize, limit: &str) -> Made<ContactProblem<Solid>> {
+    of_case_with("tresca.toml", n, 2 * n, &[("contact.0.friction.limit", limit)])
 }
 
 const CONTRAST: [Hertz; 2] = [Hertz { modulus: 1.0, nu: 0.2 }, Hertz { modulus: 20.0, nu: 0.4 }];
@@ -566,11 +659,63 @@ impl Run {
     /// Computes the distance to the solution with `times` as many cells along each axis.
     fn distance(&self, times: usize) -> Made<f64> {
         let finer = Self::new(self.name, self.n * times)?.ok_or("no problem")?;
-        let across = if self.name == "stack" { 2 } else { 1 } * self.n;
+        let long = self.name.starts_with("stack") || self.name.starts_with("friction");
+        let across = if long { 2 } else { 1 } * self.n;
         let of_body = |((body, fine), coarse): ((&Body<Solid>, &Field), &Field)| {
             energy_distance_squared(body, fine, &interpolated([across, self.n, self.n], coarse, times))
         };
         Ok(finer.bodies().zip(&self.fields).map(of_body).sum::<f64>().sqrt())
+    }
+
+    /// Adds up the friction of a pair on its second body.
+    fn friction(&self, pair: usize) -> Vector3<f64> {
+        let problem = self.prepared.problem();
+        let of = &problem.contacts[pair];
+        let Some(rows) = problem.tangential_blocks().nth(pair) else { return Vector3::zeros() };
+        let force = &self.last.tangential.force[rows];
+        (0..of.interface.pairs().len()).map(|k| of.along_tangents(k, force)).sum()
+    }
+
+    /// Counts the closed nodes of a pair that stick, or that slip.
+    fn closed(&self, pair: usize, sticks: bool) -> f64 {
+        let problem = self.prepared.problem();
+        let both = problem.blocks().zip(problem.tangential_blocks()).nth(pair);
+        let Some((rows, tangents)) = both else { return 0.0 };
+        let (forces, slip) = (&self.last.contact.normal_reaction[rows], &self.last.tangential.slip[tangents]);
+        let nodes = forces.len();
+        let found = (0..nodes).filter(|k| forces[*k] > 0.0);
+        found.filter(|k| (slip[*k] == 0.0 && slip[nodes + k] == 0.0) == sticks).count() as f64
+    }
+
+    /// Computes the term of friction with each face in 16 parts.
+    fn parted_friction(&self, found: &Estimate<Solid>) -> f64 {
+        let pairs = self.prepared.problem().contacts.iter().zip(&found.pair.contacts);
+        let mut sum = 0.0;
+        for (of, contact) in pairs {
+            let friction = &contact.facet_friction;
+            for (k, face) in of.interface.facets().iter().enumerate() {
+                let normal = of.interface.corner_pair(face, 0).normal;
+                let slip = friction.jump[k].map(|jump| jump - normal * normal.dot(&jump));
+                let (traction, limit) = (&friction.traction[k], &friction.limit[k]);
+                for part in parts_of_face() {
+                    let at = |of: &[Vector3<f64>; 3], x: [f64; 3]| of[0] * x[0] + of[1] * x[1] + of[2] * x[2];
+                    let (q, w) = (part.map(|x| at(traction, x)), part.map(|x| at(&slip, x)));
+                    let s = part.map(|x| x[0] * limit[0] + x[1] * limit[1] + x[2] * limit[2]);
+                    let term = |i: usize, j: usize| {
+                        f64::from(u8::from(i == j) + 1) * (s[i] * w[j].norm() - q[i].dot(&w[j]))
+                    };
+                    let terms: f64 = (0..9).map(|k| term(k / 3, k % 3)).sum();
+                    sum += 2.0 * face.measure / 16.0 * terms / 12.0;
+                }
+            }
+        }
+        sum
+    }
+
+    /// Computes the bound with that term.
+    fn parted_bound(&self, found: &Estimate<Solid>) -> f64 {
+        let squared = found.cre.e_cre_squared - found.cre.friction_squared() + self.parted_friction(found);
+        squared.sqrt()
     }
 
     /// Computes a figure; `None` if it has no such name.
@@ -614,7 +759,25 @@ impl Run {
             ("relative error", _) => Some(self.error()? / norm().sqrt()),
             ("e_CRE by EET", _) => Some(self.first.cre.e_cre()),
             ("e_CRE at best", _) => Some(self.best()?.cre.e_cre()),
-            ("2∫po", _) => Some(self.first.cre.contact_squared()),
+            ("2∫po", _) => Some(self.first.cre.contact_squared() - self.first.cre.friction_squared()),
+            ("friction term", _) => Some(self.first.cre.friction_squared()),
+            ("friction term, 16 parts a face", _) => Some(self.parted_friction(&self.first)),
+            ("e_CRE by EET, 16 parts a face", _) => Some(self.parted_bound(&self.first)),
+            ("e_CRE at best, 16 parts a face", _) => Some(self.parted_bound(self.best()?)),
+            ("sticking, pairs", _) => Some((0..problem.contacts.len()).map(|k| self.closed(k, true)).sum()),
+            ("slipping, pairs", _) => Some((0..problem.contacts.len()).map(|k| self.closed(k, false)).sum()),
+            (_, "sticking, pair") => Some(self.closed(k, true)),
+            (_, "slipping, pair") => Some(self.closed(k, false)),
+            (_, "friction x, pair") => Some(self.friction(k)[0]),
+            (_, "friction y, pair") => Some(self.friction(k)[1]),
+            (_, "‖û−u‖², body") => self.first.pair.bodies.get(k).map(|of| {
+                let body = &problem.bodies[k];
+                let cell = |t: usize| {
+                    let difference = of.equilibrated.finite_element[t].minus(of.stress[t]);
+                    body.mesh().measure(t) * body.material(t).complementary(difference, difference)
+                };
+                sum_over_cells(of.stress.len(), cell)
+            }),
             ("2∫po with the lift", _) => {
                 Some(self.first.cre.contact_squared() - self.first.pair.lift_energy)
             }
@@ -644,6 +807,16 @@ impl Run {
             _ => None,
         })
     }
+}
+
+/// Lists the corners of 16 equal parts of a triangle, by barycentric coordinates.
+fn parts_of_face() -> impl Iterator<Item = [[f64; 3]; 3]> {
+    let at = |i: i32, j: i32| [i, j, 4 - i - j].map(|k| 0.25 * f64::from(k));
+    (0..4).flat_map(move |i| (0..4 - i).map(move |j| (i, j))).flat_map(move |(i, j)| {
+        let upright = [at(i + 1, j), at(i, j + 1), at(i, j)];
+        let turned = [at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
+        [Some(upright), (i + j < 3).then_some(turned)].into_iter().flatten()
+    })
 }
 
 type Point = (f64, f64);

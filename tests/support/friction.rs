@@ -16,7 +16,8 @@ use crate::model::{
     Body, BoundaryConditions, ContactProblem, Gap, Made, Obstacle, RigidLine, Vector, block, isotropic, pair,
     ring, stacked,
 };
-use fem_core::interface::Friction;
+use fem_core::geometry::perpendicular;
+use fem_core::interface::{ContactFacet, ContactInterface, Friction};
 
 /// Two blocks of 2 × 1 on each other, moduli 2000 above and 1000 below, with the same cells.
 ///
@@ -159,4 +160,14 @@ pub fn rings(turn: f64, cells: [usize; 2], friction: Friction) -> Made<ContactPr
     let outside =
         Body::new(quarter([1.5, 2.0])?, isotropic(1000.0, 0.3)?, &BoundaryConditions::new().fix("outer"))?;
     Ok(pair([inside, outside], ["outer", "inner"], &Gap::Given(0.0.into()))?.with_friction(0, friction)?)
+}
+
+/// Returns the friction along the tangents at the ends of an edge, over their lengths, Pa.
+///
+/// * `traction`: at its ends, Pa.
+pub fn along_edge(line: &ContactInterface, edge: &ContactFacet, traction: &[Vector; 2]) -> [f64; 2] {
+    [0, 1].map(|end: usize| {
+        let tangent = perpendicular(line.corner_pair(edge, end).normal);
+        traction[end].dot(&tangent) / tangent.dot(&tangent)
+    })
 }

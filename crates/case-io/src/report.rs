@@ -14,7 +14,8 @@ mod sweep;
 pub use bodies::{BodySummary, CellCount, FreeMotion, RigidSideSummary};
 pub use certificate::{Bounds, Certificate, Checks, Coulomb, Parts, ProjectedLoad, Split};
 pub use contact::{
-    ContactLine, ContactStretch, ContactSummary, ContactSurface, FrictionSummary, SurfaceArea, SurfacePatch,
+    ContactLine, ContactStretch, ContactSummary, ContactSurface, FrictionLine, FrictionSummary,
+    FrictionSurface, SurfaceArea, SurfacePatch,
 };
 pub(crate) use finite::{NotFinite, check as check_finite};
 pub use results::{LineResults, PeakStress, Reaction, Results};

@@ -26,8 +26,10 @@ const HISTORY_COLUMNS: [&str; 14] = [
 /// The columns of contact.csv in the plane and, without `s`, of solids.
 const CONTACT_COLUMNS: [&str; 8] = ["s", "x", "y", "z", "gap", "opening", "pressure", "active"];
 
-/// The columns of contact.csv with friction.
+/// The columns of contact.csv with friction in the plane, and of solids.
 const FRICTION_COLUMNS: [&str; 4] = ["tangential", "slip", "limit", "state"];
+const SOLID_FRICTION_COLUMNS: [&str; 8] =
+    ["tangential_x", "tangential_y", "tangential_z", "slip_x", "slip_y", "slip_z", "limit", "state"];
 
 /// The columns of adaptive.csv: the keys of `adaptive` in report.json.
 const ADAPTIVE_COLUMNS: [&str; 8] =
@@ -94,10 +96,12 @@ impl ContactRow {
 /// Friction at one node pair of the interface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FrictionRow {
-    /// Friction traction on the second body along the tangent `(−n_y, n_x)`, Pa.
+    /// Friction traction on the second body along the tangent `(−n_y, n_x)`, Pa; of solids its size.
     pub tangential: f64,
-    /// Slip of the first body against the second along the tangent, m.
+    /// Slip of the first body against the second along the tangent, m; of solids its size.
     pub slip: f64,
+    /// Of solids both as vectors, Pa and m.
+    pub in_space: Option<[[f64; 3]; 2]>,
     /// Largest friction traction, Pa: the given one, or `μ p`.
     pub limit: f64,
     /// `stick`, `slip` or `open`.
@@ -134,7 +138,11 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
     let named = several && !of_solids;
     columns.splice(0..0, of_solids.then_some("pair"));
     columns.extend(named.then_some("pair"));
-    columns.extend(with_friction.then_some(FRICTION_COLUMNS).into_iter().flatten());
+    if with_friction {
+        let of_friction =
+            if of_solids { SOLID_FRICTION_COLUMNS.as_slice() } else { FRICTION_COLUMNS.as_slice() };
+        columns.extend(of_friction);
+    }
     let recovered = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.pressure_recovered.is_some());
     columns.extend(recovered.then_some("pressure_recovered"));
     let in_steps = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.step.is_some());
@@ -142,14 +150,19 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
     let cells = |(name, row): (&&str, &ContactRow)| {
         // Pairs without friction leave its columns empty; an empty vector has no column.
         let of = row.friction.as_ref();
-        let numbers = [of.map(|f| f.tangential), of.map(|f| f.slip), of.map(|f| f.limit)];
+        let vectors = of.and_then(|f| f.in_space);
+        let mut numbers: Vec<Option<f64>> = match of_solids {
+            true => (0..6).map(|k| vectors.map(|both| both[k / 3][k % 3])).collect(),
+            false => vec![of.map(|f| f.tangential), of.map(|f| f.slip)],
+        };
+        numbers.push(of.map(|f| f.limit));
         let state = of.map_or_else(String::new, |f| f.state.clone());
         let if_any = |used: bool, text: String| if used { vec![text] } else { vec![] };
         (
             if_any(of_solids, (*name).to_owned()),
             row.clone(),
             if_any(named, (*name).to_owned()),
-            if with_friction { numbers.to_vec() } else { vec![] },
+            if with_friction { numbers } else { vec![] },
             if_any(with_friction, state),
             if recovered { vec![row.pressure_recovered] } else { vec![] },
             if in_steps { vec![row.step] } else { vec![] },
@@ -267,7 +280,8 @@ mod tests {
             contact_csv(&[("", vec![row.clone()])]).unwrap(),
             "s,x,y,gap,opening,pressure,active\n0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1\n"
         );
-        let friction = FrictionRow { tangential: -1.5, slip: 0.0, limit: 4.0, state: "stick".into() };
+        let friction =
+            FrictionRow { tangential: -1.5, limit: 4.0, state: "stick".into(), ..FrictionRow::default() };
         let rubs = ContactRow { friction: Some(friction), pressure_recovered: Some(1230.0), ..row.clone() };
         assert_eq!(
             contact_csv(&[("a", vec![row]), ("b", vec![rubs])]).unwrap(),

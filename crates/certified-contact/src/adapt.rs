@@ -149,13 +149,13 @@ pub fn solve_adaptively<S: ContactSpace>(
 ///
 /// # Errors
 /// See [`crate::solve_coulomb`], of the first mesh. Later failures are reported in [`AdaptiveSolution::end`].
-pub fn solve_coulomb_adaptively(
-    problem: ContactProblem,
+pub fn solve_coulomb_adaptively<S: ContactSpace>(
+    problem: ContactProblem<S>,
     settings: &CoulombSettings,
     relaxation: Relaxation,
     adapt: &AdaptSettings,
-    observer: &mut dyn Observer,
-) -> Result<AdaptiveSolution<CoulombResult>, SolveError> {
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSolution<CoulombResult<S>, S>, SolveError<S>> {
     begin(problem, &(settings.clone(), relaxation), adapt, observer)
 }
 
@@ -163,14 +163,14 @@ pub fn solve_coulomb_adaptively(
 ///
 /// # Errors
 /// See [`solve_coulomb_adaptively`]; [`SolveError::Checkpoint`] if the checkpoint belongs to another problem.
-pub fn resume_coulomb_adaptively(
-    problem: ContactProblem,
+pub fn resume_coulomb_adaptively<S: ContactSpace>(
+    problem: ContactProblem<S>,
     checkpoint: Checkpoint,
     settings: &CoulombSettings,
     relaxation: Relaxation,
     adapt: &AdaptSettings,
-    observer: &mut dyn Observer,
-) -> Result<AdaptiveSolution<CoulombResult>, SolveError> {
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSolution<CoulombResult<S>, S>, SolveError<S>> {
     resume(problem, checkpoint, &(settings.clone(), relaxation), adapt, observer)
 }
 

@@ -65,7 +65,7 @@ impl Bounds {
         }
         let mut potential = 0.5 * energy - work;
         for (pair, contact) in problem.problem().contacts.iter().zip(&estimate.pair.contacts) {
-            let sliding = friction::sliding_work(pair, &contact.edge_friction);
+            let sliding = friction::sliding_work(pair, &contact.facet_friction);
             potential += sliding;
             size += sliding;
         }
@@ -82,7 +82,7 @@ impl Bounds {
             }
             let by_role = [&iterate.tangential.reaction, &iterate.tangential.force];
             let by_side = [0, 1].map(|side| &by_role[of.roles.of_side(side)][tangents.clone()]);
-            lifted += friction::work_of_lift(of, &contact.edge_friction, by_side);
+            lifted += friction::work_of_lift(of, &contact.facet_friction, by_side);
         }
         let upper = potential + (lifted + 0.5 * estimate.pair.lift_energy).max(0.0);
         // Rounding of the displacements affects the energies as well as the bound.

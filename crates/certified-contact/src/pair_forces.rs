@@ -15,7 +15,7 @@ pub struct PairForces<'a, S: Space = Plane> {
     pub(crate) force: &'a [f64],
     /// Of the iteration, m.
     pub(crate) opening: &'a [f64],
-    /// Friction forces, N/m, and slips, m; empty without friction.
+    /// Friction forces, N/m, and slips, m, in the rows along tangents; empty without friction.
     pub(crate) friction: &'a [f64],
     pub(crate) slip: &'a [f64],
     /// The nodes of the first body, m.
@@ -60,7 +60,18 @@ impl<'a, S: Space> PairForces<'a, S> {
     pub(crate) fn on_first(&self, k: usize) -> S::Vector {
         let normal = self.interface.pairs()[k].normal;
         let pressed = normal * -self.force[k];
-        self.friction.get(k).map_or(pressed, |q| pressed - S::complement(&[normal])[0] * *q)
+        if self.friction.is_empty() { pressed } else { pressed - self.friction_force(k) }
+    }
+
+    /// Returns the friction force of pair `k` on the second body, N/m.
+    pub(crate) fn friction_force(&self, k: usize) -> S::Vector {
+        self.problem.contacts[self.pair].along_tangents(k, self.friction)
+    }
+
+    /// Returns the size of the slip of pair `k`, m.
+    pub(crate) fn slip_size(&self, k: usize) -> f64 {
+        let parts = self.slip[k..].iter().step_by(self.interface.pairs().len());
+        parts.map(|w| w * w).sum::<f64>().sqrt() / self.interface.pairs()[k].normal_length()
     }
 
     /// Tells whether pair `k` carries a force.

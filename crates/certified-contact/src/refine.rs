@@ -240,7 +240,7 @@ fn prolong<S: ContactSpace>(finer: &FinerProblem<S>, start: &Start) -> Start {
             let of_pair: Vec<bool> = block.clone().map(|k| active.is_active(k)).collect();
             flags.extend(pair.inherited(&of_pair, |a, b| a && b));
         }
-        let directions = if of.friction.acts() { 2 } else { 1 };
+        let directions = of.row_count().checked_div(of.interface.pairs().len()).unwrap_or(0);
         for _ in 0..directions {
             lambda.extend(pair.prolong(&start.lambda[row..row + pair.old()]));
             row += pair.old();

@@ -43,7 +43,7 @@ pub struct PairResults<S: Space = Plane> {
     /// Smallest opening, m.
     pub min_opening: f64,
     /// The results of friction; `None` without friction.
-    pub friction: Option<FrictionResults>,
+    pub friction: Option<FrictionResults<S>>,
 }
 
 /// The force of a patch of [`ContactArea::patches`].
@@ -59,14 +59,18 @@ pub struct PatchResults<S: Space = Plane> {
 /// The results of friction along a pair.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct FrictionResults {
-    /// `Σ Q_i`, N/m: on the second body along the tangent `(−n_y, n_x)`, on the first against it.
+pub struct FrictionResults<S: Space = Plane> {
+    /// `Σ Q_i`, N/m: in the plane on the second body along the tangent `(−n_y, n_x)`, on the first against it. In space the length of the resultant.
     pub force: f64,
+    /// The resultant of friction on the second body, N/m.
+    pub resultant: S::Vector,
     /// Largest slip `|w|`, m.
     pub max_slip: f64,
-    /// Intervals of arc length that are in contact and stick, m.
+    /// The tributary lengths or areas of the nodes in contact that stick and that slip, m or m².
+    pub measures: [f64; 2],
+    /// Intervals of arc length that are in contact and stick, m; empty in space.
     pub stick_intervals: Vec<[f64; 2]>,
-    /// Intervals of arc length that are in contact and slip, m.
+    /// Intervals of arc length that are in contact and slip, m; empty in space.
     pub slip_intervals: Vec<[f64; 2]>,
 }
 
@@ -190,11 +194,22 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// Computes the results of friction; `None` without it.
-fn friction<S: ContactSpace>(of: &PairForces<'_, S>) -> Option<FrictionResults> {
-    let sticks = |k: usize| of.slip[k] == 0.0;
-    (!of.friction.is_empty()).then(|| FrictionResults {
-        force: of.interface.pairs().iter().zip(of.friction).map(|(pair, q)| q * pair.normal_length()).sum(),
-        max_slip: largest(of.distances(of.slip).map(f64::abs)),
+fn friction<S: ContactSpace>(of: &PairForces<'_, S>) -> Option<FrictionResults<S>> {
+    if of.friction.is_empty() {
+        return None;
+    }
+    let nodes = of.interface.pairs();
+    let sticks = |k: usize| of.slip_size(k) == 0.0;
+    let resultant: S::Vector = (0..nodes.len()).map(|k| of.friction_force(k)).sum();
+    let mut measures = [0.0; 2];
+    for (k, node) in nodes.iter().enumerate().filter(|(k, _)| of.is_pressed(*k)) {
+        measures[usize::from(!sticks(k))] += node.weight;
+    }
+    Some(FrictionResults {
+        force: S::friction_force(of).unwrap_or_else(|| norm(resultant)),
+        resultant,
+        max_slip: largest((0..nodes.len()).map(|k| of.slip_size(k))),
+        measures,
         stick_intervals: S::intervals(of.interface, &|k| of.is_pressed(k) && sticks(k)),
         slip_intervals: S::intervals(of.interface, &|k| of.is_pressed(k) && !sticks(k)),
     })

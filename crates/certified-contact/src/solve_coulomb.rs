@@ -5,6 +5,7 @@ use crate::error::SolveError;
 use crate::observer::{Observer, Phase};
 use crate::results::results;
 use crate::solve::{Previous, prepare};
+use crate::space::ContactSpace;
 use crate::state::state_of;
 use cre_estimator::{Relaxation, estimate_with};
 use fem_core::condensation::CondensedBody;
@@ -19,23 +20,26 @@ use nndd::{CoulombSettings, CoulombStart, NnddError, PairFriction, coulomb_coupl
 /// # Errors
 /// A body without unique solution; loads that no forces within the cones of friction balance; a problem
 /// without Coulomb friction, which [`crate::solve`] certifies. No convergence is a status of the solution.
-pub fn solve_coulomb(
-    problem: ContactProblem,
+pub fn solve_coulomb<S: ContactSpace>(
+    problem: ContactProblem<S>,
     settings: &CoulombSettings,
     relaxation: Relaxation,
-    observer: &mut dyn Observer,
-) -> Result<CoulombResult, SolveError> {
+    observer: &mut dyn Observer<S>,
+) -> Result<CoulombResult<S>, SolveError<S>> {
     Ok(solve_coulomb_step(problem, Previous::default(), settings, relaxation, observer)?.0)
 }
 
+/// A load step with Coulomb friction, and the factorised bodies.
+pub(crate) type CoulombStep<S> = (CoulombResult<S>, Vec<CondensedBody<S>>);
+
 /// Solves a load step with Coulomb friction, and returns the factorised bodies as well.
-pub(crate) fn solve_coulomb_step(
-    problem: ContactProblem,
-    previous: Previous<CoulombStart>,
+pub(crate) fn solve_coulomb_step<S: ContactSpace>(
+    problem: ContactProblem<S>,
+    previous: Previous<CoulombStart, S>,
     settings: &CoulombSettings,
     relaxation: Relaxation,
-    observer: &mut dyn Observer,
-) -> Result<(CoulombResult, Vec<CondensedBody>), SolveError> {
+    observer: &mut dyn Observer<S>,
+) -> Result<CoulombStep<S>, SolveError<S>> {
     if problem.contacts.iter().all(|pair| pair.friction.coulomb().is_none()) {
         return Err(SolveError::NoCoulomb);
     }
@@ -53,7 +57,7 @@ pub(crate) fn solve_coulomb_step(
     let displacement = prepared.displacements(&solution.exact.fields);
     let fields = displacement.iter().map(Vec::as_slice).collect();
     let estimate = estimate_with(&prepared, &state_of(&prepared, &last, fields), relaxation)?;
-    let signs = signs(prepared.problem(), &solution.exact.friction);
+    let signs = S::slip_signs(prepared.problem(), &solution.exact.friction);
     let (kappa, coupling) = match &signs {
         Some(signs) => couplings(&system, signs).map_err(of_nndd)?,
         None => (None, None),
@@ -101,7 +105,7 @@ fn couplings(system: &ContactSystem<'_>, signs: &[f64]) -> Result<(Option<f64>, 
 
 /// Returns the common sign of all slips of each pair with Coulomb friction, open parts included, 0 for other pairs; `None` if a pair slips
 /// in both directions.
-fn signs(problem: &ContactProblem, friction: &[PairFriction]) -> Option<Vec<f64>> {
+pub(crate) fn signs(problem: &ContactProblem, friction: &[PairFriction]) -> Option<Vec<f64>> {
     let of_pair = |(pair, friction): (&ContactPair, &PairFriction)| {
         if pair.friction.coulomb().is_none() {
             return Some(0.0);

@@ -10,10 +10,13 @@ use crate::settings::Settings;
 use crate::solution::CertifiedSolution;
 use crate::solve::{Previous, solve_step};
 use crate::solve_coulomb::solve_coulomb_step;
+use crate::space::ContactSpace;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::body::ConditionPlace;
 use fem_core::condensation::CondensedBody;
-use fem_core::interface::{ContactFacet, ContactProblem, SlipBefore};
+use fem_core::geometry::Coordinates;
+use fem_core::interface::{ContactFacet, ContactPair, ContactProblem, SlipBefore};
+use fem_core::space::{Plane, Space};
 use nndd::{CoulombSettings, CoulombStart, CoulombStatus, Start};
 
 /// Load steps on one mesh. Each begins with the slip that the solved ones left; a step that fails changes nothing.
@@ -43,20 +46,20 @@ use nndd::{CoulombSettings, CoulombStart, CoulombStatus, Start};
 ///
 /// The bodies are factorised once, as long as their supports are the same. Each step starts from the solution of the one before.
 #[derive(Clone, Debug)]
-pub struct LoadSteps {
-    problem: ContactProblem,
+pub struct LoadSteps<S: Space = Plane> {
+    problem: ContactProblem<S>,
     count: usize,
     /// Of the last step that was solved.
-    bodies: Vec<CondensedBody>,
+    bodies: Vec<CondensedBody<S>>,
     start: Option<Start>,
     coulomb_start: Option<CoulombStart>,
 }
 
-impl LoadSteps {
+impl<S: ContactSpace> LoadSteps<S> {
     /// Starts from rest.
     ///
     /// * `problem`: its conditions with the factor 1.
-    pub fn new(problem: ContactProblem) -> Self {
+    pub fn new(problem: ContactProblem<S>) -> Self {
         Self { problem, count: 0, bodies: Vec::new(), start: None, coulomb_start: None }
     }
 
@@ -74,9 +77,9 @@ impl LoadSteps {
     pub fn solve(
         &mut self,
         factor: impl Fn(usize, ConditionPlace) -> f64,
-        settings: &Settings,
-        observer: &mut dyn Observer,
-    ) -> Result<CertifiedSolution, SolveError> {
+        settings: &Settings<S>,
+        observer: &mut dyn Observer<S>,
+    ) -> Result<CertifiedSolution<S>, SolveError<S>> {
         let problem = self.next(&factor)?;
         let previous = Previous { bodies: std::mem::take(&mut self.bodies), start: self.start.clone() };
         let (solution, bodies) = solve_step(problem, previous, settings, observer)?;
@@ -102,8 +105,8 @@ impl LoadSteps {
         factor: impl Fn(usize, ConditionPlace) -> f64,
         settings: &CoulombSettings,
         relaxation: Relaxation,
-        observer: &mut dyn Observer,
-    ) -> Result<CoulombResult, SolveError> {
+        observer: &mut dyn Observer<S>,
+    ) -> Result<CoulombResult<S>, SolveError<S>> {
         let problem = self.next(&factor)?;
         let bodies = std::mem::take(&mut self.bodies);
         let previous = Previous { bodies, start: self.coulomb_start.clone() };
@@ -117,7 +120,10 @@ impl LoadSteps {
         Ok(result)
     }
 
-    fn next(&self, factor: &dyn Fn(usize, ConditionPlace) -> f64) -> Result<ContactProblem, SolveError> {
+    fn next(
+        &self,
+        factor: &dyn Fn(usize, ConditionPlace) -> f64,
+    ) -> Result<ContactProblem<S>, SolveError<S>> {
         Ok(self.problem.with_factors(factor)?)
     }
 
@@ -126,24 +132,26 @@ impl LoadSteps {
     /// * `slip`: at the pairs of nodes of each pair, m; empty without friction.
     fn take<'a>(
         &mut self,
-        estimate: &Estimate,
+        estimate: &Estimate<S>,
         slip: impl Iterator<Item = &'a [f64]>,
-    ) -> Result<(), SolveError> {
+    ) -> Result<(), SolveError<S>> {
         let mut problem = self.problem.clone();
         for (k, (slip, contact)) in slip.zip(&estimate.pair.contacts).enumerate() {
             let pair = &problem.contacts[k];
             if !pair.friction.acts() {
                 continue;
             }
-            let mut edges = contact.edge_friction.slip.clone();
-            for (edge, of_fields) in pair.interface.facets().iter().zip(&mut edges) {
-                settle(edge, slip, of_fields);
+            let mut jumps = contact.facet_friction.jump.clone();
+            for (facet, jump) in pair.interface.facets().iter().zip(&mut jumps) {
+                settle(pair, facet, slip, jump);
             }
-            let mut sum = SlipBefore::new(slip.to_vec(), edges);
+            let mut sum = SlipBefore::new(slip.to_vec(), jumps);
             if let Some(before) = &pair.slip_before {
-                sum.nodes.iter_mut().zip(&before.nodes).for_each(|(sum, w)| *sum += w);
-                let edges = sum.edges.as_flattened_mut().iter_mut().zip(before.edges.as_flattened());
-                edges.for_each(|(sum, w)| *sum += w);
+                sum.rows.iter_mut().zip(&before.rows).for_each(|(sum, w)| *sum += w);
+                let jumps: &mut [S::Axes<S::Vector>] = &mut sum.jumps;
+                for (sum, before) in jumps.iter_mut().zip(&before.jumps) {
+                    *sum = S::axes(|corner| sum[corner] + before[corner]);
+                }
             }
             problem = problem.with_slip(k, sum)?;
         }
@@ -153,19 +161,25 @@ impl LoadSteps {
     }
 }
 
-/// Gives the slip of the fields along an edge the one of the pairs of nodes at its ends: nodes that stick have none. The rounding of
+/// Gives the jump of the fields on a facet the slip of the pairs of nodes at its corners: nodes that stick have none. The rounding of
 /// the fields would be all there is if the next step takes the loads off.
 ///
-/// * `slip`: at the pairs of nodes, m; `of_fields`: Bernstein coefficients along the edge, m.
-fn settle(edge: &ContactFacet, slip: &[f64], of_fields: &mut [f64; 3]) {
-    let before = *of_fields;
-    for end in edge.free_corners() {
-        of_fields[2 * end] = slip[edge.pairs[end] as usize];
+/// * `slip`: in the rows along tangents, m; `jump`: at the corners of the facet, m.
+fn settle<S: Space>(
+    pair: &ContactPair<S>,
+    facet: &ContactFacet<S>,
+    slip: &[f64],
+    jump: &mut S::Axes<S::Vector>,
+) {
+    let of_fields = *jump;
+    for corner in facet.free_corners() {
+        let k = facet.pairs[corner] as usize;
+        let tangents = pair.tangents(k);
+        let values = slip[k..].iter().step_by(pair.interface.pairs().len());
+        for ((tangent, own), slip) in
+            tangents.as_ref().iter().zip(pair.tangential_parts(k, of_fields[corner])).zip(values)
+        {
+            jump[corner] += *tangent * ((slip - own) / tangent.times(tangent));
+        }
     }
-    let [first, _, last] = *of_fields;
-    // The slip is linear along a straight edge.
-    of_fields[1] = match edge.bent {
-        true => before[1] + 0.5 * (first - before[0] + last - before[2]),
-        false => 0.5 * (first + last),
-    };
 }

@@ -204,6 +204,13 @@
 //! `∫ (σ − τ) : ε(l) = ∫ (p_ex − p) l_n − ∫ (q_ex − q) l_t`, whichever body is lifted. So the last term is
 //! `2∫ (σ − τ) : ε(l) + 2∫ (q_ex − q) l_t ≤ ‖σ − τ‖² + ‖l‖² + 2∫ (s|l_t| − q l_t)`, since `q_ex l_t ≤ s|l_t|`.
 //!
+//! In space `q` and `w` are vectors along two tangents, and all of this holds with `|q|` as a length and `q·w` as a product. On flat faces `w`, `q` and `s`
+//! are linear, and `|w|` is convex: with the mass matrix `M` of a face
+//! ```math
+//! ∫ (s|w| − q·w) ≤ Σ_ij M_ij (s_i |w_j| − q_i·w_j)
+//! ```
+//! without a negative term. (32) takes the right side, and so does `∫ s|w|` in the potential energy: the lower bound is the same as with integrals.
+//!
 //! In load step `k` the law holds for the slip since the step before, with the computed `w_{k−1}` as a datum:
 //! ```math
 //! |q| ≤ s,   q (w − w_{k−1}) = s|w − w_{k−1}|     (37)

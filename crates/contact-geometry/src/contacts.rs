@@ -130,12 +130,6 @@ pub enum PairingError {
         /// The reason.
         error: OverlayError,
     },
-    /// A pair of solids has a law of friction.
-    #[error("pair {pair}: contact of solids is frictionless so far")]
-    SolidFriction {
-        /// The number of the pair.
-        pair: usize,
-    },
     /// The conditions of a body do not fit its refined mesh.
     #[error("body {body}: {error}")]
     Body {
@@ -180,29 +174,32 @@ pub fn paired(bodies: Vec<Body>, contacts: &[Contact]) -> Result<Paired, Pairing
     let mut matching = Matching { contacts, sides: sides.collect(), measured, refined, bodies };
     matching.separate_sides();
     let interfaces = matching.interfaces()?;
-    let mut problem = assembled(matching.bodies, contacts, interfaces);
-    for (pair, contact) in contacts.iter().enumerate() {
+    let problem = assembled(matching.bodies, contacts, interfaces)?;
+    Ok(Paired { refined: matching.refined, ..Paired::of(problem) })
+}
+
+/// Makes the problem of bodies and the interfaces of their pairs.
+///
+/// # Errors
+/// A law of friction that makes no sense.
+pub(super) fn assembled<S: Space>(
+    bodies: Vec<Body<S>>,
+    contacts: &[Contact<S>],
+    interfaces: Vec<ContactInterface<S>>,
+) -> Result<ContactProblem<S>, PairingError> {
+    let mut problem = ContactProblem::new(bodies);
+    for (pair, (contact, interface)) in contacts.iter().zip(interfaces).enumerate() {
+        problem = match &contact.sides {
+            Sides::Bodies { bodies, .. } => problem.contact(*bodies, interface),
+            Sides::Obstacle { body, obstacle, .. } => problem.obstacle(*body, interface, obstacle.clone()),
+        };
         if let Some(friction) = &contact.friction {
             problem = problem
                 .with_friction(pair, friction.clone())
                 .map_err(|error| PairingError::Interface { pair, error })?;
         }
     }
-    Ok(Paired { refined: matching.refined, ..Paired::of(problem) })
-}
-
-/// Makes the problem of bodies and the interfaces of their pairs, without friction.
-pub(super) fn assembled<S: Space>(
-    bodies: Vec<Body<S>>,
-    contacts: &[Contact<S>],
-    interfaces: Vec<ContactInterface<S>>,
-) -> ContactProblem<S> {
-    contacts.iter().zip(interfaces).fold(ContactProblem::new(bodies), |problem, (contact, interface)| {
-        match &contact.sides {
-            Sides::Bodies { bodies, .. } => problem.contact(*bodies, interface),
-            Sides::Obstacle { body, obstacle, .. } => problem.obstacle(*body, interface, obstacle.clone()),
-        }
-    })
+    Ok(problem)
 }
 
 /// Bodies while their contact surfaces are made to match.

@@ -5,7 +5,7 @@ use super::overlay::{OverlayChanges, OverlayError, overlay};
 use super::solid_pairs::{Known, is_curved, pair_known, solid_against};
 use super::{ContactNormal, pairing};
 use fem_core::body::Body;
-use fem_core::interface::{ContactInterface, Friction, Gap, InterfaceError};
+use fem_core::interface::{ContactInterface, Gap, InterfaceError};
 use fem_core::space::Solid;
 
 /// A pair is laid over itself at most this often: another pair of the same body may cut its rim.
@@ -17,7 +17,7 @@ const MOST_OVERLAYS: usize = 4;
 /// * `contacts`: a normal that is given is the direction along which the surfaces are laid over each other.
 ///
 /// # Errors
-/// Surfaces that cannot be paired and have no overlay, a law of friction, and conditions that do not fit a cut mesh.
+/// Surfaces that cannot be paired and have no overlay, a law of friction that makes no sense, and conditions that do not fit a cut mesh.
 ///
 /// # Panics
 /// If there is no such body.
@@ -25,10 +25,6 @@ pub fn paired_solids(
     bodies: Vec<Body<Solid>>,
     contacts: &[Contact<Solid>],
 ) -> Result<Paired<Solid>, PairingError> {
-    let acts = |contact: &Contact<Solid>| contact.friction.as_ref().is_some_and(Friction::acts);
-    if let Some(pair) = contacts.iter().position(acts) {
-        return Err(PairingError::SolidFriction { pair });
-    }
     let sides = contacts.iter().map(|c| c.sides.members().map(|(_, side)| side.clone()).collect());
     let mut pairs = Pairs {
         contacts,
@@ -38,7 +34,7 @@ pub fn paired_solids(
         bodies,
     };
     let interfaces = pairs.interfaces()?;
-    let problem = assembled(pairs.bodies, contacts, interfaces);
+    let problem = assembled(pairs.bodies, contacts, interfaces)?;
     Ok(Paired { overlaid: pairs.changes, ..Paired::of(problem) })
 }
 

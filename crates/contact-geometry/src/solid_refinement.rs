@@ -85,6 +85,9 @@ pub fn halved(
     order: &EdgeOrder,
     cells: &[Vec<u32>],
 ) -> Result<RefinedSolids, RefineError> {
+    if problem.contacts.iter().any(|pair| pair.slip_before.is_some()) {
+        return Err(InterfaceError::SlipOnCoarserMesh.into());
+    }
     let Tets { bodies: tets, order } = Tets::of(&meshes(problem), order).halved(cells);
     let surfaces = surfaces(problem);
     let finer = |((body, tets), surfaces)| FinerBody::new(body, tets, surfaces);
@@ -116,6 +119,7 @@ pub fn halved(
             }
         };
         finer.contacts[k].roles = pair.roles;
+        finer = finer.with_friction(k, pair.friction.clone())?;
         let parents = surface.kept_parents(&finer.contacts[k].interface);
         pairs.push(RefinedPair::new(parents, pair.interface.pairs().len()));
     }

@@ -3,9 +3,11 @@
 //! Both are found by a semi-smooth Newton method on the multipliers of the rows, whose matrix `G_F W⁻¹ G_Fᵀ + ρ I` is sparse: rows of motions
 //! meet only the forces on their own bodies.
 
+use crate::balanced_discs::{self, with_rest};
 use crate::bound_state::BoundState;
 use crate::box_qp::{solve_box, solve_on_sets};
 use crate::dense::{dot, norm};
+use crate::discs::Disc;
 use crate::error::QpError;
 use crate::problem::{MatrixView, check_length, check_values};
 use crate::programme::BoxQp;
@@ -73,18 +75,25 @@ pub struct Balanced {
 /// Newton method with a line search. Rows may depend on each other.
 ///
 /// * `target`: t, n entries; `weights`: w > 0, n entries.
-/// * `bounds`: l and u, n entries each; they may be infinite.
+/// * `bounds`: l and u, n entries each; they may be infinite. `discs`: pairs of unknowns that are in discs as well, of equal weights.
 /// * `rows`: C, m rows with n columns; `right_side`: e, m entries.
 ///
 /// # Errors
-/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], and data that Clarabel rejects.
+/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], [`QpError::Disc`], and data that Clarabel rejects.
 pub fn nearest_balanced(
     target: &[f64],
     weights: &[f64],
     bounds: [&[f64]; 2],
+    discs: &[Disc],
     rows: &SparseRows,
     right_side: &[f64],
 ) -> Result<Option<Balanced>, QpError> {
+    if !discs.is_empty() {
+        check_values("target", target.len(), target)?;
+        check_values("weights", target.len(), weights)?;
+        check(target.len(), bounds, rows, right_side)?;
+        return balanced_discs::nearest(target, weights, bounds, discs, rows, right_side);
+    }
     BalanceRows::new(rows.clone(), right_side.to_vec()).nearest(target, weights, bounds)
 }
 
@@ -157,16 +166,23 @@ impl BalanceRows {
 /// The residual is zero if and only if some `x` within the bounds has `G x = e`; otherwise no such `x` reduces the load `e` along it:
 /// `(e − G x)·(e − G z) ≥ |e − G x|²` for every admissible `z` (Farkas). Each of a few programmes draws `x` to the answer of the one before.
 /// A load of which little is left is balanced by the nearest `x` that does; otherwise the set of the last programme is solved exactly.
+/// With discs a load of which less than 1e-7 is left counts as balanced.
 ///
 /// * `rows`: G, m rows with n columns; `right_side`: e, m entries; `bounds`: l and u, n entries each; they may be infinite.
+/// * `discs`: pairs of unknowns that are in discs as well.
 ///
 /// # Errors
-/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], [`QpError::Library`].
+/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], [`QpError::Disc`], [`QpError::Library`].
 pub fn unbalanced_load(
     rows: &SparseRows,
     right_side: &[f64],
     bounds: [&[f64]; 2],
+    discs: &[Disc],
 ) -> Result<(Vec<f64>, Vec<f64>), QpError> {
+    if !discs.is_empty() {
+        check(rows.columns(), bounds, rows, right_side)?;
+        return balanced_discs::unbalanced(rows, right_side, bounds, discs);
+    }
     BalanceRows::new(rows.clone(), right_side.to_vec()).unbalanced(bounds)
 }
 
@@ -209,7 +225,7 @@ fn on_its_active_set(
 }
 
 /// `x` and `e − G x`.
-type LeastSquares = (Vec<f64>, Vec<f64>);
+pub(crate) type LeastSquares = (Vec<f64>, Vec<f64>);
 
 /// The rows and bounds of both problems.
 struct Projection<'a> {
@@ -360,10 +376,7 @@ impl<'a> Projection<'a> {
     /// The least squares as a programme in `x` and what is left, from the set of given values; `None` if its sets come back.
     fn on_set(&self, x: &[f64]) -> Result<Option<LeastSquares>, QpError> {
         let (n, m) = (x.len(), self.rows.len());
-        let mut rows = SparseRows::new(n + m);
-        self.rows.rows().enumerate().for_each(|(k, row)| rows.push(row.chain([(n + k, 1.0)])));
-        let bounds = |bounds: &[f64], free: f64| [bounds, &vec![free; m]].concat();
-        let (lower, upper) = (bounds(self.lower, f64::NEG_INFINITY), bounds(self.upper, f64::INFINITY));
+        let (rows, lower, upper) = with_rest(self.rows, [self.lower, self.upper]);
         let starts: Vec<usize> = (0..=n + m).map(|j| j.saturating_sub(n)).collect();
         let places: Vec<usize> = (n..n + m).collect();
         let (values, linear) = (vec![1.0; m], vec![0.0; n + m]);
@@ -515,7 +528,7 @@ mod tests {
             for k in 0..200 {
                 let (rows, loads) = edge_of_balance(&mut random, tilt, pressed);
                 let (lower, upper) = (vec![0.0; rows.columns()], vec![f64::INFINITY; rows.columns()]);
-                let (_, left) = unbalanced_load(&rows, &loads, [&lower, &upper]).unwrap();
+                let (_, left) = unbalanced_load(&rows, &loads, [&lower, &upper], &[]).unwrap();
                 let rest = norm(&left) / norm(&loads);
                 assert!(rest < 1e-12, "{rest:e} of load {k} with tilt {tilt} and {pressed} forces");
             }
@@ -546,7 +559,7 @@ mod tests {
                     let beyond = 1e-12 * 10f64.powf(0.5 * f64::from(k));
                     let (rows, loads, wanted) = beside_the_edge(cells, solid, beyond);
                     let (lower, upper) = (vec![0.0; rows.columns()], vec![f64::INFINITY; rows.columns()]);
-                    let (_, left) = unbalanced_load(&rows, &loads, [&lower, &upper]).unwrap();
+                    let (_, left) = unbalanced_load(&rows, &loads, [&lower, &upper], &[]).unwrap();
                     // The loads have the rounding of numbers of size 1.
                     let wrong = (norm(&left) - wanted).abs();
                     assert!(wrong <= 1e-15, "{wrong:e} {solid} {cells} {beyond:e}");

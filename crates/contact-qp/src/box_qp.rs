@@ -23,7 +23,9 @@ use crate::reduce;
 use crate::residuals::kkt_residuals;
 use crate::settings::{QpMethod, QpSettings};
 use crate::solution::{BoxSolution, QpCounts, QpPath, QpStatus};
-use active_set::{ActiveSetPoint, System};
+use active_set::System;
+
+pub(crate) use active_set::ActiveSetPoint;
 
 /// A way to the solution. Each begins where the one before it ended, and the KKT residuals decide whether it has led there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,7 +163,7 @@ impl Search<'_> {
     }
 
     fn clarabel(&mut self) -> Result<Option<ActiveSetPoint>, QpError> {
-        let point = interior_point::solve_boxed(&self.near, self.settings)?;
+        let point = interior_point::solve_boxed(&self.near, &[], self.settings)?;
         self.counts.whole_calls = 1;
         self.counts.interior_points += point.iterations;
         let found = self.polished(point.states.clone(), &point.x, self.settings.max_iterations);
@@ -258,7 +260,7 @@ pub(crate) fn solve_on_sets(qp: &BoxQp<'_>, start: Vec<BoundState>) -> Result<Op
 
 impl ActiveSetPoint {
     /// Makes bounds and signs exact, provided that the errors are round-off.
-    fn into_solution(self, qp: &BoxQp<'_>) -> BoxSolution {
+    pub(crate) fn into_solution(self, qp: &BoxQp<'_>) -> BoxSolution {
         let Self { mut x, a, mut states } = self;
         for i in 0..x.len() {
             if states[i] == BoundState::Free && x[i] <= qp.lower[i] {

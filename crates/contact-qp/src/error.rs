@@ -19,6 +19,14 @@ pub enum QpError {
         /// Number of entries it has.
         found: usize,
     },
+    /// A disc has an unknown that does not exist, or that is in another disc.
+    #[error("a disc has the unknown {place}, expected one of {unknowns} unknowns, each in one disc only")]
+    Disc {
+        /// The unknown.
+        place: usize,
+        /// Number of unknowns.
+        unknowns: usize,
+    },
     /// A number is infinite or NaN.
     ///
     /// Only bounds may be infinite.

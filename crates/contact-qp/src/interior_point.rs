@@ -2,6 +2,7 @@
 //! Clarabel.
 
 use crate::bound_state::BoundState;
+use crate::discs::Disc;
 use crate::error::QpError;
 use crate::problem::MatrixView;
 use crate::programme::{BoxQp, Units};
@@ -9,7 +10,8 @@ use crate::settings::QpSettings;
 use crate::solution::QpStatus;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
-    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT, ZeroConeT,
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SolverStatus,
+    SupportedConeT, ZeroConeT,
 };
 
 /// Tolerance for an unconstrained direction of `x`. The relaxation of a badly conditioned problem grows along its
@@ -33,21 +35,38 @@ pub(crate) struct BoxedPoint {
 /// Calls Clarabel in units that make its tolerance dimensionless and give all unknowns the same scale: with `d_i = √P_ii` and the load `f`,
 /// `P'_ij = P_ij / (d_i d_j)`, `q'_i = q_i / (d_i f)`, `x'_i = d_i x_i / f`, and rows of length one.
 ///
+/// * `discs`: whose unknowns have no bounds of their own; each is a cone `(r, x_i, x_j) √(d_i d_j) / f`.
+///
 /// # Errors
 /// [`QpError::Library`] when Clarabel rejects the data.
-pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<BoxedPoint, QpError> {
+pub(crate) fn solve_boxed(
+    qp: &BoxQp<'_>,
+    discs: &[Disc],
+    settings: &QpSettings,
+) -> Result<BoxedPoint, QpError> {
     let (n, m) = (qp.linear.len(), qp.right_side.len());
     let Units { roots, lengths: norms, load } = qp.units();
     // A fixed unknown is a row: between two equal bounds there is no interior.
-    let is_fixed = |i: usize| qp.is_fixed(i);
+    let mut in_disc = vec![false; n];
+    let discs: Vec<&Disc> = discs.iter().filter(|disc| disc.radius > 0.0).collect();
+    discs.iter().flat_map(|disc| disc.unknowns).for_each(|i| in_disc[i] = true);
+    let is_fixed = |i: usize| qp.is_fixed(i) && !in_disc[i];
     let moves = |i: usize| f64::from(u8::from(!is_fixed(i)));
     let fixed: Vec<usize> = (0..n).filter(|i| is_fixed(*i)).collect();
     let bounded = |bounds: &[f64]| -> Vec<usize> {
-        (0..n).filter(|i| bounds[*i].is_finite() && !is_fixed(*i)).collect()
+        (0..n).filter(|i| bounds[*i].is_finite() && !is_fixed(*i) && !in_disc[*i]).collect()
     };
     let (below, above) = (bounded(qp.lower), bounded(qp.upper));
     let [first_below, first_above] = [m + fixed.len(), m + fixed.len() + below.len()];
-    // Column by column: the equality rows, then x = l, then −x ≤ −l, then x ≤ u.
+    // Column by column: the equality rows, then x = l, then −x ≤ −l, then x ≤ u, then the cones.
+    let first_disc = first_above + above.len();
+    let size = |disc: &Disc| disc.unknowns.iter().map(|i| roots[*i]).product::<f64>().sqrt();
+    let mut of_disc = vec![None; n];
+    for (k, disc) in discs.iter().enumerate() {
+        for (place, i) in disc.unknowns.into_iter().enumerate() {
+            of_disc[i] = Some((first_disc + 3 * k + 1 + place, -size(disc) / roots[i]));
+        }
+    }
     let (mut starts, mut places, mut entries) = (vec![0], Vec::new(), Vec::new());
     let columns = qp.rows.transposed();
     for i in 0..n {
@@ -63,16 +82,21 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
                 entries.push(entry);
             }
         }
+        if let Some((place, entry)) = of_disc[i] {
+            places.push(place);
+            entries.push(entry);
+        }
         starts.push(places.len());
     }
     let bounds = below.len() + above.len();
-    let matrix = CscMatrix::new(first_below + bounds, n, starts, places, entries);
+    let matrix = CscMatrix::new(first_disc + 3 * discs.len(), n, starts, places, entries);
     let scaled = |i: usize, bound: f64| bound * roots[i] / load;
     let rhs: Vec<f64> = (0..m)
         .map(|k| qp.right_side[k] / norms[k] / load)
         .chain(fixed.iter().map(|&i| scaled(i, qp.lower[i])))
         .chain(below.iter().map(|&i| -scaled(i, qp.lower[i])))
         .chain(above.iter().map(|&i| scaled(i, qp.upper[i])))
+        .chain(discs.iter().flat_map(|disc| [size(disc) * disc.radius / load, 0.0, 0.0]))
         .collect();
     let linear: Vec<f64> = (0..n).map(|i| moves(i) * qp.linear[i] / roots[i] / load).collect();
     let mut cones: Vec<SupportedConeT<f64>> = Vec::new();
@@ -82,6 +106,7 @@ pub(crate) fn solve_boxed(qp: &BoxQp<'_>, settings: &QpSettings) -> Result<Boxed
     if bounds > 0 {
         cones.push(NonnegativeConeT(bounds));
     }
+    cones.extend(discs.iter().map(|_| SecondOrderConeT(3)));
     let hessian = upper_triangle(&qp.matrix, &roots);
     let mut solver =
         DefaultSolver::new(&hessian, &linear, &matrix, &rhs, &cones, clarabel_settings(settings))

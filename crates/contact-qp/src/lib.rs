@@ -29,6 +29,7 @@
 //! - [`MatrixView`], [`SparseRows`] and [`BoxQp`] are the data;
 //! - [`QpSettings`] and [`QpMethod`] say how to solve;
 //! - [`BoundState`] says where an unknown is: a start, and part of the answer;
+//! - [`solve_discs`] takes pairs of unknowns in a [`Disc`] as well, such as friction along two tangents;
 //! - [`solve_box`] returns a [`BoxSolution`], with its [`QpStatus`], the method used ([`QpPath`]), how often each way to a solution was
 //!   taken ([`QpCounts`]), and its accuracy ([`KktResiduals`]); [`kkt_residuals`] measures any other point;
 //! - [`QpError`] says why a programme is invalid;
@@ -65,10 +66,12 @@
 //! ```
 
 mod balance;
+mod balanced_discs;
 mod bound_state;
 mod box_qp;
 mod cholesky;
 mod dense;
+mod discs;
 mod error;
 mod independent;
 mod interior_point;
@@ -88,6 +91,7 @@ mod sparse;
 pub use balance::{BalanceRows, Balanced, nearest_balanced, unbalanced_load};
 pub use bound_state::BoundState;
 pub use box_qp::solve_box;
+pub use discs::{Disc, DiscStart, solve_discs};
 pub use error::QpError;
 pub use independent::IndependentRows;
 pub use least_squares::nonnegative_least_squares;

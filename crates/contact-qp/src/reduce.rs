@@ -68,7 +68,7 @@ pub(crate) fn guess(
         rows: &SparseRows::new(size),
         right_side: &[],
     };
-    let found = interior_point::solve_boxed(&small, settings)?;
+    let found = interior_point::solve_boxed(&small, &[], settings)?;
 
     let mut states = vec![BoundState::Free; n];
     kept.iter().zip(&found.states).for_each(|(k, place)| states[*k] = *place);

@@ -4,7 +4,7 @@
 use crate::balance::{self, Pressure};
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
-use crate::friction::{EdgeFriction, tangent};
+use crate::friction::FacetFriction;
 use crate::lift::{self, Lift};
 use crate::measures::Accuracy;
 use crate::openings;
@@ -81,14 +81,14 @@ pub struct AdmissibleContact<S: Space = Plane> {
     /// Nodal forces `∫ (p n + q t) φ_i ds` of pressure and friction at each pair of nodes, Cartesian, N/m: on
     /// the second body; the forces on the first are opposite.
     pub pressure_force: Vec<S::Vector>,
-    /// Friction at each pair, at most its limit, Pa; empty without friction.
+    /// Friction in each row along a tangent, at most its limit, Pa; empty without friction.
     pub friction: Vec<f64>,
     /// The limit `s` of friction at each pair, Pa: the given one, or `μ p` of this pressure; empty without friction.
     pub friction_limit: Vec<f64>,
-    /// The slip that was given with the state at each pair, m; empty without friction.
+    /// The slip that was given with the state in each row along a tangent, m; empty without friction.
     pub slip: Vec<f64>,
-    /// Friction, its limit and the slip of the displacements along the contact edges.
-    pub edge_friction: EdgeFriction,
+    /// Friction, its limit and the slip of the displacements on the contact facets.
+    pub facet_friction: FacetFriction<S>,
 }
 
 impl<S: Space> AdmissiblePair<S> {
@@ -180,9 +180,9 @@ impl<S: Recovery> AdmissibleContact<S> {
             S::middle_openings(interface, [&lifted[0], &lifted[1]])
         };
         let tractions = [&friction[..], &friction_limit];
-        let edge_friction = S::edge_friction(pair, tractions, &edge_pressure, displacement, moved);
+        let facet_friction = FacetFriction::new(pair, tractions, &edge_pressure, displacement, moved);
         if pair.friction.acts() {
-            let forces = S::friction_forces(&edge_friction, interface);
+            let forces = facet_friction.nodal_forces(interface);
             pressure_force.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
         }
         // Fields that are recovered from forces have these openings to round-off, which the checks measure.
@@ -202,7 +202,7 @@ impl<S: Recovery> AdmissibleContact<S> {
             friction,
             friction_limit,
             slip: given.slip.to_vec(),
-            edge_friction,
+            facet_friction,
         }
     }
 }
@@ -266,9 +266,8 @@ pub(crate) fn consistent_forces<S: Recovery>(
     contact: &AdmissibleContact<S>,
 ) -> Vec<f64> {
     let mut forces = interface.mass(&contact.pressure);
-    if !contact.friction.is_empty() {
-        forces.extend(interface.mass(&contact.friction));
-    }
+    let tangents = contact.friction.chunks(interface.pairs().len().max(1));
+    forces.extend(tangents.flat_map(|friction| interface.mass(friction)));
     forces
 }
 
@@ -308,9 +307,9 @@ fn with_pressure<S: Recovery>(
         let interface = &problem.contacts[k].interface;
         let normal = interface.corner_pair(&interface.facets()[edge], end).normal;
         let pressure = normal * (contacts[k].edge_pressure[edge][end] * scale);
-        match contacts[k].edge_friction.friction.get(edge) {
+        match contacts[k].facet_friction.traction.get(edge) {
             None => pressure,
-            Some(friction) => pressure + tangent::<S>(normal) * (friction[end] * scale),
+            Some(friction) => pressure + friction[end] * scale,
         }
     })
 }

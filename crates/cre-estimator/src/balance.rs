@@ -12,12 +12,14 @@
 mod tractions;
 
 use crate::error::EstimatorError;
-use crate::friction::tangent;
+use crate::friction::all_within;
 use crate::imposed_slip;
 use crate::pressure;
 use crate::recovery::Recovery;
 use crate::size::length;
-use contact_qp::{BoxQp, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box};
+use contact_qp::{
+    BoxQp, Disc, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box,
+};
 use fem_core::contact_system::without_rounding;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactFacet, ContactPair, ContactState, PairState, Partner};
@@ -68,7 +70,7 @@ impl<S: Recovery> Pressure<S> {
             let s = limits(prepared, of, &pressure);
             // At the limit but for rounding.
             let most = admissible_limits(prepared, of, &pressure);
-            q.iter_mut().zip(most).for_each(|(q, s)| *q = q.max(-s).min(s));
+            all_within(&mut q, &most);
             by_pair.push(pressure);
             by_facet.push(facets);
             friction.push(q);
@@ -133,8 +135,11 @@ pub(crate) fn pressure<S: Recovery>(
     for (pair, given) in contacts.iter().zip(&state.contacts) {
         let pressure = pressure::nodal_pressure(&pair.interface, given.contact_force);
         let most = admissible_limits(prepared, pair, &pressure);
-        let q = pressure::nodal_pressure(&pair.interface, given.friction_force);
-        friction.push(q.iter().zip(&most).map(|(q, s)| q.max(-s).min(*s)).collect());
+        let by_tangent = given.friction_force.chunks(pair.interface.pairs().len().max(1));
+        let mut q: Vec<f64> =
+            by_tangent.flat_map(|force| pressure::nodal_pressure(&pair.interface, force)).collect();
+        all_within(&mut q, &most);
+        friction.push(q);
         pressures.push(pressure);
         limits.push(most);
     }
@@ -189,7 +194,9 @@ fn bounds<S: Recovery>(
     for ((pair, line), limits) in prepared.problem().contacts.iter().zip(&tractions.lines).zip(limits) {
         for k in 0..line.count() {
             let place = line.start + k;
-            if let Some(s) = k.checked_sub(pair.interface.pairs().len()).and_then(|k| limits.get(k)) {
+            let nodes = pair.interface.pairs().len();
+            if k >= nodes && !limits.is_empty() && k < line.rows {
+                let s = &limits[k % nodes];
                 (lower[place], upper[place]) = (-s, *s);
             } else if line.is_idle(k) || allowed.is_some_and(|allowed| !allowed[place]) {
                 upper[place] = 0.0;
@@ -197,6 +204,21 @@ fn bounds<S: Recovery>(
         }
     }
     [lower, upper]
+}
+
+/// Lists the discs of friction in space.
+///
+/// * `limits`: of friction, by pair.
+fn discs<S: Recovery>(contacts: &[ContactPair<S>], tractions: &Tractions, limits: &[Vec<f64>]) -> Vec<Disc> {
+    let of_pair = |((pair, line), limits): ((&ContactPair<S>, &LineTractions), &Vec<f64>)| {
+        let nodes = pair.interface.pairs().len();
+        let first = line.start + nodes;
+        let disc =
+            |(k, radius): (usize, &f64)| Disc { unknowns: [first + k, first + nodes + k], radius: *radius };
+        let has_plane = line.rows > 2 * nodes;
+        limits.iter().enumerate().filter(|_| has_plane).map(disc).collect::<Vec<_>>()
+    };
+    contacts.iter().zip(&tractions.lines).zip(limits).flat_map(of_pair).collect()
 }
 
 /// Finds the nearest tractions in balance within given limits of friction, (31); `None` if nothing is in balance.
@@ -209,9 +231,10 @@ fn nearest<S: Recovery>(
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let limits: Vec<Vec<f64>> = contacts.iter().map(|pair| admissible_limits(prepared, pair, &[])).collect();
+    let discs = discs(contacts, tractions, &limits);
     let near = |allowed: Option<&[bool]>| {
         let [lower, upper] = bounds(prepared, tractions, &limits, allowed);
-        nearest_balanced(target, weights, [&lower, &upper], matrix, loads)
+        nearest_balanced(target, weights, [&lower, &upper], &discs, matrix, loads)
     };
     let Some(mut found) = near(None)? else { return Ok(None) };
     // A little pressure where the bodies are far apart costs much in 2∫ p o.
@@ -323,8 +346,9 @@ pub(crate) fn forces<S: Recovery>(
 ) -> Result<Vec<Vec<f64>>, EstimatorError> {
     let limits = force_limits(prepared, state);
     let given = |(pair, limits): (&PairState<'_>, &Vec<f64>)| -> Vec<f64> {
-        let friction = pair.friction_force.iter().zip(limits).map(|(q, s)| q.max(-s).min(*s));
-        pair.contact_force.iter().copied().chain(friction).collect()
+        let mut friction = pair.friction_force.to_vec();
+        all_within(&mut friction, limits);
+        [pair.contact_force, &friction].concat()
     };
     let given: Vec<Vec<f64>> = state.contacts.iter().zip(&limits).map(given).collect();
     if prepared.rigid_motions().is_empty() {
@@ -338,9 +362,17 @@ pub(crate) fn forces<S: Recovery>(
         contacts[k].rows().map(|row| motion[row.pair].times(&row.direction)).collect()
     };
     let rows = Rows::new(prepared, &tractions, &vec![1.0; target.len()], along)?;
+    let discs = discs(contacts, &tractions, &limits);
     let near = |allowed: Option<&[bool]>| {
         let [lower, upper] = bounds(prepared, &tractions, &limits, allowed);
-        nearest_balanced(&target, &weights, [&lower, &upper], &rows.independent.0, &rows.independent.1)
+        nearest_balanced(
+            &target,
+            &weights,
+            [&lower, &upper],
+            &discs,
+            &rows.independent.0,
+            &rows.independent.1,
+        )
     };
     let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
     let mut found = near(Some(&loaded))?;

@@ -205,19 +205,30 @@ fn friction_cone<S: Recovery>(
     contact: &AdmissibleContact<S>,
     displacement: [&[S::Vector]; 2],
 ) -> f64 {
-    let edges = &contact.edge_friction;
-    let friction = || edges.friction.as_flattened().iter().zip(edges.limit.as_flattened());
-    let largest = friction().fold(0.0, |m, (q, s)| larger(m, larger(q.abs(), *s)));
-    let beyond = friction().fold(0.0, |m, (q, s)| larger(m, q.abs() - s));
-    let negative = friction().fold(0.0, |m, (_, s)| larger(m, -s));
-    let before = pair.slip_before.iter().flat_map(|before| before.edges.as_flattened());
+    let of = &contact.facet_friction;
+    let facets = || pair.interface.facets().iter().zip(&of.traction).zip(&of.limit);
+    let (mut largest, mut beyond, mut negative) = (0.0, 0.0, 0.0);
+    for ((facet, traction), limit) in facets() {
+        for corner in 0..S::DIM {
+            let normal = length(pair.interface.corner_pair(facet, corner).normal);
+            let (q, s) = (length(traction[corner]) / normal, limit[corner]);
+            largest = larger(largest, larger(q, s));
+            beyond = larger(beyond, q - s);
+            negative = larger(negative, -s);
+        }
+    }
+    let before =
+        pair.slip_before.iter().flat_map(|before| before.jumps.iter().flat_map(|jumps| jumps.as_ref()));
     // A body at rest has the slip before with the opposite sign, and its rounding.
-    let size = displacement.into_iter().map(largest_displacement).chain(before.map(|w| w.abs()));
+    let size = displacement.into_iter().map(largest_displacement).chain(before.map(|jump| length(*jump)));
     let size = size.fold(0.0, larger);
     let mut difference = 0.0;
-    for (edge, slip) in pair.interface.facets().iter().zip(&edges.slip) {
-        for end in edge.free_corners() {
-            difference = larger(difference, (slip[2 * end] - contact.slip[edge.pairs[end] as usize]).abs());
+    for (facet, jump) in pair.interface.facets().iter().zip(&of.jump) {
+        for corner in facet.free_corners() {
+            let k = facet.pairs[corner] as usize;
+            let given = contact.slip[k..].iter().step_by(pair.interface.pairs().len());
+            let own = pair.tangential_parts(k, jump[corner]);
+            difference = own.zip(given).map(|(own, given)| (own - given).abs()).fold(difference, larger);
         }
     }
     larger(relative(larger(beyond, negative), largest), relative(difference, size))

@@ -79,9 +79,8 @@ impl Cre {
         distances: Vec<[Vec<f64>; 2]>,
     ) -> Self {
         let mut by_contact_edge = contact_terms(problem, pair);
-        let friction = |(of, contact): (&ContactPair<S>, &AdmissibleContact<S>)| {
-            contact.edge_friction.terms(&of.interface)
-        };
+        let friction =
+            |(of, contact): (&ContactPair<S>, &AdmissibleContact<S>)| contact.facet_friction.terms(of);
         let friction_by_contact_edge: Vec<Vec<f64>> =
             problem.contacts.iter().zip(&pair.contacts).map(friction).collect();
         for (sums, terms) in by_contact_edge.iter_mut().zip(&friction_by_contact_edge) {

@@ -5,143 +5,234 @@
 //! ```
 //! with the slip `w = (u^a − u^b)·t` of the load step, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
 //! edge, `q` is constant there, as the pressure is, so that `q t` is linear, and the slip is a quadratic.
+//!
+//! In space `w` and `q` are vectors, linear on each flat face. `|w|` is convex, so that with the mass matrix `M` of the face
+//! ```math
+//! ∫ (s|w| − q·w)  ≤  ∑_ij M_ij (s_i |w_j| − q_i·w_j)
+//! ```
+//! where no term is negative.
 
+use crate::recovery::Recovery;
 use crate::side::side_sign;
-use fem_core::geometry::{Vector, perpendicular};
+use fem_core::geometry::{Coordinates, Vector, norm, perpendicular};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, NodePair};
-use fem_core::space::Space;
+use fem_core::space::{Plane, Solid, Space};
 
-/// Friction on the edges of a contact line; empty without friction.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Friction on the facets of a contact surface; empty without friction.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct EdgeFriction {
-    /// `q` at the two ends of each contact edge, Pa.
-    pub friction: Vec<[f64; 2]>,
+pub struct FacetFriction<S: Space = Plane> {
+    /// The traction of friction on the second body at the corners of each contact facet, Pa: in the plane `q t`.
+    pub traction: Vec<S::Axes<S::Vector>>,
     /// Its limit `s` there, Pa: `|q| ≤ s`.
-    pub limit: Vec<[f64; 2]>,
-    /// Bernstein coefficients of the slip `w` of this load step along each contact edge: at its first end, in the middle, at its
-    /// second end, m.
-    pub slip: Vec<[f64; 3]>,
-    /// The slips that the lifts of the first and of the second body add, likewise; empty without a lift.
-    pub lifted: [Vec<[f64; 3]>; 2],
+    pub limit: Vec<S::Axes<f64>>,
+    /// The displacement `u^a − u^b` of this load step at the corners of each contact facet, m: its tangential part is the slip.
+    pub jump: Vec<S::Axes<S::Vector>>,
+    /// What the lifts of the first and of the second body add, likewise; empty without a lift.
+    pub lifted: [Vec<S::Axes<S::Vector>>; 2],
 }
 
-impl EdgeFriction {
+impl<S: Space> Default for FacetFriction<S> {
+    fn default() -> Self {
+        Self { traction: Vec::new(), limit: Vec::new(), jump: Vec::new(), lifted: [Vec::new(), Vec::new()] }
+    }
+}
+
+impl<S: Recovery> FacetFriction<S> {
     /// Takes friction and slip of a pair.
     ///
-    /// * `friction`, `limit`: at the pairs of nodes, Pa; empty without friction. `edge_pressure`: at the ends of the edges, Pa.
+    /// * `friction`, `limit`: in the rows along tangents, and at the pairs of nodes, Pa; empty without friction. `pressure`: at the corners of the facets, Pa.
     /// * `displacement`: of the bodies of the pair, or of the points of an obstacle, m.
     /// * `moved`: the lifts of these bodies, if there are any, m.
     pub(crate) fn new(
-        pair: &ContactPair,
+        pair: &ContactPair<S>,
         [friction, limit]: [&[f64]; 2],
-        edge_pressure: &[[f64; 2]],
-        displacement: [&[Vector]; 2],
-        moved: [Option<&[Vector]>; 2],
+        pressure: &[S::Axes<f64>],
+        displacement: [&[S::Vector]; 2],
+        moved: [Option<&[S::Vector]>; 2],
     ) -> Self {
         if !pair.friction.acts() {
             return Self::default();
         }
-        let edges = pair.interface.facets();
-        let limit_of = |(edge, p): (&ContactFacet, &[f64; 2])| match pair.friction.coulomb() {
-            Some(mu) => p.map(|p| mu * p),
-            None => pair.interface.corners(edge, limit),
+        let facets = pair.interface.facets();
+        let limit_of = |(facet, p): (&ContactFacet<S>, &S::Axes<f64>)| match pair.friction.coulomb() {
+            Some(mu) => S::axes(|k| mu * p[k]),
+            None => pair.interface.corners(facet, limit),
         };
-        let limit: Vec<[f64; 2]> = edges.iter().zip(edge_pressure).map(limit_of).collect();
-        let friction_of = |(edge, s): (&ContactFacet, &[f64; 2])| {
-            let q = pair.interface.pressure(edge, friction);
-            [0, 1].map(|end: usize| q[end].max(-s[end]).min(s[end]))
+        let limit: Vec<S::Axes<f64>> = facets.iter().zip(pressure).map(limit_of).collect();
+        let by_tangent: Vec<&[f64]> = friction.chunks(pair.interface.pairs().len().max(1)).collect();
+        let traction_of = |(facet, s): (&ContactFacet<S>, &S::Axes<f64>)| {
+            let parts = by_tangent.iter().map(|q| pair.interface.pressure(facet, q)).collect::<Vec<_>>();
+            S::axes(|corner| {
+                let tangents = pair.corner_tangents(facet, corner);
+                let q: Vec<f64> = parts.iter().map(|q| q[corner]).collect();
+                let along = within(&q, s[corner]);
+                tangents.as_ref().iter().zip(along).map(|(t, q)| *t * q).sum()
+            })
         };
         let lifted = [0, 1].map(|side: usize| match moved[side] {
-            Some(l) => slips(pair, |of, clamped| match clamped {
-                Some(_) => Vector::zeros(),
-                None => side_sign(1 - side) * l[of.nodes[side].index()],
+            Some(l) => jumps(pair, |of, clamped| match clamped {
+                Some(_) => S::Vector::ZERO,
+                None => l[of.nodes[side].index()] * side_sign(1 - side),
             }),
             None => Vec::new(),
         });
-        let friction = edges.iter().zip(&limit).map(friction_of).collect();
-        let mut slip = slips(pair, |of, clamped| match clamped {
+        let traction = facets.iter().zip(&limit).map(traction_of).collect();
+        let mut jump = jumps(pair, |of, clamped| match clamped {
             Some(jump) => jump,
             None => displacement[0][of.nodes[0].index()] - displacement[1][of.nodes[1].index()],
         });
         if let Some(before) = &pair.slip_before {
-            let step = slip.as_flattened_mut().iter_mut().zip(before.edges.as_flattened());
-            step.for_each(|(slip, before)| *slip -= before);
+            for (jump, before) in jump.iter_mut().zip(&before.jumps) {
+                *jump = S::axes(|corner| jump[corner] - before[corner]);
+            }
         }
-        Self { friction, slip, limit, lifted }
+        Self { traction, limit, jump, lifted }
     }
 
     /// Computes the nodal forces `∫ q t φ_i ds` at the pairs, Cartesian, N/m; zero without friction.
-    pub(crate) fn nodal_forces(&self, interface: &ContactInterface) -> Vec<Vector> {
-        // t is n turned by a right angle.
-        interface.pressure_forces(&self.friction).into_iter().map(perpendicular).collect()
+    pub(crate) fn nodal_forces(&self, interface: &ContactInterface<S>) -> Vec<S::Vector> {
+        let mut forces = vec![S::Vector::ZERO; interface.pairs().len()];
+        for (facet, traction) in interface.facets().iter().zip(&self.traction) {
+            for corner in facet.free_corners() {
+                forces[facet.pairs[corner] as usize] += facet.moment(traction, corner);
+            }
+        }
+        forces
     }
 
-    /// Computes what friction adds to the bound on every contact edge, J/m, (32) and (36); nothing without friction.
-    pub(crate) fn terms<S: Space>(&self, interface: &ContactInterface<S>) -> Vec<f64> {
-        let mut terms = work(interface, &self.limit, &self.friction, &self.slip);
+    /// Computes what friction adds to the bound on every contact facet, J/m, (32) and (36); nothing without friction.
+    pub(crate) fn terms(&self, pair: &ContactPair<S>) -> Vec<f64> {
+        let mut terms = work(pair, &self.limit, Some(&self.traction), &self.jump);
         for lifted in &self.lifted {
-            let lifted = work(interface, &self.limit, &self.friction, lifted);
+            let lifted = work(pair, &self.limit, Some(&self.traction), lifted);
             terms.iter_mut().zip(lifted).for_each(|(sum, term)| *sum += term);
         }
         terms
     }
 }
 
-/// Returns the tangent along which friction acts at a pair of nodes, of the length of its normal.
-pub(crate) fn tangent<S: Space>(normal: S::Vector) -> S::Vector {
-    S::complement(&[normal])[0]
-}
-
-/// Computes the Bernstein coefficients of the slip along every contact edge, m.
+/// Returns friction within its limit: shorter, if it is longer.
 ///
-/// * `jump`: `u^a − u^b` at a pair of nodes, m; at a clamped end it is given what the supports impose.
-fn slips(pair: &ContactPair, jump: impl Fn(&NodePair, Option<Vector>) -> Vector) -> Vec<[f64; 3]> {
-    let pairs = pair.interface.pairs();
-    let of_edge = |edge: &ContactFacet| {
-        let tangents = edge.pairs.map(|k| perpendicular(pairs[k as usize].normal));
-        let at = |end: usize| {
-            jump(&pairs[edge.pairs[end] as usize], edge.clamped[end].map(|clamped| clamped.jump))
-        };
-        let [i, j] = [at(0), at(1)];
-        [i.dot(&tangents[0]), 0.5 * (i.dot(&tangents[1]) + j.dot(&tangents[0])), j.dot(&tangents[1])]
-    };
-    pair.interface.facets().iter().map(of_edge).collect()
+/// * `friction`: along the tangents.
+pub(crate) fn within(friction: &[f64], limit: f64) -> Vec<f64> {
+    let length = friction.iter().map(|q| q * q).sum::<f64>().sqrt();
+    match length > limit {
+        true => friction.iter().map(|q| q / length * limit).collect(),
+        false => friction.to_vec(),
+    }
 }
 
-/// Computes `∫ s|w| ds` along a contact line, J/m: what friction at its limit takes of the potential energy; 0 without friction.
-pub fn sliding_work<S: Space>(pair: &ContactPair<S>, friction: &EdgeFriction) -> f64 {
-    let EdgeFriction { limit, slip, .. } = friction;
-    let none = vec![[0.0; 2]; slip.len()];
-    0.5 * work(&pair.interface, limit, &none, slip).iter().sum::<f64>()
+/// Moves the friction at all pairs of nodes within its limits.
+///
+/// * `rows`: along the tangents, see [`ContactPair::rows`]; `limits`: at the pairs of nodes.
+pub(crate) fn all_within(rows: &mut [f64], limits: &[f64]) {
+    let nodes = limits.len();
+    for (k, limit) in limits.iter().enumerate() {
+        let own: Vec<f64> = rows[k..].iter().step_by(nodes).copied().collect();
+        rows[k..].iter_mut().step_by(nodes).zip(within(&own, *limit)).for_each(|(q, within)| *q = within);
+    }
+}
+
+/// Takes the jump at the corners of every contact facet, m.
+///
+/// * `jump`: `u^a − u^b` at a pair of nodes, m; at a clamped corner it is given what the supports impose.
+fn jumps<S: Space>(
+    pair: &ContactPair<S>,
+    jump: impl Fn(&NodePair<S>, Option<S::Vector>) -> S::Vector,
+) -> Vec<S::Axes<S::Vector>> {
+    let of_facet = |facet: &ContactFacet<S>| {
+        S::axes(|corner| {
+            let clamped = facet.clamped[corner].map(|clamped| clamped.jump);
+            jump(&pair.interface.pairs()[facet.pairs[corner] as usize], clamped)
+        })
+    };
+    pair.interface.facets().iter().map(of_facet).collect()
+}
+
+/// Computes `∫ s|w| ds` along a contact surface, J/m: what friction at its limit takes of the potential energy; 0 without friction.
+pub fn sliding_work<S: Recovery>(pair: &ContactPair<S>, friction: &FacetFriction<S>) -> f64 {
+    0.5 * work(pair, &friction.limit, None, &friction.jump).iter().sum::<f64>()
 }
 
 /// Bounds the work that friction takes of a lift, `∫ s|w_l| ds + Σ |Q_i w_l,i|` with the slip `w_l` of the lift, J/m: the change of what
-/// slides, and the work of the nodal forces. 0 without friction and on straight lines.
+/// slides, and the work of the nodal forces. 0 without friction, and if the lift moves no node along its tangents.
 ///
-/// * `forces`: friction forces `Q` on each body of the pair at the pairs of nodes, N/m.
-pub fn work_of_lift<S: Space>(pair: &ContactPair<S>, friction: &EdgeFriction, forces: [&[f64]; 2]) -> f64 {
-    let of_side = |(lifted, forces): (&Vec<[f64; 3]>, &[f64])| {
-        let none = vec![[0.0; 2]; lifted.len()];
-        let mut nodal = vec![0.0; forces.len()];
-        for (edge, w) in pair.interface.facets().iter().zip(lifted) {
-            edge.free_corners().for_each(|end| nodal[edge.pairs[end] as usize] = w[2 * end]);
+/// * `forces`: friction forces `Q` on each body of the pair in the rows along tangents, N/m.
+pub fn work_of_lift<S: Recovery>(
+    pair: &ContactPair<S>,
+    friction: &FacetFriction<S>,
+    forces: [&[f64]; 2],
+) -> f64 {
+    let nodes = pair.interface.pairs().len();
+    let of_side = |(lifted, forces): (&Vec<S::Axes<S::Vector>>, &[f64])| {
+        let mut nodal = vec![S::Vector::ZERO; nodes];
+        for (facet, jumps) in pair.interface.facets().iter().zip(lifted) {
+            facet.free_corners().for_each(|corner| nodal[facet.pairs[corner] as usize] = jumps[corner]);
         }
-        let nodal: f64 = nodal.iter().zip(forces).map(|(w, q)| (w * q).abs()).sum();
-        0.5 * work(&pair.interface, &friction.limit, &none, lifted).iter().sum::<f64>() + nodal
+        let of_node = |(k, jump): (usize, &S::Vector)| -> f64 {
+            let forces = forces.get(k..).unwrap_or_default().iter().step_by(nodes.max(1));
+            pair.tangential_parts(k, *jump).zip(forces).map(|(w, q)| (w * q).abs()).sum()
+        };
+        let nodal: f64 = nodal.iter().enumerate().map(of_node).sum();
+        0.5 * work(pair, &friction.limit, None, lifted).iter().sum::<f64>() + nodal
     };
     friction.lifted.iter().zip(forces).map(of_side).sum()
 }
 
-/// Computes `2 ∫ (s|w| − q w) ds` on every contact edge, J/m.
-fn work<S: Space>(
-    interface: &ContactInterface<S>,
-    s: &[[f64; 2]],
-    q: &[[f64; 2]],
-    w: &[[f64; 3]],
+/// Computes `2 ∫ (s|w| − q·w) ds` on every contact facet, J/m.
+///
+/// * `q`: without friction `None`.
+fn work<S: Recovery>(
+    pair: &ContactPair<S>,
+    s: &[S::Axes<f64>],
+    q: Option<&[S::Axes<S::Vector>]>,
+    jumps: &[S::Axes<S::Vector>],
 ) -> Vec<f64> {
-    let edges = interface.facets().iter().zip(s).zip(q).zip(w);
-    edges.map(|(((edge, s), q), w)| 2.0 * edge.measure * mean(*s, *q, *w)).collect()
+    let facets = pair.interface.facets().iter().zip(s).zip(jumps).enumerate();
+    let of_facet =
+        |(k, ((facet, s), jump)): (usize, ((&ContactFacet<S>, &S::Axes<f64>), &S::Axes<S::Vector>))| {
+            let none = S::axes(|_| S::Vector::ZERO);
+            2.0 * facet.measure * S::mean_sliding(pair, facet, s, q.map_or(&none, |q| &q[k]), jump)
+        };
+    facets.map(of_facet).collect()
+}
+
+/// Computes the mean of `s|w| − q w` along an edge, from friction and jumps at its ends.
+pub(crate) fn mean_on_edge(
+    interface: &ContactInterface,
+    edge: &ContactFacet,
+    s: [f64; 2],
+    q: [Vector; 2],
+    jump: [Vector; 2],
+) -> f64 {
+    let tangents = [0, 1].map(|end: usize| perpendicular(interface.corner_pair(edge, end).normal));
+    let q = [0, 1].map(|end: usize| q[end].dot(&tangents[end]) / tangents[end].dot(&tangents[end]));
+    mean(s, q, slip(tangents, jump))
+}
+
+/// Computes the Bernstein coefficients of the slip along an edge, m.
+fn slip(tangents: [Vector; 2], [i, j]: [Vector; 2]) -> [f64; 3] {
+    [i.dot(&tangents[0]), 0.5 * (i.dot(&tangents[1]) + j.dot(&tangents[0])), j.dot(&tangents[1])]
+}
+
+/// Bounds the mean of `s|w| − q·w` on a flat face by `∑_ij M_ij (s_i |w_j| − q_i·w_j)/A`.
+pub(crate) fn mean_on_face(
+    normal: <Solid as Space>::Vector,
+    s: &[f64; 3],
+    q: &[<Solid as Space>::Vector; 3],
+    jump: &[<Solid as Space>::Vector; 3],
+) -> f64 {
+    let slip = jump.map(|jump| jump - normal * (normal.dot(&jump) / normal.dot(&normal)));
+    let length = slip.map(norm);
+    let mut sum = 0.0;
+    for i in 0..3 {
+        for j in 0..3 {
+            let share = if i == j { 2.0 } else { 1.0 };
+            sum += share * (s[i] * length[j] - q[i].dot(&slip[j])).max(0.0);
+        }
+    }
+    sum / 12.0
 }
 
 /// Computes the mean of `s|w| − q w` along an edge with linear `s` and `q`, by their values at the ends, and a quadratic `w`, by its Bernstein
@@ -202,11 +293,11 @@ mod tests {
         let problem = bent();
         let pair = &problem.contacts[0];
         let jump = |of: &NodePair| Vector::new(of.normal[0].sin(), 1.0 + of.normal[0] * of.normal[0]);
-        let found = slips(pair, |of, _| jump(of));
-        for (edge, w) in pair.interface.facets().iter().zip(found) {
-            let [a, b] = edge.pairs.map(|k| &pair.interface.pairs()[k as usize]);
-            let jump = 0.5 * (jump(a) + jump(b));
-            let tangent = 0.5 * (perpendicular(a.normal) + perpendicular(b.normal));
+        for (edge, jumps) in pair.interface.facets().iter().zip(jumps(pair, |of, _| jump(of))) {
+            let ends = edge.pairs.map(|k| &pair.interface.pairs()[k as usize]);
+            let tangents = ends.map(|end| perpendicular(end.normal));
+            let w = slip(tangents, jumps);
+            let [jump, tangent] = [ends.map(jump), tangents].map(|[a, b]| 0.5 * (a + b));
             let middle = 0.25 * (w[0] + 2.0 * w[1] + w[2]);
             assert!((middle - jump.dot(&tangent)).abs() < 1e-14, "{w:?}");
         }
@@ -216,19 +307,62 @@ mod tests {
     fn the_bound_counts_the_slip_of_a_lift() {
         let problem = bent();
         let pair = &problem.contacts[0];
-        let edges = pair.interface.facets().len();
-        let mut friction = EdgeFriction {
-            friction: vec![[0.1; 2]; edges],
-            limit: vec![[0.5; 2]; edges],
-            slip: vec![[0.0; 3]; edges],
-            ..EdgeFriction::default()
+        let edges = pair.interface.facets();
+        let along = |edge: &ContactFacet, amount: f64| {
+            edge.pairs.map(|k| amount * perpendicular(pair.interface.pairs()[k as usize].normal))
         };
-        assert_eq!(friction.terms(&pair.interface), vec![0.0; edges]);
-        friction.lifted = [vec![[0.02; 3]; edges], vec![[-0.03; 3]; edges]];
-        // 2 ℓ (s|w| − q w) of each body.
-        for (edge, found) in pair.interface.facets().iter().zip(friction.terms(&pair.interface)) {
-            let expected = 2.0 * edge.measure * (0.4 * 0.02 + 0.6 * 0.03);
+        let all = |amount: f64| edges.iter().map(|edge| along(edge, amount)).collect::<Vec<_>>();
+        let mut friction = FacetFriction {
+            traction: all(0.1),
+            limit: vec![[0.5; 2]; edges.len()],
+            jump: all(0.0),
+            ..FacetFriction::default()
+        };
+        assert_eq!(friction.terms(pair), vec![0.0; edges.len()]);
+        friction.lifted = [all(0.02), all(-0.03)];
+        for (edge, found) in edges.iter().zip(friction.terms(pair)) {
+            // 2 ℓ (s|w| − q w) of each body; the slip in the middle has the cosine of the turn.
+            let [a, b] = along(edge, 1.0);
+            let slip = (2.0 + a.dot(&b)) / 3.0;
+            let expected = 2.0 * edge.measure * slip * (0.4 * 0.02 + 0.6 * 0.03);
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn the_bound_of_the_mean_on_a_face_is_above_it_and_near_it_on_small_parts() {
+        let mut random = crate::random::random(3);
+        let normal = nalgebra::Vector3::new(0.0, 0.6, 0.8);
+        let tangents = [nalgebra::Vector3::x(), nalgebra::Vector3::new(0.0, 0.8, -0.6)];
+        for _ in 0..50 {
+            let s = [0; 3].map(|_| random());
+            let mut along =
+                |size: f64| tangents[0] * (size * (random() - 0.5)) + tangents[1] * (size * (random() - 0.5));
+            let q = s.map(|s| along(1.4 * s));
+            let jump = [0; 3].map(|_| along(2.0) + normal);
+            let sum = |parts: usize| {
+                let h = 1.0 / parts as f64;
+                let at = |i: usize, j: usize| [h * i as f64, h * j as f64, 1.0 - h * (i + j) as f64];
+                let mut sum = 0.0;
+                for (i, j) in (0..parts).flat_map(|i| (0..parts - i).map(move |j| (i, j))) {
+                    let turned = (i + j + 1 < parts).then(|| [at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)]);
+                    for corners in
+                        [Some([at(i + 1, j), at(i, j + 1), at(i, j)]), turned].into_iter().flatten()
+                    {
+                        let vector = |of: &[nalgebra::Vector3<f64>; 3], x: [f64; 3]| {
+                            of[0] * x[0] + of[1] * x[1] + of[2] * x[2]
+                        };
+                        let s = corners.map(|x| s[0] * x[0] + s[1] * x[1] + s[2] * x[2]);
+                        let [q, jump] = [&q, &jump].map(|of| corners.map(|x| vector(of, x)));
+                        sum += h * h * mean_on_face(normal, &s, &q, &jump);
+                    }
+                }
+                sum
+            };
+            let [whole, fine, finer] = [sum(1), sum(16), sum(32)];
+            assert!(whole >= fine && fine >= finer && finer >= 0.0, "{whole} {fine} {finer}");
+            // It falls as the square of the size of the parts.
+            assert!(fine - finer <= 0.01 * (whole - fine) + 1e-14, "{whole} {fine} {finer}");
         }
     }
 

@@ -4,7 +4,7 @@
 //! moves nothing: the discrete problem has it at its limit, however large that is. As a traction it also loads the edge beside the node, and a limit far above the
 //! stresses costs more than it saves. Of all admissible values the bound takes the one that continues friction at the neighbours `j` on the line,
 //! ```math
-//! q_i = sign(w_i) min(s_i, max_j (0, sign(w_i) q_j))
+//! q_i = w_i/|w_i| min(s_i, max_j (0, w_i·q_j/|w_i|))
 //! ```
 //! the limit where the line slides.
 
@@ -19,7 +19,7 @@ const PARALLEL: f64 = 1e-10;
 
 /// Replaces friction at pairs of nodes whose slip supports impose.
 ///
-/// * `friction`: at the pairs of each contact line, Pa, within `limits`, Pa; both empty without friction.
+/// * `friction`: in the rows along tangents of each pair, Pa, within `limits` at its pairs of nodes, Pa; both empty without friction.
 pub(crate) fn continued<S: Recovery>(
     prepared: &PreparedProblem<S>,
     state: &ContactState<'_, S>,
@@ -39,19 +39,31 @@ pub(crate) fn continued<S: Recovery>(
     for (k, (of, friction)) in problem.contacts.iter().zip(friction).enumerate() {
         let (pairs, slip) = (of.interface.pairs(), state.contacts[k].slip);
         let imposed = |i: &usize| [0, 1].iter().all(|side| holds(of.partners()[*side], *side, &pairs[*i]));
-        let found: Vec<usize> = (0..friction.len()).filter(imposed).collect();
+        let found: Vec<usize> = (0..limits[k].len()).filter(imposed).collect();
         if found.is_empty() {
             continue;
         }
-        let sign = |i: usize| if slip[i] == 0.0 { 0.0 } else { slip[i].signum() };
-        let mut most = vec![0.0f64; friction.len()];
+        let at =
+            |rows: &[f64], i: usize| -> Vec<f64> { rows[i..].iter().step_by(pairs.len()).copied().collect() };
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        // The direction of the slip; zero without.
+        let direction = |i: usize| -> Vec<f64> {
+            let slip = at(slip, i);
+            let size = product(&slip, &slip).sqrt();
+            slip.iter().map(|w| if size > 0.0 { w / size } else { 0.0 }).collect()
+        };
+        let mut most = vec![0.0f64; pairs.len()];
         for edge in of.interface.facets() {
             let corners = || edge.pairs.as_ref().iter().map(|k| *k as usize);
             // A clamped end is no pair.
             for (i, j) in corners().flat_map(|i| corners().map(move |j| (i, j))).filter(|(i, j)| i != j) {
-                most[i] = most[i].max(sign(i) * friction[j]);
+                most[i] = most[i].max(product(&direction(i), &at(friction, j)));
             }
         }
-        found.into_iter().for_each(|i| friction[i] = sign(i) * most[i].min(limits[k][i]));
+        for i in found {
+            let size = most[i].min(limits[k][i]);
+            let along = direction(i);
+            friction[i..].iter_mut().step_by(pairs.len()).zip(along).for_each(|(q, w)| *q = w * size);
+        }
     }
 }

@@ -156,7 +156,7 @@ pub(crate) fn state_residuals<S: Recovery>(
 /// exact arithmetic `R` vanishes except for the imbalance at the interface of Ω₁, and this is (22). It includes the
 /// rounding of the displacements.
 ///
-/// Friction adds `2 Σ (S|w| − Q w)`, with `|Q| ≤ S` and the given slip `w`.
+/// Friction adds `2 Σ (S|w| − Q·w)`, with `|Q| ≤ S` and the given slip `w`.
 ///
 /// * `interior`, `interface`: the parts of `R·K⁻¹ R` of all bodies' [`state_residuals`] `R^α`, J/m.
 ///
@@ -171,8 +171,13 @@ pub(crate) fn eta_nndd_squared<S: Recovery>(
         state.contacts.iter().zip(balanced).flat_map(|(pair, forces)| forces.iter().zip(pair.opening));
     let work: f64 = pairs.map(|(r, o)| (r * o).max(0.0)).sum();
     let sliding = |((pair, forces), limits): ((&PairState<'_>, &Vec<f64>), &Vec<f64>)| -> f64 {
-        let terms = forces[pair.opening.len()..].iter().zip(limits).zip(pair.slip);
-        terms.map(|((q, s), w)| (s * w.abs() - q * w).max(0.0)).sum()
+        let (nodes, friction) = (limits.len().max(1), &forces[pair.opening.len()..]);
+        let of_node = |(k, s): (usize, &f64)| {
+            let both = friction[k..].iter().zip(&pair.slip[k..]).step_by(nodes);
+            let (work, squared) = both.fold((0.0, 0.0), |(work, sum), (q, w)| (work + q * w, sum + w * w));
+            (s * squared.sqrt() - work).max(0.0)
+        };
+        limits.iter().enumerate().map(of_node).sum()
     };
     let limits = balance::force_limits(prepared, state);
     let work = work + state.contacts.iter().zip(balanced).zip(&limits).map(sliding).sum::<f64>();

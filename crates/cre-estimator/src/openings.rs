@@ -1,6 +1,5 @@
 //! The openings and slips that displacements have themselves.
 
-use crate::friction::tangent;
 use crate::recovery::Recovery;
 use crate::size::{SIGN_TOLERANCE, larger, largest_displacement};
 use fem_core::geometry::Coordinates;
@@ -37,12 +36,15 @@ pub(crate) fn own_slips<S: Recovery>(
             return None;
         }
         let displacement = problem.places_of(pair).map(|b| state.displacement[b]);
-        let slip = |p: &NodePair<S>| jump(p, displacement).times(&tangent::<S>(p.normal));
-        let mut own: Vec<f64> = pair.interface.pairs().iter().map(slip).collect();
+        let normals = pair.interface.pairs().len();
+        let tangents = pair.rows().skip(normals);
+        let mut own: Vec<f64> = tangents
+            .map(|row| jump(&pair.interface.pairs()[row.pair], displacement).times(&row.direction))
+            .collect();
         let mut size = larger(largest_displacement(displacement[0]), largest_displacement(displacement[1]));
         if let Some(before) = &pair.slip_before {
-            own.iter_mut().zip(&before.nodes).for_each(|(own, before)| *own -= before);
-            size = before.nodes.iter().fold(size, |size, w| larger(size, w.abs()));
+            own.iter_mut().zip(&before.rows).for_each(|(own, before)| *own -= before);
+            size = before.rows.iter().fold(size, |size, w| larger(size, w.abs()));
         }
         let worst = own.iter().zip(given.slip).map(|(own, given)| (own - given).abs()).fold(0.0, larger);
         (worst > SIGN_TOLERANCE * size).then_some(own)

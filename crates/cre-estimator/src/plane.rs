@@ -3,7 +3,7 @@
 mod forces;
 
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
-use crate::friction::EdgeFriction;
+use crate::friction::mean_on_edge;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
@@ -117,17 +117,13 @@ impl Recovery for Plane {
         lift::depth_of_edge(middle[0], [*a, *b])
     }
 
-    fn edge_friction(
+    fn mean_sliding(
         pair: &ContactPair,
-        tractions: [&[f64]; 2],
-        pressure: &[[f64; 2]],
-        displacement: [&[Vector]; 2],
-        moved: [Option<&[Vector]>; 2],
-    ) -> EdgeFriction {
-        EdgeFriction::new(pair, tractions, pressure, displacement, moved)
-    }
-
-    fn friction_forces(friction: &EdgeFriction, interface: &ContactInterface) -> Vec<Vector> {
-        friction.nodal_forces(interface)
+        edge: &ContactFacet,
+        limit: &[f64; 2],
+        friction: &[Vector; 2],
+        jump: &[Vector; 2],
+    ) -> f64 {
+        mean_on_edge(&pair.interface, edge, *limit, *friction, *jump)
     }
 }

@@ -1,7 +1,6 @@
 //! The recovery of stresses in exact equilibrium, in any space.
 
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
-use crate::friction::EdgeFriction;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::relaxation::{Relaxation, RelaxationReport};
 use fem_core::body::{Body, FacetCondition};
@@ -112,23 +111,17 @@ pub trait Recovery: Space {
     #[doc(hidden)]
     fn depth(opening: &Self::Axes<f64>, middle: &[f64]) -> f64;
 
-    /// Takes friction and slip of a pair, see [`EdgeFriction`]; none in space.
+    /// Computes the mean of `s|w| − q·w` on a contact facet, J/m², in space a bound of it.
+    ///
+    /// * `limit`, `friction`, `jump`: at its corners, Pa and m, see [`crate::friction::FacetFriction`].
     #[doc(hidden)]
-    fn edge_friction(
-        _pair: &ContactPair<Self>,
-        _tractions: [&[f64]; 2],
-        _pressure: &[Self::Axes<f64>],
-        _displacement: [&[Self::Vector]; 2],
-        _moved: [Option<&[Self::Vector]>; 2],
-    ) -> EdgeFriction {
-        EdgeFriction::default()
-    }
-
-    /// Computes the nodal forces of friction at the pairs; none in space.
-    #[doc(hidden)]
-    fn friction_forces(_friction: &EdgeFriction, _interface: &ContactInterface<Self>) -> Vec<Self::Vector> {
-        Vec::new()
-    }
+    fn mean_sliding(
+        pair: &ContactPair<Self>,
+        facet: &ContactFacet<Self>,
+        limit: &Self::Axes<f64>,
+        friction: &Self::Axes<Self::Vector>,
+        jump: &Self::Axes<Self::Vector>,
+    ) -> f64;
 }
 
 impl<S: Recovery> EquilibratedStress<S> {

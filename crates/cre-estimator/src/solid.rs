@@ -17,6 +17,7 @@ mod sweep;
 mod tests;
 
 use crate::equilibrated::{EquilibratedStress, FacetMoments, product};
+use crate::friction::mean_on_face;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
@@ -25,7 +26,7 @@ use cell::{CellMap, CellMoments};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
-use fem_core::interface::{ContactFacet, ContactInterface};
+use fem_core::interface::{ContactFacet, ContactInterface, ContactPair};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::TetMesh;
 use fem_core::norm::sum_over_cells;
@@ -145,6 +146,16 @@ impl Recovery for Solid {
 
     fn depth(opening: &[f64; 3], middle: &[f64]) -> f64 {
         face_opening::depth(*opening, [middle[0], middle[1], middle[2]])
+    }
+
+    fn mean_sliding(
+        pair: &ContactPair<Self>,
+        facet: &ContactFacet<Self>,
+        limit: &[f64; 3],
+        friction: &[Vector3<f64>; 3],
+        jump: &[Vector3<f64>; 3],
+    ) -> f64 {
+        mean_on_face(pair.interface.corner_pair(facet, 0).normal, limit, friction, jump)
     }
 
     fn twist(corners: &[Vector3<f64>; 4], displacement: &[Vector3<f64>; 4]) -> Vector3<f64> {

@@ -72,7 +72,7 @@ pub struct PairRows {
     pub roles: Roles,
     /// Its rows along normals.
     pub normal: Range<usize>,
-    /// Its rows along tangents; none without friction.
+    /// Its rows along tangents, those along the first tangent of all pairs of nodes before those along the second; none without friction.
     pub tangential: Range<usize>,
 }
 
@@ -81,7 +81,7 @@ pub struct PairRows {
 pub enum RowLaw {
     /// Contact: `P ≥ 0`.
     Unilateral,
-    /// Friction within a given limit: `−S ≤ Q ≤ S`.
+    /// Friction within a given limit: `−S ≤ Q ≤ S`, in space `|Q| ≤ S` of both rows together.
     Tresca {
         /// `S = ℓ s`, N/m.
         limit: f64,
@@ -184,6 +184,13 @@ impl BodyRow {
 }
 
 impl PairRows {
+    /// Lists the rows along the tangents of a pair of nodes.
+    ///
+    /// * `k`: the pair of nodes, from the first one of this pair.
+    pub fn tangents(&self, k: usize) -> impl Iterator<Item = usize> + use<> {
+        self.tangential.clone().skip(k).step_by(self.normal.len().max(1))
+    }
+
     /// Returns all rows of the pair.
     pub fn all(&self) -> Range<usize> {
         self.normal.start..self.tangential.end
@@ -266,6 +273,15 @@ impl ContactRows {
         self.rows[row].law.is_tangential()
     }
 
+    /// Lists the two rows along the tangents of each pair of nodes with friction in space; none in the plane.
+    pub fn tangential_planes(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        self.pairs.iter().flat_map(|pair| {
+            let nodes = pair.normal.len();
+            let planes = if pair.tangential.len() > nodes { nodes } else { 0 };
+            (pair.tangential.start..).take(planes).map(move |row| [row, row + nodes])
+        })
+    }
+
     /// Lists the limits of the forces by row, N/m, see [`RowLaw::limit`].
     pub fn limits(&self) -> Vec<f64> {
         self.rows.iter().map(|row| row.law.limit()).collect()
@@ -320,6 +336,7 @@ fn rows_of<S: Space>(
     let row = |(place, row): (usize, crate::interface::PairRow<S>)| {
         let (node, k) = (&nodes[row.pair], row.pair);
         let tangential = place >= nodes.len();
+        let before = |row: usize| pair.slip_before.as_ref().map_or(0.0, |before| before.rows[row]);
         let law = match (tangential, pair.friction.coulomb(), &limits) {
             (false, ..) => RowLaw::Unilateral,
             (true, Some(mu), _) => RowLaw::Coulomb { mu },
@@ -328,12 +345,11 @@ fn rows_of<S: Space>(
                 RowLaw::Tresca { limit: node.weight * limit }
             }
         };
-        let slip = || pair.slip_before.as_ref().map_or(0.0, |before| before.nodes[k]);
         ContactRow {
             pair: number,
             node_pair: first + k,
             law,
-            gap: if tangential { slip() } else { node.gap },
+            gap: if tangential { before(place - nodes.len()) } else { node.gap },
             length: node.weight,
             obstacle: imposed.as_ref().map(|imposed| sign(1) * imposed[k].times(&row.direction)),
         }

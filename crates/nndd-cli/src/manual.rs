@@ -8,7 +8,7 @@ use clap_mangen::roff::{Roff, bold, roman};
 use std::io;
 
 const DESCRIPTION: [&str; 3] = [
-    "nndd solves unilateral contact, with friction or without, between elastic bodies in the plane by the Neumann-Neumann domain \
+    "nndd solves unilateral contact, with friction or without, between elastic bodies in the plane and in space by the Neumann-Neumann domain \
      decomposition, and certifies the answer: it prints a guaranteed bound of the error in the energy norm, split into \
      what the mesh and what the iteration contribute.",
     "A case file, in TOML, names bodies, materials, supports, loads and the two sides in contact. Every key that is not \

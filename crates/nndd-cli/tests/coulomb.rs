@@ -127,8 +127,9 @@ fn the_figures_of_an_independent_code_come_from_the_case_file() {
         near(contact.contact_force.unwrap(), pressed, 1e-11);
         let friction = contact.friction.as_ref().unwrap();
         assert_eq!((friction.law.as_str(), friction.mu), ("coulomb", Some(mu)));
-        near(friction.tangential_force, dragged, 1e-11);
-        assert_eq!((friction.stick_intervals.len(), friction.slip_intervals.len()), (1, 1));
+        near(friction.tangential_force.size(), dragged, 1e-11);
+        let line = friction.line.as_ref().unwrap();
+        assert_eq!((line.stick_intervals.len(), line.slip_intervals.len()), (1, 1));
     }
 }
 
@@ -208,7 +209,7 @@ fn a_slope_is_held_up_to_its_coefficient() {
     let contact = &report.contact[0];
     // The weight is 2 × 10, its part along the slope 2 × 4.
     near(contact.contact_force.unwrap(), 20.0, 1e-10);
-    near(contact.friction.as_ref().unwrap().tangential_force.abs(), 8.0, 1e-10);
+    near(contact.friction.as_ref().unwrap().tangential_force.size().abs(), 8.0, 1e-10);
     let steeper = ["body.0.body_force=[6.0, -10.0]"];
     for command in ["solve", "check"] {
         let here = tempfile::tempdir().unwrap();
@@ -242,7 +243,7 @@ fn friction_holds_an_eye_with_clearance_against_a_torque() {
         assert!(report.coulomb.as_ref().unwrap().restarts == 1, "{torque}: {text}");
         let contact = &report.contact[0];
         let (force, friction) = (contact.contact_force.unwrap(), contact.friction.as_ref().unwrap());
-        let friction = friction.tangential_force.abs();
+        let friction = friction.tangential_force.size().abs();
         assert!(friction <= 0.3 * force, "{torque}: {friction} {force}");
         // A moment of 170 N/mm times the outer radius, over the radius of the pin.
         let balances = if torque == "6.0" { 340.0 } else { 0.0 };

@@ -11,7 +11,7 @@ use nndd_report::notes::of_problem;
 use nndd_report::run::{self, Source};
 use nndd_report::verdict::verdict;
 use nndd_report::{Failure, Host, ReportSpace, RunDirectory, Solved, Stopwatch, check, files, memory, view};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::{Map, Value};
@@ -190,8 +190,21 @@ impl Solution {
         put("opening", &|row| Some(row.opening))?;
         put("pressure", &|row| Some(row.pressure))?;
         put("pressure_recovered", &|row| row.pressure_recovered)?;
-        put("tangential", &|row| Some(row.friction.as_ref()?.tangential))?;
-        put("slip", &|row| Some(row.friction.as_ref()?.slip))?;
+        let in_space: Option<Vec<[[f64; 3]; 2]>> =
+            rows.iter().map(|row| row.friction.as_ref()?.in_space).collect();
+        match in_space.filter(|_| !rows.is_empty()) {
+            // Vectors of solids, one row per pair of nodes.
+            Some(vectors) => {
+                for (place, name) in ["tangential", "slip"].into_iter().enumerate() {
+                    let values: Vec<Vec<f64>> = vectors.iter().map(|both| both[place].to_vec()).collect();
+                    dict.set_item(name, PyArray2::from_vec2(py, &values)?)?;
+                }
+            }
+            None => {
+                put("tangential", &|row| Some(row.friction.as_ref()?.tangential))?;
+                put("slip", &|row| Some(row.friction.as_ref()?.slip))?;
+            }
+        }
         put("limit", &|row| Some(row.friction.as_ref()?.limit))?;
         dict.set_item("active", PyArray1::from_iter(py, rows.iter().map(|row| row.active != 0)))?;
         let states: Option<Vec<&str>> =

@@ -60,14 +60,11 @@ pub fn without_bound(step: &Step) -> Value {
 }
 
 /// Solves an adaptive case.
-///
-/// * `run`: [`certified`] or [`coulomb`].
 pub(crate) fn solve<S: ReportSpace>(
     (case, adapt): (&Case<S>, &Adapt),
     problem: ContactProblem<S>,
     mut follower: RunObserver<'_>,
     place: &mut RunDirectory,
-    run: Run<S>,
 ) -> Result<Solved<S>, Failure> {
     let mut settings = AdaptSettings::new(adapt.target.value());
     settings.max_steps = adapt.max_steps;
@@ -91,6 +88,7 @@ pub(crate) fn solve<S: ReportSpace>(
         memory: None,
     };
     let undeclared = S::undeclared(&problem);
+    let run = if case.coulomb_pair().is_none() { certified } else { coulomb };
     let answer = run(case, problem, checkpoint, &settings, &mut steps);
     let Steps { follower, failure, seconds, memory, directory, .. } = steps;
     if let Some(failure) = failure {
@@ -107,17 +105,8 @@ pub(crate) fn solve<S: ReportSpace>(
     Ok(Solved { adaptive, smallest_mesh, peak_change, notes, step_seconds: seconds, longest_step, ..solved })
 }
 
-/// Starts an adaptive run, or resumes it from a checkpoint.
-pub(crate) type Run<S> = fn(
-    &Case<S>,
-    ContactProblem<S>,
-    Option<Checkpoint>,
-    &AdaptSettings,
-    &mut Steps<'_, '_, S>,
-) -> Result<Course<S>, SolveError<S>>;
-
 /// Solves an adaptive case whose target is a certified error.
-pub(crate) fn certified<S: ReportSpace>(
+fn certified<S: ReportSpace>(
     case: &Case<S>,
     problem: ContactProblem<S>,
     checkpoint: Option<Checkpoint>,
@@ -133,13 +122,13 @@ pub(crate) fn certified<S: ReportSpace>(
 }
 
 /// Solves an adaptive case whose target is a residual with Coulomb friction.
-pub(crate) fn coulomb(
-    case: &Case,
-    problem: ContactProblem,
+fn coulomb<S: ReportSpace>(
+    case: &Case<S>,
+    problem: ContactProblem<S>,
     checkpoint: Option<Checkpoint>,
     settings: &AdaptSettings,
-    steps: &mut Steps<'_, '_>,
-) -> Result<Course, SolveError> {
+    steps: &mut Steps<'_, '_, S>,
+) -> Result<Course<S>, SolveError<S>> {
     let (solver, relaxation) = (convert::coulomb(case), convert::relaxation(case));
     let found = match checkpoint {
         Some(checkpoint) => {

@@ -121,7 +121,8 @@ pub(crate) fn with_factors<S: ReportSpace>(
     problem: &ContactProblem<S>,
     factors: &Factors,
 ) -> Result<ContactProblem<S>, Failure> {
-    S::with_factors(case, problem, factors).map_err(|error| Failure::solve(case, &error))
+    let scaled = problem.with_factors(&|body, place| case.factor(factors, body, place));
+    scaled.map_err(|error| Failure::solve(case, &SolveError::Factors(error)))
 }
 
 /// A motion that nothing resists, in words, with its load and whether it is weak, see [`certified_contact::FreeMotion`].

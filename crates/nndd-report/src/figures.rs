@@ -142,7 +142,7 @@ fn steps(contact: &[(&str, Vec<ContactRow>)], report: &Report, labels: &Labels) 
     let of = |k: usize| {
         let force = |step: &StepSummary| {
             let pair = &step.contact[k];
-            [pair.contact_force, pair.friction.as_ref().map(|friction| friction.tangential_force)]
+            [pair.contact_force, pair.friction.as_ref().map(|friction| friction.tangential_force.size())]
         };
         report.steps.iter().map(force).collect()
     };

@@ -2,7 +2,7 @@
 
 use crate::convert;
 use crate::failure::Failure;
-use crate::host::Host;
+use crate::host::{Event, Host};
 use crate::outcome;
 use crate::run_observer::RunObserver;
 use crate::solved::{RunResult, Solved};
@@ -13,28 +13,32 @@ use case_io::output::Presence;
 use certified_contact::{ContactSpace, SolveError};
 use fem_core::interface::ContactProblem;
 
-/// Solves a case on its own mesh, and judges the answer.
+/// Solves a case on its own mesh, with or without Coulomb friction, and judges the answer.
 ///
-/// * `output`: the directory that must stay until the end; `answer`: solves the problem.
+/// * `output`: the directory that must stay until the end.
 pub(crate) fn solve<S: ContactSpace + Dimension>(
     case: &Case<S>,
     problem: ContactProblem<S>,
     output: Presence,
     (watch, host): (&mut Stopwatch, &mut dyn Host),
-    answer: impl FnOnce(ContactProblem<S>, &mut RunObserver<'_>) -> Result<RunResult<S>, SolveError<S>>,
 ) -> Result<Solved<S>, Failure> {
     let mut follower = RunObserver::new(case, watch, host, output);
-    let answer = answer(problem, &mut follower).map_err(|error| follower.failure(case, &error))?;
+    let answer = answer(case, problem, &mut follower).map_err(|error| follower.failure(case, &error))?;
     let status = outcome::judge_answer(case, &answer, follower.ended);
     Ok(Solved { longest_step: follower.longest, ..Solved::of(answer, status) })
 }
 
-/// Solves a problem with its certificate.
-pub(crate) fn certified<S: ContactSpace + Dimension>(
+fn answer<S: ContactSpace + Dimension>(
     case: &Case<S>,
     problem: ContactProblem<S>,
     follower: &mut RunObserver<'_>,
 ) -> Result<RunResult<S>, SolveError<S>> {
-    let solution = certified_contact::solve(problem, &convert::settings(case), follower)?;
-    Ok(RunResult::Certified(Box::new(solution)))
+    if case.coulomb_pair().is_none() {
+        let solution = certified_contact::solve(problem, &convert::settings(case), follower)?;
+        return Ok(RunResult::Certified(Box::new(solution)));
+    }
+    let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
+    let result = certified_contact::solve_coulomb(problem, &settings, relaxation, follower)?;
+    follower.tell(Event::Iteration(&result.row()));
+    Ok(RunResult::Coulomb(Box::new(result)))
 }

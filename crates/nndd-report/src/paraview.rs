@@ -10,7 +10,9 @@ use case_io::Case;
 use case_io::output::OutputDirectory;
 use case_io::table::FrictionRow;
 use cre_estimator::Estimate;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::ContactFacet;
+use fem_core::space::{Solid, Space};
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuData, VtuError, VtuMesh};
 use std::io;
 
@@ -161,8 +163,9 @@ fn contact_data<S: ReportSpace>(
             vectors("displacement", &|k| displacement[nodes[k].nodes[0].index()]),
             vectors("normal", &normal),
             vectors("traction", &|k| {
-                let friction = rows[k].friction.as_ref().map_or(0.0, |friction| friction.tangential);
-                normal(k) * -rows[k].pressure + S::friction_traction(normal(k), friction)
+                let friction = |row| S::friction_traction(normal(k), row);
+                let friction = rows[k].friction.as_ref().map_or(S::Vector::ZERO, friction);
+                normal(k) * -rows[k].pressure + friction
             }),
             scalars("gap", &|k| rows[k].gap),
             VtuArray::scalars("opening", (0..count).map(opening).collect()),
@@ -186,10 +189,21 @@ fn contact_data<S: ReportSpace>(
         let friction = |name: &str, of: fn(&FrictionRow) -> f64| {
             scalars(name, &|k| rows[k].friction.as_ref().map_or(0.0, of))
         };
+        let in_space = |k: usize| rows[k].friction.as_ref().and_then(|friction| friction.in_space);
+        let both = match rows.iter().any(|row| row.friction.as_ref().is_some_and(|f| f.in_space.is_some())) {
+            true => ["friction_traction", "slip"]
+                .into_iter()
+                .enumerate()
+                .map(|(place, name)| {
+                    let of = |k: usize| in_space(pair_of(k)).map_or([0.0; 3], |both| both[place]).into();
+                    VtuArray::vectors(name, &(0..count).map(of).collect::<Vec<<Solid as Space>::Vector>>())
+                })
+                .collect(),
+            false => vec![friction("friction_traction", |f| f.tangential), friction("slip", |f| f.slip)],
+        };
+        data.point.extend(both);
         data.point.extend([
-            friction("friction_traction", |f| f.tangential),
             friction("friction_limit", |f| f.limit),
-            friction("slip", |f| f.slip),
             friction("friction_state", |f| match f.state.as_str() {
                 "stick" => 1.0,
                 "slip" => 2.0,

@@ -1,26 +1,20 @@
 //! Reports of plane bodies.
 
-use crate::adapt;
 use crate::certify;
-use crate::convert;
 use crate::corners;
 use crate::curves;
-use crate::failure::Failure;
 use crate::figures::{self, Picture};
-use crate::host::{Event, Host};
 use crate::memory::{BODY, INTERFACE};
 use crate::notes::LOCKING_RATIO;
-use crate::once;
-use crate::resume::RunDirectory;
-use crate::run_observer::RunObserver;
-use crate::solved::{Fields, RunResult, Solved};
+use crate::solved::Fields;
 use crate::space::{DrawnFacets, NamedRows, ReportSpace};
-use crate::steps;
-use crate::stopwatch::Stopwatch;
 use case_io::Case;
-use case_io::case::{Factors, MaterialLaw};
-use case_io::report::{ContactLine, ContactStretch, ContactSurface, LineResults, Report};
-use certified_contact::{PairResults, Results, SolveError};
+use case_io::case::MaterialLaw;
+use case_io::report::{
+    ContactLine, ContactStretch, ContactSurface, FrictionLine, FrictionSurface, LineResults, Report, Spin,
+};
+use case_io::table::FrictionRow;
+use certified_contact::{FrictionResults, PairResults, Results};
 use cre_estimator::FieldCertificate;
 use fem_core::geometry::{Vector, norm, perpendicular, shown};
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem};
@@ -45,27 +39,6 @@ impl ReportSpace for Plane {
     const FEWER_PAIRS: &'static str = "take fewer edges along the contact line";
     const FINER_MESH: &'static str = "use a finer mesh ([adapt] target_relative_error)";
 
-    fn solve(
-        case: &Case,
-        problem: ContactProblem,
-        place: &mut RunDirectory,
-        (watch, host): (&mut Stopwatch, &mut dyn Host),
-    ) -> Result<Solved, Failure> {
-        match &case.adapt {
-            None if !case.steps.is_empty() => steps::solve(case, problem, place, watch, host),
-            None => {
-                let answer = |problem, follower: &mut RunObserver<'_>| answer(case, problem, follower);
-                once::solve(case, problem, place.presence(), (watch, host), answer)
-            }
-            Some(adapt) => {
-                let follower = RunObserver::new(case, watch, host, place.presence());
-                let run: adapt::Run<Self> =
-                    if case.coulomb_pair().is_none() { adapt::certified } else { adapt::coulomb };
-                adapt::solve((case, adapt), problem, follower, place, run)
-            }
-        }
-    }
-
     fn undeclared(problem: &ContactProblem) -> Vec<Vec<[NodeId; 2]>> {
         curves::undeclared(problem)
     }
@@ -76,15 +49,6 @@ impl ReportSpace for Plane {
         problem: &ContactProblem,
     ) -> Vec<String> {
         curves::refined(case, undeclared, problem).into_iter().collect()
-    }
-
-    fn with_factors(
-        case: &Case,
-        problem: &ContactProblem,
-        factors: &Factors,
-    ) -> Result<ContactProblem, SolveError> {
-        let scaled = problem.with_factors(&|body, place| case.factor(factors, body, place));
-        scaled.map_err(SolveError::Factors)
     }
 
     /// With n unknowns the factor of a nested dissection grows as n log₂ n; the mesh with its topology, the fields
@@ -168,8 +132,25 @@ impl ReportSpace for Plane {
         six(material.strain(stress), zz)
     }
 
-    fn friction_traction(normal: Vector, tangential: f64) -> Vector {
-        -tangential * perpendicular(normal)
+    fn friction_traction(normal: Vector, row: &FrictionRow) -> Vector {
+        -row.tangential * perpendicular(normal)
+    }
+
+    fn friction_in_space(_: [Vector; 2]) -> Option<[[f64; 3]; 2]> {
+        None
+    }
+
+    fn friction_written(found: &FrictionResults<Self>) -> Spin {
+        Spin::Plane(found.force)
+    }
+
+    fn friction_line(found: &FrictionResults<Self>) -> Option<FrictionLine> {
+        let (stick_intervals, slip_intervals) = (found.stick_intervals.clone(), found.slip_intervals.clone());
+        Some(FrictionLine { stick_intervals, slip_intervals })
+    }
+
+    fn friction_surface(_: &FrictionResults<Self>) -> Option<FrictionSurface> {
+        None
     }
 
     fn drawn_facets(fields: &Fields<'_>, pair: usize) -> DrawnFacets<Self> {
@@ -215,21 +196,6 @@ impl ReportSpace for Plane {
 /// A tensor in VTK's order.
 fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
     [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
-}
-
-/// Solves a case with or without Coulomb friction.
-fn answer(
-    case: &Case,
-    problem: ContactProblem,
-    follower: &mut RunObserver<'_>,
-) -> Result<RunResult, SolveError> {
-    if case.coulomb_pair().is_none() {
-        return once::certified(case, problem, follower);
-    }
-    let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
-    let result = certified_contact::solve_coulomb(problem, &settings, relaxation, follower)?;
-    follower.tell(Event::Iteration(&result.row()));
-    Ok(RunResult::Coulomb(Box::new(result)))
 }
 
 /// Cosine of the largest turn of a smooth outline, 30 degrees.

@@ -14,7 +14,7 @@ use case_io::report::{
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
 use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, PairResults, RigidSideResults};
-use fem_core::geometry::Coordinates;
+use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::{ContactProblem, LeftOut, Partner};
 use serde_json::{Map, Value};
 
@@ -142,9 +142,9 @@ fn contact_summary<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, k: 
         friction: found.and_then(|found| found.friction.as_ref()).map(|found| FrictionSummary {
             law: case.contacts[k].friction.as_ref().map_or("", |friction| friction.law()).to_owned(),
             mu: pair.friction.coulomb(),
-            tangential_force: found.force,
-            stick_intervals: found.stick_intervals.clone(),
-            slip_intervals: found.slip_intervals.clone(),
+            tangential_force: S::friction_written(found),
+            line: S::friction_line(found),
+            surface: S::friction_surface(found),
             max_slip: found.max_slip,
         }),
     }
@@ -291,12 +291,21 @@ pub(crate) fn contact_rows<S: ReportSpace>(solution: &Fields<'_, S>, pair: usize
     // With Coulomb friction the bound holds for the problem with these frozen limits.
     let given = solution.problem.contacts[pair].friction.coulomb().is_none();
     let frozen = solution.frozen_limit.as_ref().filter(|_| !given).map(|limits| limits[pair]);
+    let of = &solution.problem.contacts[pair];
     let friction = |k: usize, pressed: bool, (length, normal): (f64, f64)| {
         let row = tangents.clone().nth(k)?;
-        let slip = tangential.slip[row];
+        let [force, slips] =
+            [&tangential.force, &tangential.slip].map(|all| of.along_tangents(k, &all[tangents.clone()]));
+        let both = [force * (1.0 / length), slips * (1.0 / (normal * normal))];
+        let in_space = S::friction_in_space(both);
+        let (traction, slip) = match in_space {
+            Some(_) => (norm(both[0]), norm(both[1])),
+            None => (tangential.force[row] * normal / length, tangential.slip[row] / normal),
+        };
         Some(FrictionRow {
-            tangential: tangential.force[row] * normal / length,
-            slip: slip / normal,
+            tangential: traction,
+            slip,
+            in_space,
             limit: normal * frozen.map_or(tangential.limit[row] / length, |frozen| frozen[k]),
             state: match (pressed, slip == 0.0) {
                 (false, _) => "open",

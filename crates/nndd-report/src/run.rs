@@ -1,12 +1,16 @@
 //! From a case file to a solved problem.
 
+use crate::adapt;
 use crate::check;
 use crate::failure::Failure;
 use crate::host::Host;
 use crate::memory;
+use crate::once;
 use crate::resume::RunDirectory;
+use crate::run_observer::RunObserver;
 use crate::solved::Solved;
 use crate::space::ReportSpace;
+use crate::steps;
 use crate::stopwatch::Stopwatch;
 use case_io::Case;
 use case_io::case::{AnyCase, Dimension, Notes};
@@ -106,7 +110,7 @@ pub fn build_last<S: ReportSpace>(
     Ok((check::with_factors(case, &problem, &factors)?, notes))
 }
 
-/// Solves a case, adaptively if it has a target.
+/// Solves a case: once, in load steps, or on meshes that become finer if it has a target.
 ///
 /// * `problem`, `notes`: the result of [`build`].
 /// * `place`: where the meshes of an adaptive run are written to, and the state it resumes from.
@@ -121,6 +125,13 @@ pub fn solve<S: ReportSpace>(
     watch: &mut Stopwatch,
     host: &mut dyn Host,
 ) -> Result<Solved<S>, Failure> {
-    let solved = S::solve(case, problem, place, (watch, host))?;
+    let solved = match &case.adapt {
+        None if !case.steps.is_empty() => steps::solve(case, problem, place, watch, host)?,
+        None => once::solve(case, problem, place.presence(), (watch, host))?,
+        Some(adapt) => {
+            let follower = RunObserver::new(case, watch, host, place.presence());
+            adapt::solve((case, adapt), problem, follower, place)?
+        }
+    };
     Ok(Solved { case_notes: notes, ..solved })
 }

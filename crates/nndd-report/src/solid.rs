@@ -1,21 +1,18 @@
 //! Reports of solids.
 
-use crate::adapt;
-use crate::failure::Failure;
 use crate::figures::Picture;
-use crate::host::Host;
 use crate::memory::{BODY, INTERFACE};
 use crate::notes::LOCKING_RATIO;
-use crate::once;
-use crate::resume::RunDirectory;
-use crate::run_observer::RunObserver;
-use crate::solved::{Fields, Solved};
+use crate::solved::Fields;
 use crate::space::{DrawnFacets, NamedRows, ReportSpace};
-use crate::stopwatch::Stopwatch;
 use case_io::Case;
-use case_io::case::{Factors, MaterialLaw};
-use case_io::report::{ContactLine, ContactSurface, LineResults, Report, SurfaceArea, SurfacePatch};
-use certified_contact::{PairResults, PatchResults, Results, SolveError};
+use case_io::case::MaterialLaw;
+use case_io::report::{
+    ContactLine, ContactSurface, FrictionLine, FrictionSurface, LineResults, Report, Spin, SurfaceArea,
+    SurfacePatch,
+};
+use case_io::table::FrictionRow;
+use certified_contact::{FrictionResults, PairResults, PatchResults, Results};
 use cre_estimator::FieldCertificate;
 use fem_core::body::Body;
 use fem_core::geometry::{Coordinates, Point};
@@ -43,20 +40,6 @@ impl ReportSpace for Solid {
     const FEWER_NODES: &'static str = "take fewer cells, or refine only where it is needed with [adapt]";
     const FEWER_PAIRS: &'static str = "take fewer faces on the contact surface";
     const FINER_MESH: &'static str = "use a finer mesh ([adapt] target_relative_error)";
-
-    fn solve(
-        case: &Case<Self>,
-        problem: ContactProblem<Self>,
-        place: &mut RunDirectory,
-        around: (&mut Stopwatch, &mut dyn Host),
-    ) -> Result<Solved<Self>, Failure> {
-        if let Some(adapt) = &case.adapt {
-            let follower = RunObserver::new(case, around.0, around.1, place.presence());
-            return adapt::solve((case, adapt), problem, follower, place, adapt::certified);
-        }
-        let answer = |problem, follower: &mut RunObserver<'_>| once::certified(case, problem, follower);
-        once::solve(case, problem, place.presence(), around, answer)
-    }
 
     fn notes_on_refinement(
         case: &Case<Self>,
@@ -87,15 +70,6 @@ impl ReportSpace for Solid {
             ));
         }
         notes
-    }
-
-    /// Cases of solids have no load steps: the reader refuses them.
-    fn with_factors(
-        _: &Case<Self>,
-        problem: &ContactProblem<Self>,
-        _: &Factors,
-    ) -> Result<ContactProblem<Self>, SolveError<Self>> {
-        Ok(problem.clone())
     }
 
     /// With n unknowns the factor of a nested dissection grows as n^(4/3).
@@ -167,9 +141,25 @@ impl ReportSpace for Solid {
         six(material.strain(stress))
     }
 
-    /// Contact of solids has no friction so far.
-    fn friction_traction(_: Vector, _: f64) -> Vector {
-        Vector::zeros()
+    fn friction_traction(_: Vector, row: &FrictionRow) -> Vector {
+        row.in_space.map_or(Vector::zeros(), |[traction, _]| Vector::from(traction) * -1.0)
+    }
+
+    fn friction_in_space(vectors: [Vector; 2]) -> Option<[[f64; 3]; 2]> {
+        Some(vectors.map(<[f64; 3]>::from))
+    }
+
+    fn friction_written(found: &FrictionResults<Self>) -> Spin {
+        Spin::Solid(found.resultant.into())
+    }
+
+    fn friction_line(_: &FrictionResults<Self>) -> Option<FrictionLine> {
+        None
+    }
+
+    fn friction_surface(found: &FrictionResults<Self>) -> Option<FrictionSurface> {
+        let [stick_area, slip_area] = found.measures;
+        Some(FrictionSurface { stick_area, slip_area })
     }
 
     fn drawn_facets(fields: &Fields<'_, Self>, pair: usize) -> DrawnFacets<Self> {

@@ -1,16 +1,14 @@
 //! What reports of the plane and of solids have of their own. All else is written once.
 
-use crate::failure::Failure;
 use crate::figures::Picture;
-use crate::host::Host;
-use crate::resume::RunDirectory;
-use crate::solved::{Fields, Solved};
-use crate::stopwatch::Stopwatch;
+use crate::solved::Fields;
 use case_io::Case;
-use case_io::case::{Dimension, Factors};
-use case_io::report::{ContactLine, ContactSurface, LineResults, Report};
-use case_io::table::ContactRow;
-use certified_contact::{ContactSpace, PairResults, Results, SolveError};
+use case_io::case::Dimension;
+use case_io::report::{
+    ContactLine, ContactSurface, FrictionLine, FrictionSurface, LineResults, Report, Spin,
+};
+use case_io::table::{ContactRow, FrictionRow};
+use certified_contact::{ContactSpace, FrictionResults, PairResults, Results};
 use cre_estimator::FieldCertificate;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::material::LinearElastic;
@@ -40,17 +38,6 @@ pub trait ReportSpace: ContactSpace + Dimension {
     /// The words for the integral of the pressure.
     const PRESSURE_INTEGRAL: &'static str;
 
-    /// Solves a case: once, in load steps, or on meshes that become finer.
-    ///
-    /// # Errors
-    /// See [`crate::run::solve`].
-    fn solve(
-        case: &Case<Self>,
-        problem: ContactProblem<Self>,
-        place: &mut RunDirectory,
-        around: (&mut Stopwatch, &mut dyn Host),
-    ) -> Result<Solved<Self>, Failure>;
-
     /// Lists the edges of each body on a first mesh that seem to approximate a curve and are not declared; none of solids.
     fn undeclared(_problem: &ContactProblem<Self>) -> Vec<Vec<[NodeId; 2]>> {
         Vec::new()
@@ -66,16 +53,6 @@ pub trait ReportSpace: ContactSpace + Dimension {
     ) -> Vec<String> {
         Vec::new()
     }
-
-    /// Makes the problem with the loads at the end of a load step.
-    ///
-    /// # Errors
-    /// Conditions that contradict each other with these factors.
-    fn with_factors(
-        case: &Case<Self>,
-        problem: &ContactProblem<Self>,
-        factors: &Factors,
-    ) -> Result<ContactProblem<Self>, SolveError<Self>>;
 
     /// Estimates the memory of a body in a solve, bytes.
     ///
@@ -121,9 +98,15 @@ pub trait ReportSpace: ContactSpace + Dimension {
         stress: Self::Tensor,
     ) -> [f64; 6];
     /// Returns the traction of friction on the first body, Pa.
-    ///
-    /// * `tangential`: on the second body along its tangent.
-    fn friction_traction(normal: Self::Vector, tangential: f64) -> Self::Vector;
+    fn friction_traction(normal: Self::Vector, row: &FrictionRow) -> Self::Vector;
+    /// Returns vectors of friction as the table of a contact surface has them; `None` on a line.
+    fn friction_in_space(vectors: [Self::Vector; 2]) -> Option<[[f64; 3]; 2]>;
+    /// Writes the force of friction on the second body.
+    fn friction_written(found: &FrictionResults<Self>) -> Spin;
+    /// Summarises where a contact line sticks and slips.
+    fn friction_line(found: &FrictionResults<Self>) -> Option<FrictionLine>;
+    /// Summarises how much of a contact surface sticks and slips.
+    fn friction_surface(found: &FrictionResults<Self>) -> Option<FrictionSurface>;
     /// Lists the facets of a contact interface.
     fn drawn_facets(fields: &Fields<'_, Self>, pair: usize) -> DrawnFacets<Self>;
 

@@ -9,29 +9,29 @@ use crate::report::{contact_rows, step_summary};
 use crate::resume::RunDirectory;
 use crate::run_observer::RunObserver;
 use crate::solved::{RunResult, Solved, SolvedStep};
+use crate::space::ReportSpace;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::report::Status;
 use certified_contact::{LoadSteps, Observer};
 use fem_core::body::ConditionPlace;
 use fem_core::interface::ContactProblem;
-use fem_core::space::Plane;
 
 /// Solves all increments, until one fails; earlier ones remain.
-pub(crate) fn solve(
-    case: &Case,
-    problem: ContactProblem,
+pub(crate) fn solve<S: ReportSpace>(
+    case: &Case<S>,
+    problem: ContactProblem<S>,
     place: &mut RunDirectory,
     watch: &mut Stopwatch,
     host: &mut dyn Host,
-) -> Result<Solved, Failure> {
+) -> Result<Solved<S>, Failure> {
     let presence = place.presence();
     let mut follower = RunObserver::new(case, watch, host, presence);
     let mut load_steps = LoadSteps::new(problem);
     let increments = case.increments();
     let of = |k: usize| format!("load step {k} of {}", increments.len());
     let mut steps: Vec<SolvedStep> = Vec::new();
-    let mut found: Option<Solved> = None;
+    let mut found: Option<Solved<S>> = None;
     for (k, factors) in (1..).zip(&increments) {
         let factor = |body: usize, place: ConditionPlace| case.factor(factors, body, place);
         let next = match case.coulomb_pair() {
@@ -79,7 +79,7 @@ pub(crate) fn solve(
         drop(fields);
         steps.push(SolvedStep { summary, rows, has_fields });
         solved.longest_step = follower.longest;
-        if solved.status.code == 0 && k < increments.len() && Observer::<Plane>::should_stop(&mut follower) {
+        if solved.status.code == 0 && k < increments.len() && Observer::<S>::should_stop(&mut follower) {
             solved.status = outcome::interrupted(follower.ended, &of(k));
         }
         let ended = solved.status.code != 0;

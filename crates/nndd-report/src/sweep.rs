@@ -7,7 +7,6 @@ use crate::once;
 use crate::plot;
 use crate::report;
 use crate::run::{self, CaseFile, Source};
-use crate::run_observer::RunObserver;
 use crate::solved::Solved;
 use crate::space::ReportSpace;
 use crate::stopwatch::Stopwatch;
@@ -308,8 +307,7 @@ fn add_row<S: ReportSpace>(
         host.event(Event::Panel { name: &panel.name, sweep })?;
     }
     let mut watch = Stopwatch::start(host.elapsed());
-    let answer = |problem, follower: &mut RunObserver<'_>| once::certified(case, problem, follower);
-    let solved = once::solve(case, problem, output.clone(), (&mut watch, host), answer)?;
+    let solved = once::solve(case, problem, output.clone(), (&mut watch, host))?;
     if host.interrupted().is_some() {
         return Ok(false);
     }

@@ -8,8 +8,9 @@
 //! a pair of nodes are in a cone, whose two edges take the place of its rows.
 
 use crate::error::NnddError;
+use crate::exact::discs;
 use crate::unresisted::UnresistedMotion;
-use contact_qp::{BalanceRows, Combination, RowSelection, SparseRows, unbalanced_load};
+use contact_qp::{BalanceRows, Combination, Disc, RowSelection, SparseRows, unbalanced_load};
 use fem_core::contact_system::{ContactRows, ROUNDING, RowLaw};
 use std::collections::BTreeMap;
 
@@ -87,8 +88,9 @@ pub fn unbalanced(rows: &ContactRows) -> Result<Option<Unbalanced>, NnddError> {
     if !(size(&unbalanced) > ROUNDING * rows.load_size) {
         return Ok(None);
     }
-    let (matrix, [lower, upper], _) = balance.forces(&rows.limits());
-    let (forces, _) = unbalanced_load(&matrix, &rest, [&lower, &upper])?;
+    let limits = rows.limits();
+    let (matrix, [lower, upper], _) = balance.forces(&limits);
+    let (forces, _) = unbalanced_load(&matrix, &rest, [&lower, &upper], &discs(rows, &limits))?;
     Ok(Some(Unbalanced { motion: UnresistedMotion::along(&unbalanced), forces }))
 }
 
@@ -183,8 +185,10 @@ impl<'a> Balance<'a> {
     /// # Errors
     /// Numbers that are not finite.
     pub(crate) fn balanced(&self) -> Result<(Vec<f64>, Vec<f64>), NnddError> {
-        let (matrix, [lower, upper], _) = self.forces(&self.rows.limits());
-        let (forces, _) = unbalanced_load(&matrix, &self.parts().1, [&lower, &upper])?;
+        let limits = self.rows.limits();
+        let (matrix, [lower, upper], _) = self.forces(&limits);
+        let discs = discs(self.rows, &limits);
+        let (forces, _) = unbalanced_load(&matrix, &self.parts().1, [&lower, &upper], &discs)?;
         let loads = matrix.times(&forces);
         Ok((forces, loads))
     }
@@ -254,14 +258,20 @@ impl<'a> Balance<'a> {
             matrix.times(forces).iter().zip(&self.loads).map(|(product, e)| e - product).collect()
         };
         let known = &self.rows.balancing;
+        let discs = discs(self.rows, limits);
         let within = |(i, force): (usize, &f64)| (lower[i]..=upper[i]).contains(force);
-        if known.len() == lower.len() && known.iter().enumerate().all(within) && size(&left(known)) <= most {
+        let in_disc = |disc: &Disc| size(&disc.unknowns.map(|i| known[i])) <= disc.radius;
+        if known.len() == lower.len()
+            && known.iter().enumerate().all(within)
+            && discs.iter().all(in_disc)
+            && size(&left(known)) <= most
+        {
             return Ok(Held::By(known.clone()));
         }
         // What no forces balance is set apart: lines of round-off must not balance it. The rest is measured in the motions
         // themselves, so that only bodies move that must.
         let (unbalanced, rest) = self.parts();
-        let (forces, mut free) = unbalanced_load(&matrix, &rest, [&lower, &upper])?;
+        let (forces, mut free) = unbalanced_load(&matrix, &rest, [&lower, &upper], &discs)?;
         free.iter_mut().zip(&unbalanced).for_each(|(a, part)| *a += part);
         if !(size(&free) > most) {
             return Ok(Held::By(forces));

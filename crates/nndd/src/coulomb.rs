@@ -12,7 +12,7 @@ use crate::balance::Balance;
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, ForceQp};
 use crate::unresisted::UnresistedMotion;
-use contact_qp::{BoundState, IndependentRows, QpSettings};
+use contact_qp::{BoundState, DiscStart, IndependentRows, QpSettings};
 use fem_core::contact_system::{ContactSystem, RowLaw};
 use nalgebra::DMatrix;
 
@@ -63,7 +63,7 @@ pub enum CoulombStatus {
 #[derive(Clone, Debug)]
 pub struct CoulombStart {
     limits: Vec<f64>,
-    states: Vec<BoundState>,
+    programme: DiscStart,
 }
 
 /// The result of [`solve_coulomb`]: one solution of the discrete problem with Coulomb friction, if it converged.
@@ -101,11 +101,13 @@ pub fn solve_coulomb(
 ) -> Result<CoulombSolution, NnddError> {
     let programme = ForceQp::new(system)?;
     let known = start.filter(|start| start.limits.len() == system.rows.len());
-    let (mut limits, states) = match known {
-        Some(start) if programme.unresisted(&start.limits)?.is_none() => (start.limits, Some(start.states)),
+    let (mut limits, first) = match known {
+        Some(start) if programme.unresisted(&start.limits)?.is_none() => {
+            (start.limits, Some(start.programme))
+        }
         _ => (system.rows.limits(), None),
     };
-    let (mut exact, mut states) = programme.solve(&limits, states.as_deref(), &settings.qp)?;
+    let (mut exact, mut last) = programme.solve(&limits, first.as_ref(), &settings.qp)?;
     let (mut steps, mut restarts, mut changes) = (1, 0, Vec::new());
     let mut unresisted = None;
     let status = loop {
@@ -126,7 +128,7 @@ pub fn solve_coulomb(
         if !proceed() {
             break CoulombStatus::Interrupted;
         }
-        let mut start = programme.within(&states, &exact, &limits, &next);
+        let mut start = programme.within(&last, &exact, &limits, &next);
         unresisted = programme.unresisted(&next)?;
         if restarts == 0 && (unresisted.is_some() || programme.nothing_presses(&next)) {
             restarts = 1;
@@ -143,30 +145,23 @@ pub fn solve_coulomb(
             break CoulombStatus::TooSmall;
         }
         limits = next;
-        (exact, states) = programme.solve(&limits, Some(&start), &settings.qp)?;
+        (exact, last) = programme.solve(&limits, Some(&start), &settings.qp)?;
         steps += 1;
     };
     let unresisted = unresisted.filter(|_| status == CoulombStatus::TooSmall);
-    let start = CoulombStart { limits, states };
+    let start = CoulombStart { limits, programme: last };
     Ok(CoulombSolution { exact, status, steps, changes, restarts, unresisted, start })
 }
 
 impl ForceQp<'_> {
-    /// Returns the states to start from with other limits: rows whose limit is zero are fixed, those whose limit was zero continue as they
-    /// slip.
-    fn within(
-        &self,
-        states: &[BoundState],
-        exact: &ExactSolution,
-        before: &[f64],
-        limits: &[f64],
-    ) -> Vec<BoundState> {
-        let mut start = states.to_vec();
+    /// Returns the start with other limits: rows whose limit is zero are fixed, those whose limit was zero continue as they slip.
+    fn within(&self, last: &DiscStart, exact: &ExactSolution, before: &[f64], limits: &[f64]) -> DiscStart {
+        let mut start = last.clone();
         for (pair, friction) in self.system.rows.pairs.iter().zip(&exact.friction) {
             for (row, slip) in pair.tangential.clone().zip(&friction.slip) {
-                start[row] = match limits[row] {
+                start.states[row] = match limits[row] {
                     0.0 => BoundState::Lower,
-                    _ if before[row] != 0.0 => states[row],
+                    _ if before[row] != 0.0 => last.states[row],
                     _ if *slip > 0.0 => BoundState::Upper,
                     _ if *slip < 0.0 => BoundState::Lower,
                     _ => BoundState::Free,
@@ -180,7 +175,7 @@ impl ForceQp<'_> {
     fn coulomb_limits(&self, limits: &[f64], exact: &ExactSolution) -> Vec<f64> {
         let mut next = limits.to_vec();
         for (pair, forces) in self.system.rows.pairs.iter().zip(&exact.contact_force) {
-            for (row, force) in pair.tangential.clone().zip(forces) {
+            for (row, force) in pair.tangential.clone().zip(forces.iter().cycle()) {
                 if let RowLaw::Coulomb { mu } = self.system.rows.rows[row].law {
                     next[row] = mu * force;
                 }
@@ -212,9 +207,9 @@ impl ForceQp<'_> {
         }
     }
 
-    /// Returns the limits `μ P` of the pressures without the friction of Coulomb, and the states to start from with them. Loads that only this
+    /// Returns the limits `μ P` of the pressures without the friction of Coulomb, and the start with them. Loads that only this
     /// friction resists are left out.
-    fn without_friction(&self, settings: &QpSettings) -> Result<(Vec<f64>, Vec<BoundState>), NnddError> {
+    fn without_friction(&self, settings: &QpSettings) -> Result<(Vec<f64>, DiscStart), NnddError> {
         let mut system = self.system.clone();
         for row in &mut system.rows.rows {
             if matches!(row.law, RowLaw::Coulomb { .. }) {
@@ -225,9 +220,9 @@ impl ForceQp<'_> {
         system.rows.balancing = forces;
         system.rows.motions.iter_mut().zip(loads).for_each(|(motion, load)| motion.load = load);
         let limits = system.rows.limits();
-        let (exact, states) = ForceQp::new(&system)?.solve(&limits, None, settings)?;
+        let (exact, last) = ForceQp::new(&system)?.solve(&limits, None, settings)?;
         let next = self.coulomb_limits(&limits, &exact);
-        let start = self.within(&states, &exact, &limits, &next);
+        let start = self.within(&last, &exact, &limits, &next);
         Ok((next, start))
     }
 
@@ -259,7 +254,7 @@ impl ForceQp<'_> {
 ///
 /// * `signs`: θ of each pair, the sign of its slips; 0 for pairs that do not count.
 ///
-/// Returns `None` if the matrices are singular.
+/// Returns `None` if the matrices are singular, and in space, where slips have directions and no signs.
 ///
 /// # Errors
 /// See [`solve_coulomb`].
@@ -270,6 +265,9 @@ pub fn coulomb_coupling(system: &ContactSystem<'_>, signs: &[f64]) -> Result<Opt
     let rows = &system.rows;
     let pairs = &rows.pairs;
     assert!(signs.len() == pairs.len(), "{} signs, and {} pairs", signs.len(), pairs.len());
+    if rows.tangential_planes().next().is_some() {
+        return Ok(None);
+    }
     let programme = ForceQp::new(system)?;
     let limits = rows.limits();
     let normal: Vec<usize> = (0..rows.len()).filter(|i| !rows.is_tangential(*i)).collect();

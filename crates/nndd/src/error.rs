@@ -31,6 +31,12 @@ pub enum NnddError {
         /// The motion.
         motion: UnresistedMotion,
     },
+    /// The iteration is asked for with friction of solids.
+    #[error("pair {} is one of solids with friction, which the iteration does not solve; use the exact method", pair + 1)]
+    FrictionInSpace {
+        /// The pair, from 0.
+        pair: usize,
+    },
     /// No forces within the cones of Coulomb friction balance the loads.
     #[error(
         "the load is not balanced within the friction cones; hold the bodies, or raise the coefficients of friction"

@@ -11,15 +11,16 @@
 //!
 //! # Friction
 //! With friction each pair of nodes has a second row along its tangent, with a force `Q` within `−S ≤ Q ≤ S`, `S = ℓ s`, and the slip before the load step for its gap, 0 from rest. The
-//! gradient there is the slip with the opposite sign: `Q = S` if it slips forwards, `−S` if backwards, and zero slip between. Rows that
+//! gradient there is the slip with the opposite sign: `Q = S` if it slips forwards, `−S` if backwards, and zero slip between. In space there are two
+//! tangents, and `Q` is in a disc, `|Q| ≤ S`. Rows that
 //! supports impose in both bodies slip by a given amount: their force is at its limit, or zero without slip, and moves nothing.
 
 use crate::balance::Balance;
 use crate::error::NnddError;
 use crate::friction::{NodeState, PairFriction};
 use contact_qp::{
-    BoundState, BoxQp, IndependentRows, KktResiduals, MatrixView, QpPath, QpSettings, QpStatus, SparseRows,
-    solve_box,
+    BoundState, BoxQp, Disc, DiscStart, IndependentRows, KktResiduals, MatrixView, QpPath, QpSettings,
+    QpStatus, SparseRows, solve_discs,
 };
 use fem_core::contact_system::{
     BodyField, BodyFields, ContactRow, ContactRows, ContactSystem, PairRows, RowLaw,
@@ -260,20 +261,20 @@ impl<'a> ForceQp<'a> {
         &self.balance
     }
 
-    /// Solves it, and returns the place of each row.
+    /// Solves it, and returns where a programme with other limits starts.
     ///
-    /// * `limits`: `S` by row, infinite along normals, N/m; `start`: see [`solve_box`].
+    /// * `limits`: `S` by row, infinite along normals, N/m; `start`: see [`solve_discs`].
     pub(crate) fn solve(
         &self,
         limits: &[f64],
-        start: Option<&[BoundState]>,
+        start: Option<&DiscStart>,
         settings: &QpSettings,
-    ) -> Result<(ExactSolution, Vec<BoundState>), NnddError> {
+    ) -> Result<(ExactSolution, DiscStart), NnddError> {
         let Self { system, balance, .. } = self;
         let rows = &system.rows;
-        let own: Vec<f64> =
-            limits.iter().zip(&self.imposed).map(|(s, imposed)| if *imposed { 0.0 } else { *s }).collect();
+        let own = self.own_limits(limits);
         let [lower, upper] = rows.bounds(&own);
+        let discs = discs(rows, &own);
         let qp = BoxQp {
             matrix: self.flexibility.view(rows.len()),
             linear: &self.linear,
@@ -282,7 +283,9 @@ impl<'a> ForceQp<'a> {
             rows: &self.lines.rows,
             right_side: &self.lines.loads,
         };
-        let mut found = solve_box(&qp, start, &settings.clone().active_sets_first())?;
+        let mut found = solve_discs(&qp, &discs, start, &settings.clone().active_sets_first())?;
+        let start =
+            DiscStart { x: found.x.clone(), multipliers: found.multipliers.clone(), states: found.states };
         let amounts = balance.independent.expanded(&self.lines.expanded(&found.row_multipliers));
         let force = |b: usize| system.on_unknowns(b, |row| -found.x[row.row]);
         let forces = each_body(system.bodies.len(), force);
@@ -294,9 +297,9 @@ impl<'a> ForceQp<'a> {
         let imposed = opening.iter_mut().zip(&self.imposed).filter(|(y, imposed)| **imposed && equal(y));
         imposed.for_each(|(y, _)| *y = 0.0);
         // Where they slip, friction moves nothing; it is at its limit, or the bound would count its work.
-        let slips = |i: usize| self.imposed[i] && opening[i] != 0.0 && limits[i].is_finite();
+        let slips = |i: usize| own[i] == 0.0 && self.imposed[i] && opening[i] != 0.0 && limits[i].is_finite();
         (0..rows.len()).filter(|i| slips(*i)).for_each(|i| found.x[i] = -limits[i].copysign(opening[i]));
-        let of_pair = |pair: &PairRows| self.friction(pair, limits, &found.x, &opening, &found.states);
+        let of_pair = |pair: &PairRows| self.friction(pair, limits, &found.x, &opening, &start.states);
         let solution = ExactSolution {
             fields: BodyFields { bodies: forces.into_iter().map(BodyField::Forces).collect(), amounts },
             traces,
@@ -309,7 +312,20 @@ impl<'a> ForceQp<'a> {
             clarabel_calls: found.counts.clarabel_calls(),
             kkt: found.kkt,
         };
-        Ok((solution, found.states))
+        Ok((solution, start))
+    }
+
+    /// Returns the limits that the programme has: none of imposed rows, which no force moves. In a disc that slips an imposed row counts.
+    fn own_limits(&self, limits: &[f64]) -> Vec<f64> {
+        let mut own: Vec<f64> =
+            limits.iter().zip(&self.imposed).map(|(s, imposed)| if *imposed { 0.0 } else { *s }).collect();
+        let most = self.linear.iter().fold(0.0f64, |most, q| most.max(q.abs()));
+        for row in self.system.rows.tangential_planes().flatten() {
+            if self.imposed[row] && self.linear[row].abs() > ROUND_OFF * most {
+                own[row] = limits[row];
+            }
+        }
+        own
     }
 
     /// Takes what belongs to the friction of a pair.
@@ -321,20 +337,31 @@ impl<'a> ForceQp<'a> {
         y: &[f64],
         states: &[BoundState],
     ) -> PairFriction {
-        let (normal, tangential) = (pair.normal.clone(), pair.tangential.clone());
-        let state = |(n, t): (usize, usize)| match (states[n], states[t]) {
-            (BoundState::Lower, _) => NodeState::Open,
-            (_, BoundState::Free) => NodeState::Stick,
-            _ if self.imposed[t] && y[t] == 0.0 => NodeState::Stick,
+        let tangential = pair.tangential.clone();
+        let sticks = |t: usize| states[t] == BoundState::Free || self.imposed[t] && y[t] == 0.0;
+        let state = |(k, n): (usize, usize)| match states[n] {
+            BoundState::Lower => NodeState::Open,
+            _ if pair.tangents(k).all(sticks) => NodeState::Stick,
             _ => NodeState::Slip,
         };
+        let nodes = if pair.has_friction() { pair.normal.clone() } else { 0..0 };
         PairFriction {
             force: x[tangential.clone()].to_vec(),
             slip: y[tangential.clone()].iter().map(|y| 0.0 - y).collect(),
             limit: limits[tangential.clone()].to_vec(),
-            state: normal.zip(tangential).map(state).collect(),
+            state: nodes.enumerate().map(state).collect(),
         }
     }
+}
+
+/// Lists the discs of friction in space.
+///
+/// * `limits`: `S` by row, N/m; a row without limit or with the limit 0 is in none.
+pub(crate) fn discs(rows: &ContactRows, limits: &[f64]) -> Vec<Disc> {
+    let counts =
+        |[i, j]: &[usize; 2]| [i, j].iter().all(|row| limits[**row] > 0.0 && limits[**row].is_finite());
+    let planes = rows.tangential_planes().filter(counts);
+    planes.map(|unknowns| Disc { unknowns, radius: limits[unknowns[0]] }).collect()
 }
 
 /// Computes the traces of both sides of all rows under forces on the interface unknowns, m.

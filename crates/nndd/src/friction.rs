@@ -15,12 +15,12 @@ pub enum NodeState {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct PairFriction {
-    /// Friction force `Q`, `|Q| ≤ S`, N/m.
+    /// Friction force `Q` in each row along a tangent, `|Q| ≤ S`, N/m.
     pub force: Vec<f64>,
-    /// Slip `w = (u^a − u^b)·t` of this load step, exactly 0 if the nodes stick, m.
+    /// Slip `w = (u^a − u^b)·t` of this load step in each of these rows, exactly 0 if the nodes stick, m.
     pub slip: Vec<f64>,
-    /// The limit `S = ℓ s` of the friction force, N/m.
+    /// The limit `S = ℓ s` of the friction force in each of these rows, N/m.
     pub limit: Vec<f64>,
-    /// The state, from the active set.
+    /// The state of each pair of nodes, from the active set.
     pub state: Vec<NodeState>,
 }

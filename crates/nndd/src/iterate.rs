@@ -94,8 +94,8 @@ pub struct OwnFields {
     pub(crate) reaction: Vec<f64>,
 }
 
-/// The tangential part of an iterate: one entry per pair of nodes of each pair with friction, pair after pair, see
-/// [`fem_core::interface::ContactProblem::tangential_blocks`]. The tangent is `(−n_y, n_x)`.
+/// The tangential part of an iterate: one entry per row along a tangent, pair after pair, see
+/// [`fem_core::interface::ContactProblem::tangential_blocks`] and [`fem_core::interface::ContactPair::tangents`].
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Tangential {

@@ -49,7 +49,7 @@
 //! `η_c` bounds the distance from the contact solution whether or not `A` is right. `src/newton_nn.rs` has the algorithm, a line per step.
 //!
 //! # Friction
-//! A pair with friction ([`fem_core::interface::Friction`]) has a second row per pair of nodes, along its tangent. λ has both components, and
+//! A pair with friction ([`fem_core::interface::Friction`]) has a second row per pair of nodes, along its tangent, in space two, whose forces are in a disc. λ has both components, and
 //! in step 1 `−S ≤ Q_i ≤ S` in the tangential rows of unilateral bodies, with the limit `S` of Tresca's law. The bound gains `2 Σ (S|w| − Q̃ w)`
 //! with the slip `w`. The law of Coulomb is a fixed point of such problems: [`solve_coulomb`].
 //!

@@ -50,6 +50,9 @@ pub fn solve_from(
         Method::Newton(settings) => exact_iterate::solve(system, settings, stop),
         Method::Nndd(settings) => {
             refuse_coulomb(system)?;
+            if let Some([row, _]) = system.rows.tangential_planes().next() {
+                return Err(NnddError::FrictionInSpace { pair: system.rows.rows[row].pair });
+            }
             let balance = Balance::new(&system.rows)?;
             balance.check_held(&system.rows.limits())?;
             iteration((system, &balance), start, settings, stop)

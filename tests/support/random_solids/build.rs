@@ -7,8 +7,8 @@ use contact_geometry::{Contact, ContactNormal, Sides, paired_solids};
 use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
 use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData};
 use fem_core::interface::{
-    ClampedCorner, ClampedPair, ContactFacet, ContactInterface, ContactProblem, Gap, NodePair, Obstacle,
-    RigidLine, SAME_NORMAL,
+    ClampedCorner, ClampedPair, ContactFacet, ContactInterface, ContactProblem, Friction, Gap, NodePair,
+    Obstacle, RigidLine, SAME_NORMAL,
 };
 use fem_core::material::{LinearElastic, Materials};
 use fem_core::mesh::TetMesh;
@@ -97,6 +97,8 @@ pub(super) struct Touch {
     pub(super) gap: Linear,
     /// The surface on which the nodes lie, if it is declared. Finer meshes have its normals, and nodes beside it.
     pub(super) declared: Option<SurfaceKind>,
+    /// The limit of friction, Pa.
+    pub(super) friction: Option<Linear>,
 }
 
 /// An assembly.
@@ -106,6 +108,8 @@ pub(super) struct Assembly {
     pub(super) parts: Vec<Part>,
     pub(super) touches: Vec<Touch>,
     pub(super) turn: Rotation3<f64>,
+    /// The limit of friction on planes, Pa.
+    pub(super) friction_on_planes: Option<Linear>,
 }
 
 impl Assembly {
@@ -211,7 +215,11 @@ impl Assembly {
                     interface = self.inherited(a, &coarse, &interface, halved);
                 }
             }
+            let bent = interface.has_bent_facets();
             problem = problem.contact([a, b], interface);
+            if let Some(limit) = touch.friction.filter(|_| !bent) {
+                problem = problem.with_friction(k, Friction::tresca(self.linear(limit)))?;
+            }
         }
         self.with_obstacles(problem, &bodies, halved)
     }
@@ -230,7 +238,9 @@ impl Assembly {
             let surfaces = [name.clone(), name.clone()];
             let normal = ContactNormal::Averaged;
             let sides = Sides::Bodies { bodies: touch.bodies, surfaces, gap, normal };
-            Contact { name, sides, friction: None }
+            let friction = touch.friction.filter(|_| !self.grid.is_bent());
+            let friction = friction.map(|limit| Friction::tresca(self.linear(limit)));
+            Contact { name, sides, friction }
         };
         let contacts: Vec<Contact<Solid>> = self.touches.iter().enumerate().map(contact).collect();
         let problem = paired_solids(bodies, &contacts)?.problem;
@@ -317,7 +327,12 @@ impl Assembly {
                 }
                 _ => self.against_round((b, side), round.and_then(|round| round.gap), &obstacle, halved)?,
             };
+            let bent = interface.has_bent_facets();
             problem = problem.obstacle(b, interface, obstacle);
+            if let Some(limit) = self.friction_on_planes.filter(|_| !bent) {
+                let pair = problem.contacts.len() - 1;
+                problem = problem.with_friction(pair, Friction::tresca(self.linear(limit)))?;
+            }
         }
         Ok(problem)
     }

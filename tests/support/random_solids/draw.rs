@@ -19,6 +19,8 @@ pub(super) struct Draw {
     bends: Random,
     /// The source of supports that hold both bodies of bent sides.
     holds: Random,
+    /// The source of friction.
+    rubs: Random,
     family: &'static str,
     /// Unit of length, m, of stress, Pa, and a typical strain.
     length: f64,
@@ -63,9 +65,9 @@ impl Draw {
             false => Rotation3::identity(),
         };
         let strain = 10f64.powf(-4.0 + 2.0 * r.unit());
-        let floating = family == "floating bodies" || family == "floating on round obstacles";
-        let (bends, holds) = (Random::new(seed + 2), Random::new(seed + 3));
-        Self { random, bends, holds, family, length, stress, strain, contrast, turn, floating }
+        let floating = family.starts_with("floating");
+        let (bends, holds, rubs) = (Random::new(seed + 2), Random::new(seed + 3), Random::new(seed + 4));
+        Self { random, bends, holds, rubs, family, length, stress, strain, contrast, turn, floating }
     }
 
     /// Decides about a feature: its own family always has it.
@@ -171,11 +173,13 @@ impl Draw {
         for of in &boxes {
             parts.push(self.part(*of, &grid)?);
         }
-        let mut assembly = Assembly { grid, parts, touches: Vec::new(), turn: self.turn };
+        let mut assembly =
+            Assembly { grid, parts, touches: Vec::new(), turn: self.turn, friction_on_planes: None };
         self.touches(&mut assembly);
         self.bend(&mut assembly, &boxes)?;
         self.conditions(&mut assembly);
         self.hold(&mut assembly);
+        self.rub(&mut assembly);
         Ok(assembly)
     }
 
@@ -321,7 +325,14 @@ impl Draw {
             }
             if let Some(faces) = first.side(axis + 3).common(&second.side(axis), axis) {
                 let gap = self.gap(&assembly.grid, &faces);
-                assembly.touches.push(Touch { bodies: [a, b], axis, faces, gap, declared: None });
+                assembly.touches.push(Touch {
+                    bodies: [a, b],
+                    axis,
+                    faces,
+                    gap,
+                    declared: None,
+                    friction: None,
+                });
             }
         }
     }
@@ -417,6 +428,31 @@ impl Draw {
         }
     }
 
+    /// Gives sides that touch each other or planes a limit of friction.
+    fn rub(&mut self, assembly: &mut Assembly) {
+        if !self.family.contains("friction") {
+            return;
+        }
+        let pressure = self.pressure();
+        let random = &mut self.rubs;
+        let mut limit = |about: Vector3<f64>, sizes: Vector3<f64>| {
+            let middle = match random.unit() < 0.05 {
+                true => 0.0,
+                false => pressure * 10f64.powf(-1.5 + 2.2 * random.unit()),
+            };
+            // It stays positive on the side.
+            let slope =
+                sizes.map(|size| if size > 0.0 { 0.6 * middle * random.signed() / size } else { 0.0 });
+            (random.unit() < 0.8).then_some(Linear { middle, slope, about })
+        };
+        for k in 0..assembly.touches.len() {
+            let faces = assembly.touches[k].faces;
+            assembly.touches[k].friction = limit(assembly.grid.middle(&faces), assembly.grid.sizes(&faces));
+        }
+        let on_planes = limit(Vector3::zeros(), Vector3::zeros());
+        assembly.friction_on_planes = on_planes;
+    }
+
     fn plane(&mut self, grid: &Grid, (number, side): (usize, &Cells), by: f64) -> Condition {
         if self.family.contains("round obstacle") && self.random.unit() < 0.8 {
             return self.round(grid, (number, side), Drive::Moved(by));
@@ -484,11 +520,19 @@ impl Draw {
                 if !assembly.is_free(b, side) {
                     continue;
                 }
+                let rubs = self.family.contains("friction");
                 let may = side == 5 && (self.random.unit() < 0.85 || !loaded)
-                    || side < 5 && pushed[side - 3] && self.random.unit() < if in_corner { 0.8 } else { 0.3 };
+                    || side < 5
+                        && (pushed[side - 3] || rubs)
+                        && self.random.unit() < if in_corner { 0.8 } else { 0.3 };
                 if may {
                     loaded = true;
-                    assembly.parts[b].sides[side] = self.load(&grid, side, &flat, pushed == [true; 3]);
+                    assembly.parts[b].sides[side] = self.load(
+                        &grid,
+                        side,
+                        &flat,
+                        pushed == [true; 3] || self.family.contains("friction"),
+                    );
                 }
             }
         }

@@ -84,6 +84,7 @@ impl<S: Dimension> Case<S> {
                 pair,
                 error:
                     error @ (InterfaceError::Occupied { .. }
+                    | InterfaceError::BentFriction
                     | InterfaceError::BadFrictionLimit { .. }
                     | InterfaceError::BadFrictionCoefficient { .. }),
             } => self.interface_diagnostic(*pair, error).into(),
@@ -98,12 +99,6 @@ impl<S: Dimension> Case<S> {
                 let path = format!("{}.surfaces", self.contacts[*pair].path);
                 let fault = self.diagnostic(code::CONTACT, &path, error.to_string());
                 swapped(*pair, fault.expected(expected).fix(fix))
-            }
-            PairingError::SolidFriction { pair } => {
-                let path = format!("{}.friction", self.contacts[*pair].path);
-                let message = "contact of solids is frictionless so far";
-                let fault = self.diagnostic(code::CONTACT, &path, message.to_owned());
-                fault.expected("a pair without it").fix("take it out").into()
             }
             PairingError::Body { body, error } => self.body_diagnostic(*body, error).into(),
         }

@@ -112,15 +112,37 @@ pub struct FrictionSummary {
     /// The coefficient of Coulomb's law; left out with Tresca's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mu: Option<f64>,
-    /// The force along the tangent `(−n_y, n_x)`, with the normal `n` out of the first body: on the second body, N/m. That on the
-    /// first one is opposite.
-    pub tangential_force: f64,
+    /// The force on the second body: along the tangent `(−n_y, n_x)`, with the normal `n` out of the first body, N/m; of solids its components, N. That
+    /// on the first body is opposite.
+    pub tangential_force: Spin,
+    /// What stretches of a contact line do.
+    #[serde(flatten)]
+    pub line: Option<FrictionLine>,
+    /// What parts of a contact surface do.
+    #[serde(flatten)]
+    pub surface: Option<FrictionSurface>,
+    /// Largest slip, m.
+    pub max_slip: f64,
+}
+
+/// Where a contact line of the plane sticks and slips.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct FrictionLine {
     /// Stretches in contact that stick, by arc length, m.
     pub stick_intervals: Vec<[f64; 2]>,
     /// Stretches in contact that slip, by arc length, m.
     pub slip_intervals: Vec<[f64; 2]>,
-    /// Largest slip, m.
-    pub max_slip: f64,
+}
+
+/// How much of a contact surface of solids sticks and slips: the areas that belong to its nodes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct FrictionSurface {
+    /// Of nodes in contact that stick, m².
+    pub stick_area: f64,
+    /// Of nodes in contact that slip, m².
+    pub slip_area: f64,
 }
 
 /// One stretch of the contact line.

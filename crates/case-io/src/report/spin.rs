@@ -1,13 +1,13 @@
-//! Rotations and moments.
+//! Rotations, moments and forces of friction.
 
 use serde::Serialize;
 
-/// A rotation or a moment: a number in the plane, the components of a vector in space.
+/// A rotation, a moment or a force of friction: a number in the plane, the components of a vector in space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 #[serde(untagged)]
 pub enum Spin {
-    /// About the z axis, positive counter-clockwise.
+    /// About the z axis, positive counter-clockwise; friction along the tangent.
     Plane(f64),
     /// About the axes x, y and z.
     Solid([f64; 3]),
@@ -20,6 +20,14 @@ impl Default for Spin {
 }
 
 impl Spin {
+    /// Returns the number, or the length of the vector.
+    pub fn size(&self) -> f64 {
+        match self {
+            Self::Plane(number) => *number,
+            Self::Solid(vector) => vector.iter().map(|x| x * x).sum::<f64>().sqrt(),
+        }
+    }
+
     /// Returns its components.
     pub fn components(&self) -> &[f64] {
         match self {

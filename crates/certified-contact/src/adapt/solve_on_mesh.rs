@@ -106,41 +106,41 @@ impl<S: ContactSpace> SolveOnMesh<S> for Settings<S> {
     }
 }
 
-impl SolveOnMesh for (CoulombSettings, Relaxation) {
-    type Solution = CoulombResult;
+impl<S: ContactSpace> SolveOnMesh<S> for (CoulombSettings, Relaxation) {
+    type Solution = CoulombResult<S>;
 
     /// The fixed point starts from full stick on every mesh.
     fn solve(
         &self,
-        problem: ContactProblem,
+        problem: ContactProblem<S>,
         _: Option<(RoleReason, Start)>,
-        observer: &mut dyn Observer,
-    ) -> Result<CoulombResult, SolveError> {
+        observer: &mut dyn Observer<S>,
+    ) -> Result<CoulombResult<S>, SolveError<S>> {
         solve_coulomb(problem, &self.0, self.1, observer)
     }
 
-    fn parts(solution: &CoulombResult) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
+    fn parts(solution: &CoulombResult<S>) -> (&ContactProblem<S>, Option<&Estimate<S>>, &Iterate) {
         (&solution.problem, Some(solution.estimate()), &solution.last)
     }
 
-    fn step(solution: &CoulombResult, number: usize) -> Step {
+    fn step(solution: &CoulombResult<S>, number: usize) -> Step {
         solution.step(number)
     }
 
-    fn tell(observer: &mut dyn Observer, step: &Step, solution: &CoulombResult) {
+    fn tell(observer: &mut dyn Observer<S>, step: &Step, solution: &CoulombResult<S>) {
         observer.coulomb_step(step, solution);
     }
 
-    fn cut_short(solution: &CoulombResult) -> Option<AdaptiveEnd> {
+    fn cut_short(solution: &CoulombResult<S>) -> Option<AdaptiveEnd<S>> {
         (solution.solution.status == CoulombStatus::Interrupted).then_some(AdaptiveEnd::Interrupted)
     }
 
     /// The residual of a pair that is no solution says nothing of the target.
-    fn may_meet_target(&self, solution: &CoulombResult) -> bool {
-        self.unsolved(solution).is_none()
+    fn may_meet_target(&self, solution: &CoulombResult<S>) -> bool {
+        SolveOnMesh::<S>::unsolved(self, solution).is_none()
     }
 
-    fn unsolved(&self, solution: &CoulombResult) -> Option<AdaptiveEnd> {
+    fn unsolved(&self, solution: &CoulombResult<S>) -> Option<AdaptiveEnd<S>> {
         let status = solution.solution.status;
         (status != CoulombStatus::Converged).then_some(AdaptiveEnd::FixedPoint(status))
     }

@@ -34,10 +34,10 @@ enum Algebra<'a> {
 }
 
 /// The minimiser on one set, whatever the signs.
-pub(super) struct ActiveSetPoint {
-    pub(super) x: Vec<f64>,
-    pub(super) a: Vec<f64>,
-    pub(super) states: Vec<BoundState>,
+pub(crate) struct ActiveSetPoint {
+    pub(crate) x: Vec<f64>,
+    pub(crate) a: Vec<f64>,
+    pub(crate) states: Vec<BoundState>,
 }
 
 impl<'a> System<'a> {

@@ -4,6 +4,7 @@
 
 mod boxes;
 mod brute_force;
+mod discs;
 mod input;
 mod obstacle;
 mod paths;

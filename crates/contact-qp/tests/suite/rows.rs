@@ -16,7 +16,7 @@ fn same_residual(
     residual: &[f64],
 ) {
     let sparse = SparseRows::from_dense(n, rows);
-    let (x, left) = unbalanced_load(&sparse, e, bounds).unwrap();
+    let (x, left) = unbalanced_load(&sparse, e, bounds, &[]).unwrap();
     assert!((0..n).all(|i| bounds[0][i] <= x[i] && x[i] <= bounds[1][i]), "case {case}: {x:?}");
     let products = sparse.times(&x);
     for k in 0..m {
@@ -33,13 +33,13 @@ fn the_load_of_a_wall_is_balanced_and_what_is_not_is_the_motion() {
         let bounds = [&vec![0.0; n][..], &vec![f64::INFINITY; n]];
         // Weight is carried.
         let weight: Vec<f64> = (0..m).map(|k| if k % 3 == 1 { -1.0 } else { 0.0 }).collect();
-        let (x, left) = unbalanced_load(&rows, &weight, bounds).unwrap();
+        let (x, left) = unbalanced_load(&rows, &weight, bounds, &[]).unwrap();
         assert!(x.iter().all(|x| *x >= 0.0) && left.iter().all(|r| r.abs() <= 1e-12), "{left:?}");
         // A pull on the last block of a course moves that block alone; one on its first block moves the course.
         for (pulled, moving) in [(width - 1, 1), (0, width)] {
             let mut load = weight.clone();
             load[3 * pulled] = 2.0;
-            let (_, left) = unbalanced_load(&rows, &load, bounds).unwrap();
+            let (_, left) = unbalanced_load(&rows, &load, bounds, &[]).unwrap();
             let (_, expected) = nonnegative_least_squares(&rows.dense(), &load).unwrap();
             for (a, b) in left.iter().zip(&expected) {
                 assert!((a - b).abs() <= 1e-11, "{a} {b}");
@@ -63,9 +63,10 @@ fn the_load_of_a_wall_is_balanced_and_what_is_not_is_the_motion() {
 #[test]
 fn without_rows_nothing_is_left_and_nothing_is_selected() {
     let none = SparseRows::new(3);
-    assert_eq!(unbalanced_load(&none, &[], [&[0.0; 3], &[1.0; 3]]).unwrap(), (vec![0.0; 3], vec![]));
+    assert_eq!(unbalanced_load(&none, &[], [&[0.0; 3], &[1.0; 3]], &[]).unwrap(), (vec![0.0; 3], vec![]));
     assert!(RowSelection::new(&none, &[], &[], 1e-3).unwrap().rows.is_empty());
-    let nearest = nearest_balanced(&[2.0, -1.0, 0.5], &[1.0; 3], [&[0.0; 3], &[1.0; 3]], &none, &[]).unwrap();
+    let nearest =
+        nearest_balanced(&[2.0, -1.0, 0.5], &[1.0; 3], [&[0.0; 3], &[1.0; 3]], &[], &none, &[]).unwrap();
     assert_eq!(nearest.unwrap().values, [1.0, 0.0, 0.5]);
 }
 
@@ -150,7 +151,7 @@ fn loads_within_bounds_end_if_two_unknowns_meet_their_bounds_at_once() {
     let (lower, upper) =
         ([0.0, -2.0, 0.0, -1.0, 0.0, 0.0], [f64::INFINITY, 2.0, f64::INFINITY, 1.0, f64::INFINITY, 0.0]);
     let (x, residual) =
-        unbalanced_load(&SparseRows::from_dense(lower.len(), &rows), &e, [&lower, &upper]).unwrap();
+        unbalanced_load(&SparseRows::from_dense(lower.len(), &rows), &e, [&lower, &upper], &[]).unwrap();
     for i in 0..6 {
         let gain: f64 = (0..6).map(|k| rows[k * 6 + i] * residual[k]).sum();
         assert!(gain <= 1e-12 || x[i] >= upper[i] - 1e-12, "{i}: {gain}");
@@ -169,7 +170,7 @@ fn loads_within_bounds_return_the_unknowns_of_their_residual() {
         let (lower, upper): (Vec<f64>, Vec<f64>) =
             (0..3).map(|_| (-whole(3).abs(), 1.0 + whole(2).abs())).unzip();
         let (x, residual) =
-            unbalanced_load(&SparseRows::from_dense(lower.len(), &rows), &e, [&lower, &upper]).unwrap();
+            unbalanced_load(&SparseRows::from_dense(lower.len(), &rows), &e, [&lower, &upper], &[]).unwrap();
         for k in 0..3 {
             let left = e[k] - (0..3).map(|i| rows[3 * k + i] * x[i]).sum::<f64>();
             assert!((left - residual[k]).abs() < 1e-11, "{case}: {rows:?} {e:?} {lower:?} {upper:?}");
@@ -199,7 +200,7 @@ fn loads_within_bounds_are_the_projection_on_what_the_bounds_allow() {
         let possible = case % 2 == 0;
         let e = if possible { times(&inside) } else { (0..m).map(|_| 3.0 * random.number()).collect() };
         let (x, residual) =
-            unbalanced_load(&SparseRows::from_dense(lower.len(), &rows), &e, [&lower, &upper]).unwrap();
+            unbalanced_load(&SparseRows::from_dense(lower.len(), &rows), &e, [&lower, &upper], &[]).unwrap();
         assert!((0..n).all(|i| lower[i] <= x[i] && x[i] <= upper[i]), "case {case}: {x:?}");
         for (found, (r, e)) in times(&x).iter().zip(residual.iter().zip(&e)) {
             assert!((e - found - r).abs() <= 1e-12, "case {case}");
@@ -221,13 +222,14 @@ fn loads_within_bounds_are_the_projection_on_what_the_bounds_allow() {
     assert!(held == 200 && free > 50, "{held} {free}");
     // Ten pushers of at most 0.1 against a load of 1.5 leave half of it; bounds that exclude each other are refused.
     let (_, left) =
-        unbalanced_load(&SparseRows::from_dense(10, &[1.0; 10]), &[1.5], [&[-0.1; 10], &[0.1; 10]]).unwrap();
+        unbalanced_load(&SparseRows::from_dense(10, &[1.0; 10]), &[1.5], [&[-0.1; 10], &[0.1; 10]], &[])
+            .unwrap();
     assert!((left[0] - 0.5).abs() < 1e-14, "{left:?}");
-    assert!(unbalanced_load(&SparseRows::from_dense(1, &[1.0]), &[1.0], [&[1.0], &[0.0]]).is_err());
+    assert!(unbalanced_load(&SparseRows::from_dense(1, &[1.0]), &[1.0], [&[1.0], &[0.0]], &[]).is_err());
     // Far bounds leave no rounding of their own, 1e-4 here: the balance holds to 1e-13 of the load.
     let far = [&[-1e12, -3e11, 0.0][..], &[1e12, 3e11, f64::INFINITY]];
     let rows = [0.3, -0.7, 0.1, 0.9, 0.2, -0.4];
-    let (_, left) = unbalanced_load(&SparseRows::from_dense(3, &rows), &[1e-3, 2e-3], far).unwrap();
+    let (_, left) = unbalanced_load(&SparseRows::from_dense(3, &rows), &[1e-3, 2e-3], far, &[]).unwrap();
     assert!(left.iter().all(|r| r.abs() <= 1e-13 * 5f64.sqrt() * 1e-3), "{left:?}");
 }
 
@@ -246,7 +248,7 @@ fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
         let inside: Vec<f64> = (0..n).map(|i| random.number().clamp(lower[i], upper[i])).collect();
         let e: Vec<f64> = (0..m).map(|k| (0..n).map(|i| rows[k * n + i] * inside[i]).sum()).collect();
         let found =
-            nearest_balanced(&target, &weights, [&lower, &upper], &SparseRows::from_dense(n, &rows), &e)
+            nearest_balanced(&target, &weights, [&lower, &upper], &[], &SparseRows::from_dense(n, &rows), &e)
                 .unwrap()
                 .unwrap();
         let mut matrix = vec![0.0; n * n];
@@ -270,9 +272,9 @@ fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
     // Nothing that is not negative adds up to a negative number.
     let row = SparseRows::from_dense(2, &[1.0, 1.0]);
     let all = [&[0.0; 2][..], &[f64::INFINITY; 2]];
-    assert_eq!(nearest_balanced(&[1.0, 1.0], &[1.0; 2], all, &row, &[-1.0]).unwrap(), None);
+    assert_eq!(nearest_balanced(&[1.0, 1.0], &[1.0; 2], all, &[], &row, &[-1.0]).unwrap(), None);
     // Bounds may exclude a number.
-    let only = nearest_balanced(&[0.0; 2], &[1.0; 2], [&[0.0; 2], &[0.0, 5.0]], &row, &[1.0]);
+    let only = nearest_balanced(&[0.0; 2], &[1.0; 2], [&[0.0; 2], &[0.0, 5.0]], &[], &row, &[1.0]);
     assert_eq!(only.unwrap().unwrap().values, [0.0, 1.0]);
 }
 
@@ -292,7 +294,8 @@ fn a_motion_that_no_force_resists_does_not_unbalance_a_load() {
         // Few forces, so that the load is at the edge of what they balance.
         let forces: Vec<f64> = (0..n).map(|_| (random.number() - 0.8).max(0.0)).collect();
         let loads = rows.times(&forces);
-        let (found, left) = unbalanced_load(&rows, &loads, [&vec![0.0; n], &vec![f64::INFINITY; n]]).unwrap();
+        let (found, left) =
+            unbalanced_load(&rows, &loads, [&vec![0.0; n], &vec![f64::INFINITY; n]], &[]).unwrap();
         assert!(found.iter().all(|p| *p >= 0.0), "case {case}: {found:?}");
         let size = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>().sqrt();
         assert!(size(&left) <= 1e-7 * size(&loads), "case {case}: {:e} of {:e}", size(&left), size(&loads));

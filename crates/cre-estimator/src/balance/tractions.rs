@@ -1,6 +1,5 @@
 //! The unknowns of a balance: one traction for each row, and one pressure for each bent facet, on which it is constant.
 
-use super::tangent;
 use crate::recovery::Recovery;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem};
@@ -104,22 +103,26 @@ impl LineTractions {
     ///
     /// * `motion`: at the pairs, m.
     pub(super) fn work<S: Recovery>(&self, pair: &ContactPair<S>, motion: &[S::Vector]) -> Vec<f64> {
-        let mut work = self.work_along(&pair.interface, motion, |normal| normal);
-        if pair.friction.acts() {
-            work.extend(self.work_along(&pair.interface, motion, tangent::<S>));
+        let mut work =
+            self.work_along(pair, motion, |facet, corner| pair.interface.corner_pair(facet, corner).normal);
+        let tangents = if pair.friction.acts() { S::DIM - 1 } else { 0 };
+        for k in 0..tangents {
+            let along = |facet: &ContactFacet<S>, corner: usize| pair.corner_tangents(facet, corner)[k];
+            work.extend(self.work_along(pair, motion, along));
         }
         work
     }
 
     /// Computes the work of a unit traction at each pair and on each facet with an own pressure.
     ///
-    /// * `direction`: of the traction, from the normal.
+    /// * `direction`: of the traction at a corner of a facet.
     fn work_along<S: Recovery>(
         &self,
-        interface: &ContactInterface<S>,
+        pair: &ContactPair<S>,
         motion: &[S::Vector],
-        direction: impl Fn(S::Vector) -> S::Vector,
+        direction: impl Fn(&ContactFacet<S>, usize) -> S::Vector,
     ) -> Vec<f64> {
+        let interface = &pair.interface;
         let (mut work, mut own) = (vec![0.0; motion.len()], Vec::new());
         for facet in interface.facets() {
             let moved = S::axes(|corner| match facet.clamped[corner] {
@@ -130,8 +133,7 @@ impl LineTractions {
             let mut at = S::axes(|corner| {
                 let others = (0..S::DIM).filter(|other| *other != corner);
                 let sum = others.fold(moved[corner] * 2.0, |sum, other| sum + moved[other]);
-                facet.measure / (S::DIM * (S::DIM + 1)) as f64
-                    * direction(interface.corner_pair(facet, corner).normal).times(&sum)
+                facet.measure / (S::DIM * (S::DIM + 1)) as f64 * direction(facet, corner).times(&sum)
             });
             if facet.bent {
                 let sum = at.as_ref().iter().sum::<f64>();

@@ -10,9 +10,10 @@ use super::{
     SAME_NORMAL,
 };
 use crate::body::Body;
-use crate::geometry::{Vector, norm};
+use crate::geometry::{Coordinates, Vector, norm};
 use crate::mesh::id::NodeId;
 use crate::mesh::topology::NONE;
+use crate::space::Space;
 
 /// An overlap of clamped nodes up to this fraction of the data that it is computed from is round-off.
 const ROUND_OFF: f64 = 1e-12;
@@ -38,12 +39,32 @@ pub(super) struct UntrimmedLine {
 }
 
 /// Returns the displacements imposed on the two nodes of a pair; `None` unless both bodies clamp it.
-pub(super) fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[Vector; 2]> {
+pub(super) fn clamped<S: Space>(bodies: [&Body<S>; 2], pair: &NodePair<S>) -> Option<[S::Vector; 2]> {
     let imposed = |b: usize| {
         let constraint = &bodies[b].node_constraints()[pair.nodes[b]];
         constraint.is_clamped().then(|| constraint.displacement())
     };
     Some([imposed(0)?, imposed(1)?])
+}
+
+/// Computes the opening at a pair of nodes that both bodies clamp, m.
+///
+/// * `first`: the first body; `imposed`: on its node and on the second one, m.
+///
+/// # Errors
+/// Supports that press the bodies into each other.
+pub(super) fn opening<S: Space>(
+    first: &Body<S>,
+    pair: &NodePair<S>,
+    imposed: [S::Vector; 2],
+) -> Result<f64, InterfaceError> {
+    let opening = pair.gap - (imposed[0] - imposed[1]).times(&pair.normal);
+    let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
+    if opening < -ROUND_OFF * size {
+        let point = first.mesh().points()[pair.nodes[0]];
+        return Err(InterfaceError::ClampedOverlap { point: point.into(), depth: -opening });
+    }
+    Ok(opening.max(0.0))
 }
 
 impl Line {
@@ -153,13 +174,7 @@ impl Line {
             return Err(self.refused(body, k));
         }
         let pair = &self.pairs[k];
-        let opening = pair.gap - (imposed[0] - imposed[1]).dot(&pair.normal);
-        let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
-        if opening < -ROUND_OFF * size {
-            let point = body.mesh().points()[pair.nodes[0]];
-            return Err(InterfaceError::ClampedOverlap { point: point.into(), depth: -opening });
-        }
-        Ok(opening.max(0.0))
+        opening(body, pair, imposed)
     }
 
     fn refused(&self, body: &Body, k: usize) -> InterfaceError {
@@ -169,21 +184,6 @@ impl Line {
 }
 
 impl ContactInterface {
-    /// Creates the same interface of bodies whose supports impose other displacements: clamped ends open by another amount.
-    pub(super) fn with_supports(
-        &self,
-        first: &Body,
-        clamped: &dyn Fn(&NodePair) -> Option<[Vector; 2]>,
-    ) -> Result<Self, InterfaceError> {
-        let Some(whole) = &self.whole else { return Ok(self.clone()) };
-        let (found, _) =
-            whole.line.clone().without_clamped(first, clamped, self.gap.clone(), self.measured_on)?;
-        // Against an obstacle the second node is the number of the pair among the remaining ones.
-        let pairs =
-            found.pairs.iter().zip(&self.pairs).map(|(pair, old)| NodePair { nodes: old.nodes, ..*pair });
-        Ok(Self { pairs: pairs.collect(), gap_change: self.gap_change, radial: self.radial, ..found })
-    }
-
     /// Returns the arc lengths at all pairs of the whole line, m.
     pub fn line_arc_lengths(&self) -> &[f64] {
         self.whole.as_ref().map_or(&self.arc_lengths, |whole| &whole.line.arc_lengths)

@@ -3,7 +3,9 @@
 //! The opening is known there. The pressure is free, since the supports take the forces: it is the mean of the pressures of the other pairs of the facets
 //! around.
 
-use super::{ContactFacet, ContactInterface, NodePair};
+use super::clamped_ends::opening;
+use super::{ContactFacet, ContactInterface, InterfaceError, NodePair};
+use crate::body::Body;
 use crate::space::{Plane, Space};
 
 /// A pair of nodes that both bodies clamp.
@@ -27,6 +29,29 @@ pub struct ClampedCorner<S: Space = Plane> {
 }
 
 impl<S: Space> ContactInterface<S> {
+    /// Creates the same interface of bodies whose supports impose other displacements: clamped corners open by another amount.
+    ///
+    /// * `imposed`: on the nodes of a clamped pair, m.
+    ///
+    /// # Errors
+    /// Supports that press the bodies into each other.
+    pub(super) fn with_supports(
+        &self,
+        first: &Body<S>,
+        imposed: &dyn Fn(&NodePair<S>) -> Option<[S::Vector; 2]>,
+    ) -> Result<Self, InterfaceError> {
+        let mut found = self.clone();
+        for facet in &mut found.facets {
+            for corner in facet.clamped.as_mut().iter_mut().flatten() {
+                let pair = &self.clamped[corner.number as usize].pair;
+                if let Some([a, b]) = imposed(pair) {
+                    (corner.opening, corner.jump) = (opening(first, pair, [a, b])?, a - b);
+                }
+            }
+        }
+        Ok(found)
+    }
+
     /// Notes the clamped pairs to which corners of facets belong.
     #[must_use]
     pub fn with_clamped(self, clamped: Vec<ClampedPair<S>>) -> Self {

@@ -262,13 +262,16 @@ pub enum InterfaceError {
         "the slip of the step before has {found} finite values, and the contact line has {expected} {of}"
     )]
     BadSlip {
-        /// The things that have one value each: pairs of nodes, or edges.
+        /// The things that have one value each: rows along tangents, or facets.
         of: &'static str,
         /// Finite values.
         found: usize,
         /// Their number on the contact line.
         expected: usize,
     },
+    /// Surfaces of solids along which the normal changes have a law of friction.
+    #[error("friction of solids needs a flat contact surface so far, and the normal changes along this one")]
+    BentFriction,
     /// A load step after the first is to be refined.
     #[error(
         "the slip of earlier load steps is known on their mesh only; refine the problem before its first step"

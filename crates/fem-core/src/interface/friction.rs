@@ -1,13 +1,15 @@
 //! Laws of friction along a pair: data alone.
 
-use super::{ContactInterface, ContactPair, InterfaceError, NodePair};
+use super::{ContactFacet, ContactPair, InterfaceError, NodePair};
 use crate::body::{Body, Difference, DifferenceSum};
 use crate::boundary::ScalarData;
+use crate::geometry::Coordinates;
 use crate::mesh::id::NodeId;
 use crate::space::{Plane, Space};
 
-/// The law of friction of a pair: what the friction `q` (Pa) can resist. Friction acts along the tangent `t = (−n_y, n_x)` against the slip
-/// `w = (u^a − u^b)·t`, with traction `−q t` on the first body and `+q t` on the second.
+/// The law of friction of a pair: what the friction `q` (Pa) can resist. In the plane it acts along the tangent `t = (−n_y, n_x)` against the slip
+/// `w = (u^a − u^b)·t`, with traction `−q t` on the first body and `+q t` on the second. In space `q` and `w` are vectors in the tangential plane,
+/// `|q|` is a length, and `q w` a product of vectors.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub enum Friction<S: Space = Plane> {
@@ -46,28 +48,32 @@ impl<S: Space> Friction<S> {
     }
 }
 
-/// The slip `w₀` that earlier load steps left on a contact line: the next step has the law of friction for `w − w₀`.
+/// The slip `w₀` that earlier load steps left on a contact surface: the next step has the law of friction for `w − w₀`.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct SlipBefore {
-    /// At each pair of nodes, m.
-    pub nodes: Vec<f64>,
-    /// Bernstein coefficients along each contact edge: at its first end, in the middle, at its second end, m.
-    pub edges: Vec<[f64; 3]>,
+pub struct SlipBefore<S: Space = Plane> {
+    /// In each row along a tangent, m, in the order of [`ContactPair::rows`].
+    pub rows: Vec<f64>,
+    /// The displacement of the first side less that of the second at the corners of each contact facet, m: its tangential part counts.
+    pub jumps: Vec<S::Axes<S::Vector>>,
 }
 
-impl SlipBefore {
-    /// Takes slips at the pairs of nodes and along the contact edges, m.
-    pub fn new(nodes: Vec<f64>, edges: Vec<[f64; 3]>) -> Self {
-        Self { nodes, edges }
+impl<S: Space> SlipBefore<S> {
+    /// Takes slips in the rows, and jumps at the corners of the contact facets, m.
+    pub fn new(rows: Vec<f64>, jumps: Vec<S::Axes<S::Vector>>) -> Self {
+        Self { rows, jumps }
     }
 
-    pub(super) fn check(&self, interface: &ContactInterface) -> Result<(), InterfaceError> {
-        let nodes = self.nodes.iter().filter(|w| w.is_finite()).count();
-        let edges = self.edges.iter().filter(|w| w.iter().all(|w| w.is_finite())).count();
+    pub(super) fn check(&self, pair: &ContactPair<S>) -> Result<(), InterfaceError> {
+        let interface = &pair.interface;
+        let rows = self.rows.iter().filter(|w| w.is_finite()).count();
+        let is_finite = |jumps: &&S::Axes<S::Vector>| {
+            jumps.as_ref().iter().flat_map(Coordinates::entries).all(|w| w.is_finite())
+        };
+        let facets = self.jumps.iter().filter(is_finite).count();
         let both = [
-            ("pairs of nodes", nodes, self.nodes.len(), interface.pairs().len()),
-            ("edges", edges, self.edges.len(), interface.facets().len()),
+            ("rows along tangents", rows, self.rows.len(), pair.row_count() - interface.pairs().len()),
+            (S::WORDS.facets, facets, self.jumps.len(), interface.facets().len()),
         ];
         match both.into_iter().find(|(_, finite, all, expected)| finite != expected || all != expected) {
             Some((of, found, _, expected)) => Err(InterfaceError::BadSlip { of, found, expected }),
@@ -95,14 +101,48 @@ impl<S: Space> ContactPair<S> {
         if self.friction.acts() { S::DIM * nodes } else { nodes }
     }
 
-    /// Lists the rows: the normals of all pairs of nodes and then, with friction, their tangents, in the plane `t = (−n_y, n_x)`.
+    /// Lists the rows: the normals of all pairs of nodes and then, with friction, the first tangents of all, in space then the second ones.
     pub fn rows(&self) -> impl Iterator<Item = PairRow<S>> + '_ {
         let directions = if self.friction.acts() { S::DIM } else { 1 };
         (0..directions).flat_map(move |k| {
-            let along = move |normal| if k == 0 { normal } else { S::complement(&[normal])[k - 1] };
             let pairs = self.interface.pairs().iter().enumerate();
-            pairs.map(move |(pair, of)| PairRow { pair, nodes: of.nodes, direction: along(of.normal) })
+            pairs.map(move |(pair, of)| {
+                let direction = if k == 0 { of.normal } else { self.tangents(pair).as_ref()[k - 1] };
+                PairRow { pair, nodes: of.nodes, direction }
+            })
         })
+    }
+
+    /// Returns the directions of friction at a pair of nodes, of the length of its normal and perpendicular to each other: in the plane `(−n_y, n_x)`, in
+    /// space two, then zeros. On flat surfaces they are the same at all pairs.
+    pub fn tangents(&self, pair: usize) -> S::Axes<S::Vector> {
+        let pairs = self.interface.pairs();
+        // Normals that differ by rounding may have other tangents.
+        S::complement(&[pairs[if S::BENT_FRICTION { pair } else { 0 }].normal])
+    }
+
+    /// Returns [`Self::tangents`] at a corner of a facet, clamped or not.
+    pub fn corner_tangents(&self, facet: &ContactFacet<S>, corner: usize) -> S::Axes<S::Vector> {
+        let pairs = self.interface.pairs();
+        match facet.clamped[corner] {
+            None => self.tangents(facet.pairs[corner] as usize),
+            Some(_) if !S::BENT_FRICTION && !pairs.is_empty() => self.tangents(0),
+            Some(_) => S::complement(&[self.interface.corner_pair(facet, corner).normal]),
+        }
+    }
+
+    /// Returns the vector of values along the tangents of a pair of nodes.
+    ///
+    /// * `rows`: one value per row along a tangent.
+    pub fn along_tangents(&self, pair: usize, rows: &[f64]) -> S::Vector {
+        let values = rows[pair..].iter().step_by(self.interface.pairs().len().max(1));
+        self.tangents(pair).as_ref().iter().zip(values).map(|(tangent, value)| *tangent * *value).sum()
+    }
+
+    /// Lists the parts of a vector along the tangents of a pair of nodes, times their length.
+    pub fn tangential_parts(&self, pair: usize, vector: S::Vector) -> impl Iterator<Item = f64> + use<S> {
+        let tangents = self.tangents(pair);
+        (0..S::DIM - 1).map(move |k| tangents.as_ref()[k].times(&vector))
     }
 
     /// Evaluates the limit of Tresca's law at each pair of nodes, Pa, for friction along `t`: over the length of the normal. `None` for
@@ -135,9 +175,12 @@ impl<S: Space> ContactPair<S> {
     }
 }
 
-impl ContactPair {
-    /// Checks the data of the law of friction.
-    pub(super) fn check_friction(&self, first: &Body) -> Result<(), InterfaceError> {
+impl<S: Space> ContactPair<S> {
+    /// Checks the data of the law of friction, and whether its surfaces can have one.
+    pub(super) fn check_friction(&self, first: &Body<S>) -> Result<(), InterfaceError> {
+        if self.friction.acts() && !S::BENT_FRICTION && self.interface.has_bent_facets() {
+            return Err(InterfaceError::BentFriction);
+        }
         if let Some(value) = self.friction.coulomb().filter(|mu| !(*mu >= 0.0 && mu.is_finite())) {
             return Err(InterfaceError::BadFrictionCoefficient { value });
         }

@@ -24,7 +24,7 @@ pub struct ContactPair<S: Space = Plane> {
     /// The law of friction.
     pub friction: Friction<S>,
     /// The slip of earlier load steps; `None` in the first step, from rest.
-    pub slip_before: Option<SlipBefore>,
+    pub slip_before: Option<SlipBefore<S>>,
 }
 
 impl<S: Space> ContactPair<S> {
@@ -283,21 +283,21 @@ impl<S: Space> ContactProblem<S> {
         blocks.flat_map(|(pairs, tangents)| [&normals[pairs], &tangentials[tangents]].concat()).collect()
     }
 
-    /// Counts the rows of all pairs: without friction one per node pair, with friction two.
+    /// Counts the rows of all pairs: without friction one per node pair, with friction two, in space three.
     pub fn rows(&self) -> usize {
         self.contacts.iter().map(ContactPair::<S>::row_count).sum()
     }
 }
 
-impl ContactProblem {
+impl<S: Space> ContactProblem<S> {
     /// Gives a pair a law of friction.
     ///
     /// # Errors
-    /// A limit or a coefficient that is negative or not finite.
+    /// A limit or a coefficient that is negative or not finite; surfaces of solids along which the normal changes.
     ///
     /// # Panics
     /// If there is no such pair.
-    pub fn with_friction(mut self, pair: usize, friction: Friction) -> Result<Self, InterfaceError> {
+    pub fn with_friction(mut self, pair: usize, friction: Friction<S>) -> Result<Self, InterfaceError> {
         let count = self.contacts.len();
         assert!(pair < count, "friction for pair {pair}, and {count} pairs");
         self.contacts[pair].friction = friction;
@@ -308,14 +308,14 @@ impl ContactProblem {
     /// Starts a load step of a pair from the slip that earlier steps left: the law of friction then holds for the slip of this step.
     ///
     /// # Errors
-    /// Numbers that are not finite, or not one per pair of nodes and per contact edge.
+    /// Numbers that are not finite, or not one per row along a tangent and per contact facet.
     ///
     /// # Panics
     /// If there is no such pair.
-    pub fn with_slip(mut self, pair: usize, before: SlipBefore) -> Result<Self, InterfaceError> {
+    pub fn with_slip(mut self, pair: usize, before: SlipBefore<S>) -> Result<Self, InterfaceError> {
         let count = self.contacts.len();
         assert!(pair < count, "slip of pair {pair}, and {count} pairs");
-        before.check(&self.contacts[pair].interface)?;
+        before.check(&self.contacts[pair])?;
         self.contacts[pair].slip_before = Some(before);
         Ok(self)
     }
@@ -331,7 +331,7 @@ impl ContactProblem {
         &self,
         factor: &dyn Fn(usize, ConditionPlace) -> f64,
     ) -> Result<Self, LoadFactorError> {
-        let scaled = |(b, body): (usize, &Body)| {
+        let scaled = |(b, body): (usize, &Body<S>)| {
             body.with_factors(&|place| factor(b, place))
                 .map_err(|source| LoadFactorError::Body { body: b, source })
         };
@@ -339,7 +339,7 @@ impl ContactProblem {
         let mut contacts = self.contacts.clone();
         for pair in &mut contacts {
             let first = &bodies[pair.body];
-            let clamped = |of: &NodePair| match pair.partner {
+            let clamped = |of: &NodePair<S>| match pair.partner {
                 Partner::Obstacle(k) => self.obstacles[k].clamped(first, of),
                 Partner::Body(second) => super::clamped_ends::clamped([first, &bodies[second]], of),
             };
@@ -353,7 +353,9 @@ impl ContactProblem {
             balancing: self.balancing.clone(),
         })
     }
+}
 
+impl ContactProblem {
     /// Measures for each pair the difference between the initial gap and the one on the contact edges, relative to
     /// its largest value: `g/|n|`, with gap `g` and normal `n` linear between the node pairs. `None` if the two are
     /// equal to round-off.

@@ -71,7 +71,7 @@ pub(super) fn results<S: ReportSpace>(page: &mut String, case: &Case<S>, report:
             row(&format!("∫ p ds {of}"), Some(stretch.contact_force), Kind::Force);
         }
         if let Some(friction) = &contact.friction {
-            let force = Some(friction.tangential_force);
+            let force = Some(friction.tangential_force.size());
             row(&format!("friction force{of}, on the second body along the tangent"), force, Kind::Force);
             let when = if report.steps.is_empty() { "" } else { " in the last step" };
             row(&format!("largest slip{of}{when}"), Some(friction.max_slip), Kind::Length);

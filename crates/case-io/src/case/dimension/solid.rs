@@ -363,13 +363,7 @@ impl Keys for Solid {
             expected: "\"plane\", \"sphere\" or \"cylinder\"",
             fix: "write `kind = \"sphere\"`",
         },
-        later("contact.friction", "contact of solids is frictionless so far", TAKE_OUT),
         later("contact.normal", "surfaces of solids have their own normals", TAKE_OUT),
-        later(
-            ".step",
-            "load steps of solids are not solved yet",
-            "write the loads of the last step, and take [[step]] out",
-        ),
     ];
 
     fn model(reader: Option<Reader<'_>>) {

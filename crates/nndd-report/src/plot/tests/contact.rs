@@ -87,8 +87,9 @@ fn friction_has_a_panel_with_its_limit() {
         friction,
         ..ContactRow::default()
     };
-    let rubs =
-        |tangential: f64| Some(FrictionRow { tangential, slip: 0.0, limit: 4.0, state: "stick".into() });
+    let rubs = |tangential: f64| {
+        Some(FrictionRow { tangential, limit: 4.0, state: "stick".into(), ..FrictionRow::default() })
+    };
     let drawn = |rows: &[ContactRow]| contact("Contact", rows, None, 2, &Labels::default()).0;
     let svg = drawn(&[row(0, rubs(-1.0)), row(1, rubs(4.0)), row(2, rubs(f64::NAN))]);
     assert_whole(&svg);

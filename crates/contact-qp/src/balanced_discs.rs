@@ -1,0 +1,135 @@
+//! Numbers in balance of which some pairs are in discs: in the axes of each disc a question with bounds, see [`crate::discs`].
+
+use crate::balance::{BalanceRows, Balanced, LeastSquares};
+use crate::dense::norm;
+use crate::discs::{Disc, Frame, check_discs, rotated_rows};
+use crate::error::QpError;
+use crate::interior_point;
+use crate::problem::MatrixView;
+use crate::programme::BoxQp;
+use crate::settings::QpSettings;
+use crate::sparse::SparseRows;
+
+/// Steps, at most.
+const MOST_STEPS: usize = 60;
+
+/// A pair beyond its circle by this fraction of the radius is on it.
+const ROUND_OFF: f64 = 1e-14;
+
+/// A pair is the nearest one of its disc to this fraction of the radius.
+const NEAREST: f64 = 1e-10;
+
+/// Clarabel's tolerance, and the fraction of a load that it leaves of one that is balanced.
+const TOLERANCE: f64 = 1e-10;
+const BALANCED: f64 = 1e-7;
+
+/// See [`crate::nearest_balanced`]; the weights of both unknowns of a disc are those of the first. `None` also if no step ends in all discs.
+pub(crate) fn nearest(
+    target: &[f64],
+    weights: &[f64],
+    bounds: [&[f64]; 2],
+    discs: &[Disc],
+    rows: &SparseRows,
+    right_side: &[f64],
+) -> Result<Option<Balanced>, QpError> {
+    check_discs(discs, target.len())?;
+    let frame = |disc: &Disc, d: [f64; 2]| Frame::new(disc, d, 1.0 / weights[disc.unknowns[0]]);
+    let mut frames: Vec<Frame> =
+        discs.iter().map(|disc| frame(disc, disc.unknowns.map(|i| target[i]))).collect();
+    let (mut steps, mut best) = (0, None);
+    for _ in 0..MOST_STEPS {
+        let (mut near, mut own) = (target.to_vec(), weights.to_vec());
+        let [mut lower, mut upper] = bounds.map(<[f64]>::to_vec);
+        for frame in &frames {
+            frame.enter(&mut near);
+            let (i, j) = (frame.along(), frame.across());
+            own[j] = weights[i] + frame.curvature;
+            near[j] *= weights[i] / own[j];
+            let free = if frame.radius > 0.0 { f64::INFINITY } else { 0.0 };
+            (lower[i], upper[i]) = (-free, frame.radius);
+            (lower[j], upper[j]) = (-free, free);
+        }
+        let mut lines = BalanceRows::new(rotated_rows(rows, &frames), right_side.to_vec());
+        let Some(found) = lines.nearest(&near, &own, [&lower, &upper])? else { return Ok(best) };
+        steps += found.steps.max(1);
+        let (mut x, a) = (found.values, found.row_multipliers);
+        frames.iter().for_each(|frame| frame.leave(&mut x));
+        // d = x − y/w = t + W⁻¹ Gᵀ a.
+        let pulled = rows.transposed_times(&a);
+        let at = |disc: &Disc| disc.unknowns.map(|i| target[i] + pulled[i] / weights[disc.unknowns[0]]);
+        let (mut inside, mut nearest) = (true, true);
+        for disc in discs {
+            let ([i, j], to) = (disc.unknowns, within(at(disc), disc.radius));
+            inside &= x[i].hypot(x[j]) <= disc.radius * (1.0 + ROUND_OFF);
+            nearest &= (x[i] - to[0]).hypot(x[j] - to[1]) <= NEAREST * disc.radius;
+        }
+        frames = discs.iter().map(|disc| frame(disc, at(disc))).collect();
+        if inside {
+            for Disc { unknowns: [i, j], radius } in discs {
+                [x[*i], x[*j]] = within([x[*i], x[*j]], *radius);
+            }
+            best = Some(Balanced { values: x, row_multipliers: a, steps });
+            if nearest {
+                break;
+            }
+        }
+    }
+    Ok(best)
+}
+
+/// Returns the point of a disc that is nearest to a given one.
+fn within([a, b]: [f64; 2], radius: f64) -> [f64; 2] {
+    let length = a.hypot(b);
+    if length > radius { [a / length * radius, b / length * radius] } else { [a, b] }
+}
+
+/// See [`crate::unbalanced_load`]; loads that are nearly balanced count as balanced.
+pub(crate) fn unbalanced(
+    rows: &SparseRows,
+    right_side: &[f64],
+    bounds: [&[f64]; 2],
+    discs: &[Disc],
+) -> Result<LeastSquares, QpError> {
+    let (n, m) = (rows.columns(), rows.len());
+    let defect = |x: &[f64]| -> Vec<f64> {
+        rows.times(x).iter().zip(right_side).map(|(product, e)| e - product).collect()
+    };
+    if let Some(found) = nearest(&vec![0.0; n], &vec![1.0; n], bounds, discs, rows, right_side)? {
+        let left = defect(&found.values);
+        return Ok((found.values, left));
+    }
+    let (lines, lower, upper) = with_rest(rows, bounds);
+    let starts: Vec<usize> = (0..=n + m).map(|j| j.saturating_sub(n)).collect();
+    let places: Vec<usize> = (n..n + m).collect();
+    let qp = BoxQp {
+        matrix: MatrixView::SparseUpper {
+            n: n + m,
+            column_starts: &starts,
+            row_indices: &places,
+            values: &vec![1.0; m],
+        },
+        linear: &vec![0.0; n + m],
+        lower: &lower,
+        upper: &upper,
+        rows: &lines,
+        right_side,
+    };
+    let settings = QpSettings::default().with_tolerance(TOLERANCE);
+    let point = interior_point::solve_boxed(&qp, discs, &settings)?;
+    let mut x = point.x[..n].to_vec();
+    for (i, x) in x.iter_mut().enumerate() {
+        *x = x.clamp(lower[i], upper[i]);
+    }
+    let left = defect(&x);
+    let is_balanced = norm(&left) <= BALANCED * norm(right_side);
+    Ok((x, if is_balanced { vec![0.0; m] } else { left }))
+}
+
+/// The rows and bounds of `G x + r = e` in `x` and what is left, `r`.
+pub(crate) fn with_rest(rows: &SparseRows, bounds: [&[f64]; 2]) -> (SparseRows, Vec<f64>, Vec<f64>) {
+    let (n, m) = (rows.columns(), rows.len());
+    let mut lines = SparseRows::new(n + m);
+    rows.rows().enumerate().for_each(|(k, row)| lines.push(row.chain([(n + k, 1.0)])));
+    let wider = |bounds: &[f64], free: f64| [bounds, &vec![free; m]].concat();
+    (lines, wider(bounds[0], f64::NEG_INFINITY), wider(bounds[1], f64::INFINITY))
+}

@@ -1,0 +1,452 @@
+//! Programmes in which pairs of unknowns are in discs, such as friction along two tangents.
+//!
+//! ```math
+//! min_x ½ xᵀ P x + qᵀ x   subject to   l ≤ x ≤ u,   G x = e,   x_i² + x_j² ≤ r²
+//! ```
+//! With `y = P x + q − Gᵀ a` and any `c > 0` the pair solves its part if `x` is the point of the disc that is nearest to `d = x − c y`. Each step of the
+//! semi-smooth Newton method for these equations is a programme with bounds, in axes along and across `d`: `x_along ≤ r`, and the stiffness across grows by
+//! ```math
+//! κ = (|d| − r)/(c r) if |d| > r,   0 if not
+//! ```
+//! the curvature of the circle times the multiplier. The first `d` comes from a similar programme, from the same one without discs, or from Clarabel with
+//! second-order cones.
+
+use crate::bound_state::BoundState;
+use crate::box_qp::{ActiveSetPoint, solve_box};
+use crate::error::QpError;
+use crate::interior_point;
+use crate::problem::{MatrixView, check_length};
+use crate::programme::BoxQp;
+use crate::settings::{QpMethod, QpSettings};
+use crate::solution::{BoxSolution, QpCounts, QpPath, QpStatus};
+use crate::sparse::SparseRows;
+use std::collections::BTreeMap;
+
+/// Steps of Newton's method, at most, from one start.
+const MOST_STEPS: usize = 30;
+
+/// Clarabel's tolerance: Newton's method needs a start near the solution.
+const TOLERANCE: f64 = 1e-9;
+
+/// Two unknowns in a disc around zero, `x_i² + x_j² ≤ r²`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// `i` and `j`. Their own bounds do not count.
+    pub unknowns: [usize; 2],
+    /// `r ≥ 0`.
+    pub radius: f64,
+}
+
+/// Where a programme with discs starts: the solution of a similar one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DiscStart {
+    /// The place of each unknown; of those in discs it does not count.
+    pub states: Vec<BoundState>,
+    /// `x`.
+    pub x: Vec<f64>,
+    /// `y`.
+    pub multipliers: Vec<f64>,
+}
+
+/// Solves `min ½ xᵀP x + qᵀx` subject to `l ≤ x ≤ u`, `G x = e`, with some pairs of unknowns in discs.
+///
+/// In the solution `x` is within its bounds and discs, and multipliers have the right signs and, on circles, the right directions: both exactly, but for
+/// the rounding of a length. Both unknowns of a disc are [`BoundState::Upper`] on the circle, and [`BoundState::Free`] inside.
+///
+/// * `start`: of a similar programme. Without it [`QpMethod::ActiveSet`] begins with the programme without discs. Clarabel is called otherwise, and if
+///   that leads nowhere.
+///
+/// # Errors
+/// See [`solve_box`]; a disc whose unknowns do not exist, are equal or in another disc, or whose radius is negative or not finite. No convergence is a
+/// [`QpStatus`].
+pub fn solve_discs(
+    qp: &BoxQp<'_>,
+    discs: &[Disc],
+    start: Option<&DiscStart>,
+    settings: &QpSettings,
+) -> Result<BoxSolution, QpError> {
+    if discs.is_empty() {
+        return solve_box(qp, start.map(|start| start.states.as_slice()), settings);
+    }
+    settings.check()?;
+    qp.check()?;
+    let n = qp.linear.len();
+    check_discs(discs, n)?;
+    let search = Search { qp, discs, settings, mean: mean_diagonal(qp, discs) };
+    let mut counts = QpCounts::default();
+    let mut last = None;
+    let mut first = None;
+    if let Some(DiscStart { states, x, multipliers }) = start.filter(|_| settings.method != QpMethod::Clarabel) {
+        for (what, found) in [("start", states.len()), ("start", x.len()), ("start", multipliers.len())] {
+            check_length(what, n, found)?;
+        }
+        first = Some((states.clone(), search.frames(x, multipliers)));
+    } else if settings.method == QpMethod::ActiveSet {
+        let unbounded = |disc: &Disc| {
+            let radius = if disc.radius > 0.0 { f64::INFINITY } else { 0.0 };
+            Frame { radius, ..Frame::new(disc, [0.0; 2], 1.0) }
+        };
+        first = Some((qp.states_at_rest(), discs.iter().map(unbounded).collect()));
+    }
+    if let Some((states, frames)) = first {
+        let found = search.newton(&states, &frames, &mut counts)?;
+        if let Some(found) = found.filter(|found| found.status.is_solved()) {
+            let (path, iterations) = match counts.active_sets {
+                1 => (QpPath::WarmStart, 1),
+                sets => (QpPath::ActiveSet, sets),
+            };
+            return Ok(BoxSolution { path, iterations, counts, ..found });
+        }
+    }
+    let tolerance = settings.tolerance.min(TOLERANCE);
+    let point = interior_point::solve_boxed(qp, discs, &settings.clone().with_tolerance(tolerance))?;
+    counts.whole_calls += 1;
+    counts.interior_points += point.iterations;
+    let mut status = point.status;
+    if status != QpStatus::Infeasible {
+        let gradient = qp.gradient(&point.x, &point.row_multipliers);
+        last = search.newton(&point.states, &search.frames(&point.x, &gradient), &mut counts)?;
+        status = match &last {
+            Some(found) if found.status.is_solved() => QpStatus::Solved,
+            _ if status == QpStatus::Solved => QpStatus::PolishFailed,
+            _ => status,
+        };
+    }
+    let gradient = qp.gradient(&point.x, &point.row_multipliers);
+    let found =
+        last.unwrap_or_else(|| search.answer(&point.x, &gradient, &point.row_multipliers, &point.states).0);
+    Ok(BoxSolution { status, path: QpPath::Clarabel, iterations: point.iterations, counts, ..found })
+}
+
+pub(crate) fn check_discs(discs: &[Disc], n: usize) -> Result<(), QpError> {
+    let mut used = vec![false; n];
+    for Disc { unknowns, radius } in discs {
+        for &i in unknowns {
+            let free = used.get_mut(i).is_some_and(|used| !std::mem::replace(used, true));
+            if !free {
+                return Err(QpError::Disc { place: i, unknowns: n });
+            }
+        }
+        if !(*radius >= 0.0 && radius.is_finite()) {
+            return Err(QpError::Bounds { place: unknowns[0], lower: -radius, upper: *radius });
+        }
+    }
+    Ok(())
+}
+
+/// The mean of the positive diagonal entries of the unknowns in discs; 1 if there are none.
+fn mean_diagonal(qp: &BoxQp<'_>, discs: &[Disc]) -> f64 {
+    let entries = discs.iter().flat_map(|disc| disc.unknowns).map(|i| qp.matrix.diagonal(i));
+    let (sum, count) =
+        entries.filter(|d| *d > 0.0).fold((0.0, 0usize), |(sum, count), d| (sum + d, count + 1));
+    if count > 0 { sum / count as f64 } else { 1.0 }
+}
+
+/// The axes of a disc: the first unknown is along `d`, the second across.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    unknowns: [usize; 2],
+    pub(crate) radius: f64,
+    along: [f64; 2],
+    /// `κ`.
+    pub(crate) curvature: f64,
+}
+
+impl Frame {
+    /// Takes the axes of `d = x − c y`; without one those of the unknowns themselves.
+    pub(crate) fn new(disc: &Disc, d: [f64; 2], c: f64) -> Self {
+        let Disc { unknowns, radius } = *disc;
+        let length = d[0].hypot(d[1]);
+        let along = if length > 0.0 && length.is_finite() { d.map(|d| d / length) } else { [1.0, 0.0] };
+        let curvature = if length > radius && radius > 0.0 { (length - radius) / (c * radius) } else { 0.0 };
+        Self { unknowns, radius, along, curvature }
+    }
+
+    pub(crate) fn is_on_circle(&self) -> bool {
+        self.curvature > 0.0
+    }
+
+    pub(crate) fn along(&self) -> usize {
+        self.unknowns[0]
+    }
+
+    pub(crate) fn across(&self) -> usize {
+        self.unknowns[1]
+    }
+
+    /// Takes values of the unknowns to those along and across.
+    pub(crate) fn enter(&self, values: &mut [f64]) {
+        let ([i, j], [a, b]) = (self.unknowns, self.along);
+        (values[i], values[j]) = (a * values[i] + b * values[j], a * values[j] - b * values[i]);
+    }
+
+    /// Takes values along and across to those of the unknowns.
+    pub(crate) fn leave(&self, values: &mut [f64]) {
+        let ([i, j], [a, b]) = (self.unknowns, self.along);
+        (values[i], values[j]) = (a * values[i] - b * values[j], b * values[i] + a * values[j]);
+    }
+
+    /// Returns an unknown as a combination of those along and across.
+    fn parts(&self, unknown: usize) -> [(usize, f64); 2] {
+        let ([i, j], [a, b]) = (self.unknowns, self.along);
+        if unknown == i { [(i, a), (j, -b)] } else { [(i, b), (j, a)] }
+    }
+}
+
+/// Rows of given unknowns, in those along and across.
+pub(crate) fn rotated_rows(rows: &SparseRows, frames: &[Frame]) -> SparseRows {
+    let places = places(rows.columns(), frames);
+    let mut rotated = SparseRows::new(rows.columns());
+    for row in rows.rows() {
+        let mut entries: BTreeMap<usize, f64> = BTreeMap::new();
+        for (j, g) in row {
+            for (place, part) in parts(&places, frames, j) {
+                *entries.entry(place).or_default() += part * g;
+            }
+        }
+        rotated.push(entries);
+    }
+    rotated
+}
+
+/// The frame of each unknown.
+fn places(n: usize, frames: &[Frame]) -> Vec<Option<usize>> {
+    let mut places = vec![None; n];
+    for (k, frame) in frames.iter().enumerate() {
+        frame.unknowns.iter().for_each(|i| places[*i] = Some(k));
+    }
+    places
+}
+
+/// Returns an unknown in those along and across.
+fn parts(places: &[Option<usize>], frames: &[Frame], unknown: usize) -> impl Iterator<Item = (usize, f64)> {
+    let of_frame = places[unknown].map(|k| frames[k].parts(unknown));
+    let alone = if of_frame.is_none() { Some((unknown, 1.0)) } else { None };
+    of_frame.into_iter().flatten().chain(alone)
+}
+
+/// The data of a programme in the axes of the discs.
+struct Rotated {
+    matrix: Matrix,
+    linear: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    rows: SparseRows,
+}
+
+/// A symmetric matrix with its data.
+enum Matrix {
+    Full(Vec<f64>),
+    Sparse { starts: Vec<usize>, rows: Vec<usize>, values: Vec<f64> },
+}
+
+impl Matrix {
+    fn new(matrix: &MatrixView<'_>, frames: &[Frame]) -> Self {
+        match *matrix {
+            MatrixView::Dense { n, values } => {
+                let mut values = values.to_vec();
+                // Rows, column by column, and then columns.
+                values
+                    .chunks_exact_mut(n)
+                    .for_each(|column| frames.iter().for_each(|frame| frame.enter(column)));
+                for Frame { unknowns: [i, j], along: [a, b], .. } in frames {
+                    for k in 0..n {
+                        let (u, v) = (values[i * n + k], values[j * n + k]);
+                        (values[i * n + k], values[j * n + k]) = (a * u + b * v, a * v - b * u);
+                    }
+                }
+                Self::Full(values)
+            }
+            MatrixView::SparseUpper { n, column_starts, row_indices, values } => {
+                let places = places(n, frames);
+                let mut entries = Vec::with_capacity(values.len());
+                for j in 0..n {
+                    for k in column_starts[j]..column_starts[j + 1] {
+                        let (i, value) = (row_indices[k], values[k]);
+                        for (row, column) in [(i, j), (j, i)].into_iter().take(if i == j { 1 } else { 2 }) {
+                            for (p, of_row) in parts(&places, frames, row) {
+                                for (q, of_column) in parts(&places, frames, column) {
+                                    if p <= q {
+                                        entries.push((q, p, of_row * value * of_column));
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+                // Stable, so that sums have one order.
+                entries.sort_by_key(|(q, p, _)| (*q, *p));
+                let (mut starts, mut rows, mut sums) = (vec![0; n + 1], Vec::new(), Vec::new());
+                for of_entry in entries.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+                    let (q, p, _) = of_entry[0];
+                    rows.push(p);
+                    sums.push(of_entry.iter().map(|(.., value)| value).sum());
+                    starts[q + 1] = rows.len();
+                }
+                (0..n).for_each(|q| starts[q + 1] = starts[q + 1].max(starts[q]));
+                Self::Sparse { starts, rows, values: sums }
+            }
+        }
+    }
+
+    fn add_to_diagonal(&mut self, n: usize, place: usize, value: f64) {
+        match self {
+            Self::Full(values) => values[place * (n + 1)] += value,
+            Self::Sparse { starts, rows, values } => {
+                let column = starts[place]..starts[place + 1];
+                if let Ok(k) = rows[column.clone()].binary_search(&place) {
+                    values[column.start + k] += value;
+                }
+            }
+        }
+    }
+
+    fn view(&self, n: usize) -> MatrixView<'_> {
+        match self {
+            Self::Full(values) => MatrixView::Dense { n, values },
+            Self::Sparse { starts, rows, values } => {
+                MatrixView::SparseUpper { n, column_starts: starts, row_indices: rows, values }
+            }
+        }
+    }
+}
+
+impl Rotated {
+    fn new(qp: &BoxQp<'_>, frames: &[Frame]) -> Self {
+        let (mut lower, mut upper) = (qp.lower.to_vec(), qp.upper.to_vec());
+        let mut linear = qp.linear.to_vec();
+        for frame in frames {
+            frame.enter(&mut linear);
+            let free = [f64::NEG_INFINITY, f64::INFINITY];
+            let (along, across) = if frame.radius > 0.0 {
+                ([f64::NEG_INFINITY, frame.radius], free)
+            } else {
+                ([0.0; 2], [0.0; 2])
+            };
+            for (place, [from, to]) in [(frame.along(), along), (frame.across(), across)] {
+                (lower[place], upper[place]) = (from, to);
+            }
+        }
+        Self {
+            matrix: Matrix::new(&qp.matrix, frames),
+            linear,
+            lower,
+            upper,
+            rows: rotated_rows(qp.rows, frames),
+        }
+    }
+
+    fn programme<'a>(&'a self, qp: &BoxQp<'a>) -> BoxQp<'a> {
+        BoxQp {
+            matrix: self.matrix.view(self.linear.len()),
+            linear: &self.linear,
+            lower: &self.lower,
+            upper: &self.upper,
+            rows: &self.rows,
+            right_side: qp.right_side,
+        }
+    }
+}
+
+/// A programme with discs.
+struct Search<'a> {
+    qp: &'a BoxQp<'a>,
+    discs: &'a [Disc],
+    settings: &'a QpSettings,
+    /// See [`mean_diagonal`].
+    mean: f64,
+}
+
+impl Search<'_> {
+    /// Returns the axes at a point.
+    fn frames(&self, x: &[f64], y: &[f64]) -> Vec<Frame> {
+        let of_disc = |disc: &Disc| {
+            let own = 0.5 * disc.unknowns.iter().map(|i| self.qp.matrix.diagonal(*i)).sum::<f64>();
+            let c = 1.0 / if own > f64::EPSILON * self.mean { own } else { self.mean };
+            Frame::new(disc, disc.unknowns.map(|i| x[i] - c * y[i]), c)
+        };
+        self.discs.iter().map(of_disc).collect()
+    }
+
+    /// Follows Newton's steps; the last answer, solved or not. `None` if a step has none.
+    fn newton(
+        &self,
+        states: &[BoundState],
+        frames: &[Frame],
+        counts: &mut QpCounts,
+    ) -> Result<Option<BoxSolution>, QpError> {
+        let n = self.qp.linear.len();
+        let (mut states, mut frames) = (states.to_vec(), frames.to_vec());
+        let settings = self.settings.clone().active_sets_first();
+        let mut last = None;
+        for _ in 0..MOST_STEPS {
+            let mut rotated = Rotated::new(self.qp, &frames);
+            for frame in &frames {
+                let on_circle = if frame.is_on_circle() { BoundState::Upper } else { BoundState::Free };
+                states[frame.along()] = if frame.radius > 0.0 { on_circle } else { BoundState::Lower };
+                states[frame.across()] =
+                    if frame.radius > 0.0 { BoundState::Free } else { BoundState::Lower };
+                rotated.matrix.add_to_diagonal(n, frame.across(), frame.curvature);
+            }
+            let step = solve_box(&rotated.programme(self.qp), Some(&states), &settings)?;
+            counts.active_sets += step.counts.active_sets;
+            counts.whole_calls += step.counts.whole_calls;
+            counts.shrunk_calls += step.counts.shrunk_calls;
+            counts.polish_sets += step.counts.polish_sets;
+            counts.descent_steps += step.counts.descent_steps;
+            counts.fitted += step.counts.fitted;
+            if !step.status.is_solved() {
+                return Ok(last);
+            }
+            let mut x = step.x;
+            frames.iter().for_each(|frame| frame.leave(&mut x));
+            let gradient = self.qp.gradient(&x, &step.row_multipliers);
+            let (answer, next) = self.answer(&x, &gradient, &step.row_multipliers, &step.states);
+            if answer.status.is_solved() {
+                return Ok(Some(answer));
+            }
+            (states, frames, last) = (step.states, next, Some(answer));
+        }
+        Ok(last)
+    }
+
+    /// Moves a point into its discs, and measures it in the axes there, which are returned.
+    fn answer(
+        &self,
+        x: &[f64],
+        gradient: &[f64],
+        a: &[f64],
+        states: &[BoundState],
+    ) -> (BoxSolution, Vec<Frame>) {
+        let frames = self.frames(x, gradient);
+        let (mut x, mut states) = (x.to_vec(), states.to_vec());
+        for frame in &frames {
+            frame.enter(&mut x);
+            let (i, j) = (frame.along(), frame.across());
+            if frame.is_on_circle() {
+                (x[i], x[j]) = (frame.radius, 0.0);
+            }
+            let length = x[i].hypot(x[j]);
+            if length > frame.radius {
+                (x[i], x[j]) = (x[i] / length * frame.radius, x[j] / length * frame.radius);
+            }
+            states[i] = if frame.is_on_circle() { BoundState::Upper } else { BoundState::Free };
+            states[j] = BoundState::Free;
+            if frame.radius == 0.0 {
+                (states[i], states[j]) = (BoundState::Lower, BoundState::Lower);
+            }
+        }
+        let rotated = Rotated::new(self.qp, &frames);
+        let point = ActiveSetPoint { x, a: a.to_vec(), states };
+        let mut answer = point.into_solution(&rotated.programme(self.qp));
+        if !(answer.kkt.max() <= self.settings.kkt_tolerance) {
+            answer.status = QpStatus::PolishFailed;
+        }
+        for frame in &frames {
+            frame.leave(&mut answer.x);
+            frame.leave(&mut answer.multipliers);
+            answer.states[frame.across()] = answer.states[frame.along()];
+        }
+        (answer, frames)
+    }
+}
