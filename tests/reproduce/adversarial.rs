@@ -154,8 +154,13 @@ impl Found {
 }
 
 /// Prints the part about solids alone, with what is violated.
-pub(crate) fn solids(folder: &Path, quick: bool, problems: Option<u64>) -> Result<(), Box<dyn Error>> {
-    println!("{SOLIDS}{}", solids::section(folder, quick, problems)?.0);
+pub(crate) fn solids(
+    folder: &Path,
+    quick: bool,
+    problems: Option<u64>,
+    family: Option<&'static str>,
+) -> Result<(), Box<dyn Error>> {
+    println!("{SOLIDS}{}", solids::section(folder, quick, problems, family)?.0);
     Ok(())
 }
 
@@ -189,7 +194,7 @@ pub(crate) fn page(folder: &Path, quick: bool, problems: Option<u64>) -> Result<
         write(folder, PARTIAL, &found.tables())?;
     }
     let (layers, more) = exact::section(quick)?;
-    let (assemblies, violated) = solids::section(folder, quick, problems)?;
+    let (assemblies, violated) = solids::section(folder, quick, problems, None)?;
     println!("{}\n## Exact solutions\n\n{layers}\n{}", found.tables(), sharpness::section(quick)?);
     println!("\n{SOLIDS}{assemblies}");
     match found.count + more + violated {

@@ -41,26 +41,42 @@ impl TableRow {
     }
 }
 
-/// The sums over all trials so far.
+/// The rows of both files.
+#[derive(Default)]
+struct Tables {
+    violations: String,
+    csv: String,
+}
+
+impl Tables {
+    fn write(&self, folder: &Path) -> Result<(), Box<dyn Error>> {
+        let head = "problem,kind,family,promise,numbers\n".to_owned();
+        write(folder, "solids-violations.csv", &(head + &self.violations))?;
+        let head =
+            "problem,kind,family,nodes,pairs,runs,first run,verdicts,violated,effectivity\n".to_owned();
+        write(folder, "solids-runs.csv", &(head + &self.csv))
+    }
+}
+
+/// The sums over all trials of one kind so far.
 #[derive(Default)]
 struct Found {
     rows: BTreeMap<&'static str, TableRow>,
     all: TableRow,
-    violations: String,
     count: usize,
-    csv: String,
 }
 
 impl Found {
-    fn add(&mut self, trial: &Trial) {
+    fn add(&mut self, kind: &str, trial: &Trial, tables: &mut Tables) {
+        let kind = kind.split(',').next().unwrap_or_default();
         self.all.add(trial);
         self.rows.entry(trial.family).or_default().add(trial);
         let violated = trial.violations().count();
         let effectivity = trial.effectivity.map_or_else(String::new, |e| format!("{e:.2}"));
         let certified = trial.refused.as_deref().unwrap_or("certified").replace([',', '"', '\n'], " ");
         let _ = writeln!(
-            self.csv,
-            "{},{},{},{},{},{certified},{},{violated},{effectivity}",
+            tables.csv,
+            "{},{kind},{},{},{},{},{certified},{},{violated},{effectivity}",
             trial.number,
             trial.family,
             trial.nodes,
@@ -71,7 +87,7 @@ impl Found {
         for verdict in trial.violations() {
             self.count += 1;
             let (name, said) = (name(verdict.promise), said(verdict));
-            let _ = writeln!(self.violations, "{},{},{name},\"{said}\"", trial.number, trial.family);
+            let _ = writeln!(tables.violations, "{},{kind},{},{name},\"{said}\"", trial.number, trial.family);
         }
     }
 
@@ -89,16 +105,11 @@ impl Found {
         );
         text += &self.all.line("**all**");
         for family in FAMILIES {
-            text += &self.rows.entry(family).or_default().line(family);
+            if let Some(row) = self.rows.get_mut(family) {
+                text += &row.line(family);
+            }
         }
         text
-    }
-
-    fn write(&self, folder: &Path) -> Result<(), Box<dyn Error>> {
-        let head = "problem,family,promise,numbers\n".to_owned();
-        write(folder, "solids-violations.csv", &(head + &self.violations))?;
-        let head = "problem,family,nodes,pairs,runs,first run,verdicts,violated,effectivity\n".to_owned();
-        write(folder, "solids-runs.csv", &(head + &self.csv))
     }
 }
 
@@ -116,22 +127,45 @@ pub(crate) fn one(number: u64) -> Result<(), Box<dyn Error>> {
     if trial.violations().next().is_some() { Err("violated".into()) } else { Ok(()) }
 }
 
-/// Makes the table and writes `solids-runs.csv` and `solids-violations.csv`; returns the section and the number of violations.
+/// What is done with a problem: its name, how it is judged, and one of how many problems.
+type Kind = (&'static str, fn(&Problem) -> Trial, u64);
+
+/// All kinds of trials.
+const KINDS: [Kind; 3] = [
+    ("On given meshes", Trial::of, 1),
+    ("On the meshes of adaptive runs", Trial::adaptive, 4),
+    ("Surfaces that do not match, laid over each other, on the meshes of adaptive runs", Trial::overlaid, 4),
+];
+
+/// Makes the tables and writes `solids-runs.csv` and `solids-violations.csv`; returns the section and the number of violations.
 ///
-/// * `problems`: how many, if not the number of the study.
+/// * `problems`: how many on given meshes, if not the number of the study; `family`: the only one, if any.
 pub(crate) fn section(
     folder: &Path,
     quick: bool,
     problems: Option<u64>,
+    family: Option<&'static str>,
 ) -> Result<(String, usize), Box<dyn Error>> {
     let all = problems.unwrap_or(PROBLEMS[usize::from(quick)]);
-    let mut found = Found::default();
-    for from in (0..all).step_by(CHUNK as usize) {
-        let one = |number: u64| Trial::new(number).map_err(|e| format!("solid problem {number}: {e}"));
-        let trials: Result<Vec<Trial>, String> =
-            (from..all.min(from + CHUNK)).into_par_iter().map(one).collect();
-        trials?.iter().for_each(|trial| found.add(trial));
-        found.write(folder)?;
+    let (mut text, mut count, mut tables) = (String::new(), 0, Tables::default());
+    for (kind, judge, share) in KINDS {
+        let mut found = Found::default();
+        let all = all / share;
+        for from in (0..all).step_by(CHUNK as usize) {
+            let one = |number: u64| {
+                let drawn = match family {
+                    Some(family) => Problem::of_family(number, family),
+                    None => Problem::new(number),
+                };
+                drawn.map(|problem| judge(&problem)).map_err(|e| format!("solid problem {number}: {e}"))
+            };
+            let trials: Result<Vec<Trial>, String> =
+                (from..all.min(from + CHUNK)).into_par_iter().map(one).collect();
+            trials?.iter().for_each(|trial| found.add(kind, trial, &mut tables));
+            tables.write(folder)?;
+        }
+        text += &format!("{kind}: {}\n", found.table());
+        count += found.count;
     }
-    Ok((found.table(), found.count))
+    Ok((text, count))
 }

@@ -52,6 +52,7 @@ mod rounded_punch;
 mod sharpness;
 mod solid_adaptive;
 mod solid_cases;
+mod solid_friction;
 mod solids;
 mod solve;
 mod solve_solids;

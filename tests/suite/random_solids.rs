@@ -42,15 +42,16 @@ const REFINED: u64 = 48;
 
 #[test]
 fn every_promise_is_kept_on_the_meshes_of_adaptive_runs() {
-    judge_refined(2_000_000, |n| Trial::adaptive(n).unwrap());
+    judge_refined(2_000_000, Trial::adaptive);
 }
 
 #[test]
 fn every_promise_is_kept_where_surfaces_do_not_match() {
-    judge_refined(3_000_000, |n| Trial::overlaid(n).unwrap());
+    judge_refined(3_000_000, Trial::overlaid);
 }
 
-fn judge_refined(first: u64, trial: fn(u64) -> Trial) {
+fn judge_refined(first: u64, judge: fn(&Problem) -> Trial) {
+    let trial = |number: u64| judge(&Problem::new(number).unwrap());
     let trials: Vec<Trial> = (first..first + REFINED).into_par_iter().map(trial).collect();
     let said =
         |t: &Trial| t.violations().map(|v| format!("{} {} {v:?}", t.number, t.family)).collect::<Vec<_>>();

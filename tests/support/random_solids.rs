@@ -234,31 +234,24 @@ impl Trial {
         Ok(Self::of(&Problem::new(number)?))
     }
 
-    /// Draws the problem with a number, refines it adaptively on up to four meshes, and judges each of them.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub fn adaptive(number: u64) -> Made<Self> {
-        Self::refined(number, |assembly| assembly.problem(0))
+    /// Refines a problem adaptively on up to four meshes, and judges each of them.
+    pub fn adaptive(problem: &Problem) -> Self {
+        Self::refined(problem, |assembly| assembly.problem(0))
     }
 
     /// [`Self::adaptive`] of a problem whose surfaces do not match.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub fn overlaid(number: u64) -> Made<Self> {
-        Self::refined(number, |assembly| assembly.overlaid(&mut Random::new(number)))
+    pub fn overlaid(problem: &Problem) -> Self {
+        Self::refined(problem, |assembly| assembly.overlaid(&mut Random::new(problem.number)))
     }
 
-    fn refined(number: u64, first: impl Fn(&Assembly) -> Made<ContactProblem<Solid>>) -> Made<Self> {
-        let problem = Problem::new(number)?;
+    fn refined(problem: &Problem, first: impl Fn(&Assembly) -> Made<ContactProblem<Solid>>) -> Self {
         let assembly = adaptive::flat(&problem.assembly);
-        Ok(Self::judged(&problem, |trial| {
-            if let Err(error) = first(&assembly).and_then(|first| adaptive::judge(&problem, first, trial)) {
+        Self::judged(problem, |trial| {
+            if let Err(error) = first(&assembly).and_then(|first| adaptive::judge(problem, first, trial)) {
                 // Without its gaps and round obstacles an assembly may have supports and contacts that exclude each other.
                 trial.say(Promise::Status, excluded(error.as_ref()), || format!("adaptive: {error}"));
             }
-        }))
+        })
     }
 
     /// Runs and judges a problem.

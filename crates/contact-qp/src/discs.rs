@@ -76,7 +76,9 @@ pub fn solve_discs(
     let mut counts = QpCounts::default();
     let mut last = None;
     let mut first = None;
-    if let Some(DiscStart { states, x, multipliers }) = start.filter(|_| settings.method != QpMethod::Clarabel) {
+    if let Some(DiscStart { states, x, multipliers }) =
+        start.filter(|_| settings.method != QpMethod::Clarabel)
+    {
         for (what, found) in [("start", states.len()), ("start", x.len()), ("start", multipliers.len())] {
             check_length(what, n, found)?;
         }

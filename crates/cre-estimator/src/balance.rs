@@ -36,6 +36,10 @@ const LIGHTLY_LOADED: f64 = 1e-6;
 /// times larger.
 const DEAR: f64 = 2.0;
 
+/// Limits of Coulomb friction that change by this fraction of the largest one agree, after at most this many changes.
+const AGREED: f64 = 1e-14;
+const MOST_CONES: usize = 60;
+
 /// The pressure and friction of an admissible stress at the pairs of each contact line.
 #[derive(Clone, Debug)]
 pub(crate) struct Pressure<S: Space> {
@@ -163,10 +167,16 @@ pub(crate) fn pressure<S: Recovery>(
     // Idle unknowns stay zero at any weight.
     let most = weights.iter().copied().fold(0.0, f64::max);
     weights.iter_mut().filter(|weight| **weight == 0.0).for_each(|weight| *weight = most);
-    let found = if contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
+    let coulomb = contacts.iter().any(|pair| pair.friction.coulomb().is_some());
+    let in_space = contacts.iter().any(|pair| pair.row_count() > 2 * pair.interface.pairs().len());
+    let found = if coulomb && in_space {
+        nearest_in_round_cones(prepared, state, &tractions, (&target, &weights), &rows)?
+    } else if coulomb {
         nearest_in_cones(prepared, &tractions, (&target, &weights), &rows)?
     } else {
-        nearest(prepared, state, &tractions, (&target, &weights), &rows)?
+        let limits: Vec<Vec<f64>> =
+            contacts.iter().map(|pair| admissible_limits(prepared, pair, &[])).collect();
+        nearest(prepared, state, &tractions, (&target, &weights), &rows, &limits)?
     };
     let Some(found) = found else {
         return unbalanced(rows.imbalance(prepared, &tractions, &target));
@@ -221,6 +231,38 @@ fn discs<S: Recovery>(contacts: &[ContactPair<S>], tractions: &Tractions, limits
     contacts.iter().zip(&tractions.lines).zip(limits).flat_map(of_pair).collect()
 }
 
+/// Finds tractions in balance within the cones of Coulomb friction of solids: again and again the nearest ones within the limits `μ p` of the pressures
+/// before, until these agree. `None` if they do not, or nothing is in balance.
+fn nearest_in_round_cones<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
+    tractions: &Tractions,
+    near: (&[f64], &[f64]),
+    rows: &Rows,
+) -> Result<Option<Vec<f64>>, EstimatorError> {
+    let contacts = &prepared.problem().contacts;
+    let mut values = near.0.to_vec();
+    for _ in 0..MOST_CONES {
+        let limits_of = |values: &[f64]| -> Vec<Vec<f64>> {
+            let lines = contacts.iter().zip(tractions.split(values));
+            let of_line = |(pair, (line, values)): (&ContactPair<S>, (&LineTractions, &[f64]))| {
+                admissible_limits(prepared, pair, &line.pressure(&pair.interface, values).1)
+            };
+            lines.map(of_line).collect()
+        };
+        let limits = limits_of(&values);
+        let Some(found) = nearest(prepared, state, tractions, near, rows, &limits)? else { return Ok(None) };
+        let inside = limits_of(&found);
+        let change = limits.iter().flatten().zip(inside.iter().flatten()).map(|(a, b)| (a - b).abs());
+        let largest = inside.iter().flatten().fold(0.0f64, |most, s| most.max(*s));
+        if change.fold(0.0, f64::max) <= AGREED * largest {
+            return Ok(Some(found));
+        }
+        values = found;
+    }
+    Ok(None)
+}
+
 /// Finds the nearest tractions in balance within given limits of friction, (31); `None` if nothing is in balance.
 fn nearest<S: Recovery>(
     prepared: &PreparedProblem<S>,
@@ -228,12 +270,12 @@ fn nearest<S: Recovery>(
     tractions: &Tractions,
     (target, weights): (&[f64], &[f64]),
     Rows { independent: (matrix, loads), .. }: &Rows,
+    limits: &[Vec<f64>],
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
-    let limits: Vec<Vec<f64>> = contacts.iter().map(|pair| admissible_limits(prepared, pair, &[])).collect();
-    let discs = discs(contacts, tractions, &limits);
+    let discs = discs(contacts, tractions, limits);
     let near = |allowed: Option<&[bool]>| {
-        let [lower, upper] = bounds(prepared, tractions, &limits, allowed);
+        let [lower, upper] = bounds(prepared, tractions, limits, allowed);
         nearest_balanced(target, weights, [&lower, &upper], &discs, matrix, loads)
     };
     let Some(mut found) = near(None)? else { return Ok(None) };
