@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "effectivity" => effectivity::page(&folder, quick),
         "adaptivity" => adaptivity::page(&folder, quick),
         "adversarial" => match (only, solids) {
-            (Some(number), true) => solids::one(number),
+            (Some(number), true) => solids::one(number, family),
             (Some(number), false) => adversarial::one(number, &folder),
             (None, true) => adversarial::solids(&folder, quick, problems, family),
             (None, false) => adversarial::page(&folder, quick, problems),

@@ -113,18 +113,30 @@ impl Found {
     }
 }
 
-/// Runs one problem and prints its assembly and its verdicts.
-pub(crate) fn one(number: u64) -> Result<(), Box<dyn Error>> {
-    let problem = Problem::new(number)?;
-    println!("{problem:#?}");
-    let trial = Trial::of(&problem);
-    println!("{}: {} nodes, {} pairs; {}", trial.family, trial.nodes, trial.pairs, trial.ended);
-    println!("not certified: {:?}, effectivity {:?}", trial.refused, trial.effectivity);
-    for verdict in &trial.verdicts {
-        let word = if verdict.holds { "kept" } else { "VIOLATED" };
-        println!("{word}: {:?} {}", verdict.promise, verdict.said);
+/// Draws a problem, of a family if one is named.
+fn drawn(number: u64, family: Option<&'static str>) -> Result<Problem, Box<dyn Error>> {
+    match family {
+        Some(family) => Problem::of_family(number, family),
+        None => Problem::new(number),
     }
-    if trial.violations().next().is_some() { Err("violated".into()) } else { Ok(()) }
+}
+
+/// Runs one problem in all ways, and prints its assembly and its verdicts.
+pub(crate) fn one(number: u64, family: Option<&'static str>) -> Result<(), Box<dyn Error>> {
+    let problem = drawn(number, family)?;
+    println!("{problem:#?}");
+    let mut violated = false;
+    for (kind, judge, _) in KINDS {
+        let trial = judge(&problem);
+        println!("{kind}: {}: {} nodes, {} pairs; {}", trial.family, trial.nodes, trial.pairs, trial.ended);
+        println!("not certified: {:?}, effectivity {:?}", trial.refused, trial.effectivity);
+        for verdict in &trial.verdicts {
+            let word = if verdict.holds { "kept" } else { "VIOLATED" };
+            println!("{word}: {:?} {}", verdict.promise, verdict.said);
+        }
+        violated |= trial.violations().next().is_some();
+    }
+    if violated { Err("violated".into()) } else { Ok(()) }
 }
 
 /// What is done with a problem: its name, how it is judged, and one of how many problems.
@@ -153,11 +165,8 @@ pub(crate) fn section(
         let all = all / share;
         for from in (0..all).step_by(CHUNK as usize) {
             let one = |number: u64| {
-                let drawn = match family {
-                    Some(family) => Problem::of_family(number, family),
-                    None => Problem::new(number),
-                };
-                drawn.map(|problem| judge(&problem)).map_err(|e| format!("solid problem {number}: {e}"))
+                let problem = drawn(number, family);
+                problem.map(|problem| judge(&problem)).map_err(|e| format!("solid problem {number}: {e}"))
             };
             let trials: Result<Vec<Trial>, String> =
                 (from..all.min(from + CHUNK)).into_par_iter().map(one).collect();

@@ -99,9 +99,8 @@ fn uniform_shear_slides_at_its_limit_with_an_exact_field() {
         let component = |k: usize| Some(ScalarData::Function(Arc::new(move |x: Vector3<f64>| field(x)[k])));
         let fixed = Conditions::default().components(ends[0], [0, 1, 2].map(component));
         let sides = ["left", "right", "front", "back"].into_iter().zip([-0.6, 0.6, -0.8, 0.8]);
-        let loaded = sides.fold(fixed, |all, (side, part)| {
-            all.traction(side, [0.0.into(), 0.0.into(), (s * part).into()])
-        });
+        let loaded = sides
+            .fold(fixed, |all, (side, part)| all.traction(side, [0.0.into(), 0.0.into(), (s * part).into()]));
         let mesh = cuboid([0.0, 0.0, z], [2.0, 1.0, 1.0], [4, 2, 2]).unwrap();
         let body = Body::new(mesh, LinearElastic::isotropic_solid(modulus, 0.3).unwrap(), &loaded).unwrap();
         (body, field(Vector3::new(0.0, 0.0, z + 1.0)))
@@ -125,9 +124,9 @@ fn uniform_shear_slides_at_its_limit_with_an_exact_field() {
 
 #[test]
 fn surfaces_that_do_not_match_rub_too_and_meshes_are_refined() {
-    let friction = Friction::tresca(ScalarData::Function(Arc::new(|x: Vector3<f64>| 2.0 + x[0] + 0.5 * x[1])));
-    let problem =
-        shifted([[4, 2, 2], [5, 3, 2]], &Rotation3::identity(), [0.003, 0.004, -0.02], &friction);
+    let friction =
+        Friction::tresca(ScalarData::Function(Arc::new(|x: Vector3<f64>| 2.0 + x[0] + 0.5 * x[1])));
+    let problem = shifted([[4, 2, 2], [5, 3, 2]], &Rotation3::identity(), [0.003, 0.004, -0.02], &friction);
     let mut adapt = AdaptSettings::new(0.15);
     adapt.max_nodes = 4000;
     let found = solve_adaptively(problem, &Settings::default(), &adapt, &mut Silent).unwrap();

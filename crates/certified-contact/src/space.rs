@@ -3,7 +3,8 @@
 use crate::error::SolveError;
 use crate::lines::{self, Stretch};
 use crate::pair_forces::PairForces;
-use crate::{recovered_pressure, solve_coulomb, spin};
+use crate::slip_signs::slip_signs;
+use crate::{recovered_pressure, spin};
 use contact_geometry::Refinable;
 use cre_estimator::Recovery;
 use fem_core::interface::{ContactInterface, ContactProblem};
@@ -82,7 +83,7 @@ impl ContactSpace for Plane {
     }
 
     fn slip_signs(problem: &ContactProblem, friction: &[PairFriction]) -> Option<Vec<f64>> {
-        solve_coulomb::signs(problem, friction)
+        slip_signs(problem, friction)
     }
 
     fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64]) -> Option<Vec<f64>> {

@@ -3,11 +3,9 @@
 //! Both are found by a semi-smooth Newton method on the multipliers of the rows, whose matrix `G_F W⁻¹ G_Fᵀ + ρ I` is sparse: rows of motions
 //! meet only the forces on their own bodies.
 
-use crate::balanced_discs::{self, with_rest};
 use crate::bound_state::BoundState;
 use crate::box_qp::{solve_box, solve_on_sets};
 use crate::dense::{dot, norm};
-use crate::discs::Disc;
 use crate::error::QpError;
 use crate::problem::{MatrixView, check_length, check_values};
 use crate::programme::BoxQp;
@@ -32,11 +30,11 @@ const MOST_CENTRES: usize = 60;
 /// A centre after which less than this fraction of the defect is gone is the last one.
 const GAIN: f64 = 0.9;
 
-/// The multipliers of [`nearest_balanced`] are drawn to their centre by this fraction of the mean diagonal of the matrix: rows that depend on each other
+/// The multipliers of [`crate::nearest_balanced`] are drawn to their centre by this fraction of the mean diagonal of the matrix: rows that depend on each other
 /// need it.
 const DRAWN: f64 = 1e-13;
 
-/// The unknowns of [`unbalanced_load`] are drawn to their centre by these fractions of the mean diagonal of the matrix, from first to last.
+/// The unknowns of [`crate::unbalanced_load`] are drawn to their centre by these fractions of the mean diagonal of the matrix, from first to last.
 const SOFT: [f64; 2] = [1e-6, 1e-14];
 
 /// A step is long enough if its slope has changed from the first one by at least this fraction, and not too long if it rises by at most the other one.
@@ -69,34 +67,6 @@ pub struct Balanced {
     pub steps: usize,
 }
 
-/// Finds `min Σ w_i (p_i − t_i)²` subject to `l ≤ p ≤ u`, `C p = e`; `None` if no `p` within the bounds is in balance.
-///
-/// The solution is `p = min(u, max(l, x))` with `x = t + W⁻¹ Cᵀ a`; `a` minimises the convex `½ Σ w p (2x − p) − a·e`, by a semi-smooth
-/// Newton method with a line search. Rows may depend on each other.
-///
-/// * `target`: t, n entries; `weights`: w > 0, n entries.
-/// * `bounds`: l and u, n entries each; they may be infinite. `discs`: pairs of unknowns that are in discs as well, of equal weights.
-/// * `rows`: C, m rows with n columns; `right_side`: e, m entries.
-///
-/// # Errors
-/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], [`QpError::Disc`], and data that Clarabel rejects.
-pub fn nearest_balanced(
-    target: &[f64],
-    weights: &[f64],
-    bounds: [&[f64]; 2],
-    discs: &[Disc],
-    rows: &SparseRows,
-    right_side: &[f64],
-) -> Result<Option<Balanced>, QpError> {
-    if !discs.is_empty() {
-        check_values("target", target.len(), target)?;
-        check_values("weights", target.len(), weights)?;
-        check(target.len(), bounds, rows, right_side)?;
-        return balanced_discs::nearest(target, weights, bounds, discs, rows, right_side);
-    }
-    BalanceRows::new(rows.clone(), right_side.to_vec()).nearest(target, weights, bounds)
-}
-
 /// Rows of a balance for several questions: the structure of `C W⁻¹ Cᵀ` is found once.
 #[derive(Debug)]
 pub struct BalanceRows {
@@ -125,10 +95,10 @@ impl BalanceRows {
         &self.right_side
     }
 
-    /// See [`nearest_balanced`].
+    /// See [`crate::nearest_balanced`].
     ///
     /// # Errors
-    /// See [`nearest_balanced`].
+    /// See [`crate::nearest_balanced`].
     pub fn nearest(
         &mut self,
         target: &[f64],
@@ -150,10 +120,10 @@ impl BalanceRows {
         }
     }
 
-    /// See [`unbalanced_load`].
+    /// See [`crate::unbalanced_load`].
     ///
     /// # Errors
-    /// See [`unbalanced_load`].
+    /// See [`crate::unbalanced_load`].
     pub fn unbalanced(&mut self, bounds: [&[f64]; 2]) -> Result<(Vec<f64>, Vec<f64>), QpError> {
         let Self { rows, right_side, normal } = self;
         check(rows.columns(), bounds, rows, right_side)?;
@@ -161,32 +131,7 @@ impl BalanceRows {
     }
 }
 
-/// Solves `min |G x − e|` subject to `l ≤ x ≤ u`, and returns `x` and `e − G x`.
-///
-/// The residual is zero if and only if some `x` within the bounds has `G x = e`; otherwise no such `x` reduces the load `e` along it:
-/// `(e − G x)·(e − G z) ≥ |e − G x|²` for every admissible `z` (Farkas). Each of a few programmes draws `x` to the answer of the one before.
-/// A load of which little is left is balanced by the nearest `x` that does; otherwise the set of the last programme is solved exactly.
-/// With discs a load of which less than 1e-7 is left counts as balanced.
-///
-/// * `rows`: G, m rows with n columns; `right_side`: e, m entries; `bounds`: l and u, n entries each; they may be infinite.
-/// * `discs`: pairs of unknowns that are in discs as well.
-///
-/// # Errors
-/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], [`QpError::Disc`], [`QpError::Library`].
-pub fn unbalanced_load(
-    rows: &SparseRows,
-    right_side: &[f64],
-    bounds: [&[f64]; 2],
-    discs: &[Disc],
-) -> Result<(Vec<f64>, Vec<f64>), QpError> {
-    if !discs.is_empty() {
-        check(rows.columns(), bounds, rows, right_side)?;
-        return balanced_discs::unbalanced(rows, right_side, bounds, discs);
-    }
-    BalanceRows::new(rows.clone(), right_side.to_vec()).unbalanced(bounds)
-}
-
-fn check(
+pub(crate) fn check(
     n: usize,
     [lower, upper]: [&[f64]; 2],
     rows: &SparseRows,
@@ -202,6 +147,15 @@ fn check(
         Some(place) => Err(QpError::Bounds { place, lower: lower[place], upper: upper[place] }),
         None => Ok(()),
     }
+}
+
+/// The rows and bounds of `G x + r = e` in `x` and what is left, `r`.
+pub(crate) fn with_rest(rows: &SparseRows, bounds: [&[f64]; 2]) -> (SparseRows, Vec<f64>, Vec<f64>) {
+    let (n, m) = (rows.columns(), rows.len());
+    let mut lines = SparseRows::new(n + m);
+    rows.rows().enumerate().for_each(|(k, row)| lines.push(row.chain([(n + k, 1.0)])));
+    let wider = |bounds: &[f64], free: f64| [bounds, &vec![free; m]].concat();
+    (lines, wider(bounds[0], f64::NEG_INFINITY), wider(bounds[1], f64::INFINITY))
 }
 
 /// Solves it as a programme with bounds: if the solution is nearly a vertex, the multipliers grow, and the steps of Newton's method
@@ -467,6 +421,7 @@ impl<'a> Projection<'a> {
 mod tests {
     use super::*;
     use crate::random::random;
+    use crate::unbalanced_load;
 
     /// The forces below and above each block of a pile are in balance with its load.
     #[test]

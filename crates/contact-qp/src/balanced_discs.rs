@@ -1,11 +1,11 @@
-//! Numbers in balance of which some pairs are in discs: in the axes of each disc a question with bounds, see [`crate::discs`].
+//! Numbers in balance, some pairs of which may be in discs: in the axes of each disc a question with bounds, see [`crate::discs`].
 
-use crate::balance::{BalanceRows, Balanced, LeastSquares};
+use crate::balance::{BalanceRows, Balanced, LeastSquares, check, with_rest};
 use crate::dense::norm;
-use crate::discs::{Disc, Frame, check_discs, rotated_rows};
+use crate::disc::{Disc, Frame, check_discs, rotated_rows};
 use crate::error::QpError;
 use crate::interior_point;
-use crate::problem::MatrixView;
+use crate::problem::{MatrixView, check_values};
 use crate::programme::BoxQp;
 use crate::settings::QpSettings;
 use crate::sparse::SparseRows;
@@ -23,7 +23,60 @@ const NEAREST: f64 = 1e-10;
 const TOLERANCE: f64 = 1e-10;
 const BALANCED: f64 = 1e-7;
 
-/// See [`crate::nearest_balanced`]; the weights of both unknowns of a disc are those of the first. `None` also if no step ends in all discs.
+/// Finds `min Σ w_i (p_i − t_i)²` subject to `l ≤ p ≤ u`, `C p = e`; `None` if no `p` within the bounds is in balance.
+///
+/// The solution is `p = min(u, max(l, x))` with `x = t + W⁻¹ Cᵀ a`; `a` minimises the convex `½ Σ w p (2x − p) − a·e`, by a semi-smooth
+/// Newton method with a line search. Rows may depend on each other.
+///
+/// * `target`: t, n entries; `weights`: w > 0, n entries.
+/// * `bounds`: l and u, n entries each; they may be infinite. `discs`: pairs of unknowns that are in discs as well, of equal weights.
+/// * `rows`: C, m rows with n columns; `right_side`: e, m entries.
+///
+/// # Errors
+/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], [`QpError::Disc`], and data that Clarabel rejects.
+pub fn nearest_balanced(
+    target: &[f64],
+    weights: &[f64],
+    bounds: [&[f64]; 2],
+    discs: &[Disc],
+    rows: &SparseRows,
+    right_side: &[f64],
+) -> Result<Option<Balanced>, QpError> {
+    if !discs.is_empty() {
+        check_values("target", target.len(), target)?;
+        check_values("weights", target.len(), weights)?;
+        check(target.len(), bounds, rows, right_side)?;
+        return nearest(target, weights, bounds, discs, rows, right_side);
+    }
+    BalanceRows::new(rows.clone(), right_side.to_vec()).nearest(target, weights, bounds)
+}
+
+/// Solves `min |G x − e|` subject to `l ≤ x ≤ u`, and returns `x` and `e − G x`.
+///
+/// The residual is zero if and only if some `x` within the bounds has `G x = e`; otherwise no such `x` reduces the load `e` along it:
+/// `(e − G x)·(e − G z) ≥ |e − G x|²` for every admissible `z` (Farkas). Each of a few programmes draws `x` to the answer of the one before.
+/// A load of which little is left is balanced by the nearest `x` that does; otherwise the set of the last programme is solved exactly.
+/// With discs a load of which less than 1e-7 is left counts as balanced.
+///
+/// * `rows`: G, m rows with n columns; `right_side`: e, m entries; `bounds`: l and u, n entries each; they may be infinite.
+/// * `discs`: pairs of unknowns that are in discs as well.
+///
+/// # Errors
+/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], [`QpError::Disc`], [`QpError::Library`].
+pub fn unbalanced_load(
+    rows: &SparseRows,
+    right_side: &[f64],
+    bounds: [&[f64]; 2],
+    discs: &[Disc],
+) -> Result<(Vec<f64>, Vec<f64>), QpError> {
+    if !discs.is_empty() {
+        check(rows.columns(), bounds, rows, right_side)?;
+        return unbalanced(rows, right_side, bounds, discs);
+    }
+    BalanceRows::new(rows.clone(), right_side.to_vec()).unbalanced(bounds)
+}
+
+/// See [`nearest_balanced`]; the weights of both unknowns of a disc are those of the first. `None` also if no step ends in all discs.
 pub(crate) fn nearest(
     target: &[f64],
     weights: &[f64],
@@ -83,7 +136,7 @@ fn within([a, b]: [f64; 2], radius: f64) -> [f64; 2] {
     if length > radius { [a / length * radius, b / length * radius] } else { [a, b] }
 }
 
-/// See [`crate::unbalanced_load`]; loads that are nearly balanced count as balanced.
+/// See [`unbalanced_load`]; loads that are nearly balanced count as balanced.
 pub(crate) fn unbalanced(
     rows: &SparseRows,
     right_side: &[f64],
@@ -123,13 +176,4 @@ pub(crate) fn unbalanced(
     let left = defect(&x);
     let is_balanced = norm(&left) <= BALANCED * norm(right_side);
     Ok((x, if is_balanced { vec![0.0; m] } else { left }))
-}
-
-/// The rows and bounds of `G x + r = e` in `x` and what is left, `r`.
-pub(crate) fn with_rest(rows: &SparseRows, bounds: [&[f64]; 2]) -> (SparseRows, Vec<f64>, Vec<f64>) {
-    let (n, m) = (rows.columns(), rows.len());
-    let mut lines = SparseRows::new(n + m);
-    rows.rows().enumerate().for_each(|(k, row)| lines.push(row.chain([(n + k, 1.0)])));
-    let wider = |bounds: &[f64], free: f64| [bounds, &vec![free; m]].concat();
-    (lines, wider(bounds[0], f64::NEG_INFINITY), wider(bounds[1], f64::INFINITY))
 }

@@ -245,6 +245,22 @@ fn without_unknowns(qp: &BoxQp<'_>, settings: &QpSettings) -> BoxSolution {
     BoxSolution { status: if holds { QpStatus::Solved } else { QpStatus::Infeasible }, ..answer }
 }
 
+/// Solves a programme by active sets from a given one; without the ways that take long if there are many unknowns.
+///
+/// * `shrunk`: Clarabel with few of the bounds may find another set.
+///
+/// # Errors
+/// Those of [`solve_box`].
+pub(crate) fn solve_by_sets(
+    qp: &BoxQp<'_>,
+    start: &[BoundState],
+    shrunk: bool,
+    settings: &QpSettings,
+) -> Result<BoxSolution, QpError> {
+    let ways = [Way::ActiveSets, Way::Shrunk];
+    solve_by(if shrunk { &ways } else { &ways[..1] }, qp, Some(start), settings)
+}
+
 /// Solves a programme by active sets alone; `None` if they come back.
 ///
 /// * `start`: the first set.

@@ -8,11 +8,12 @@
 //! ```math
 //! κ = (|d| − r)/(c r) if |d| > r,   0 if not
 //! ```
-//! the curvature of the circle times the multiplier. The first `d` comes from a similar programme, from the same one without discs, or from Clarabel with
-//! second-order cones.
+//! the curvature of the circle times the multiplier. The first `d` comes from a similar programme, from the same one without discs or with squares in their
+//! place, or from Clarabel with second-order cones.
 
 use crate::bound_state::BoundState;
-use crate::box_qp::{ActiveSetPoint, solve_box};
+use crate::box_qp::{ActiveSetPoint, solve_box, solve_by_sets};
+use crate::disc::{Disc, Frame, check_discs, parts, places, rotated_rows};
 use crate::error::QpError;
 use crate::interior_point;
 use crate::problem::{MatrixView, check_length};
@@ -20,22 +21,12 @@ use crate::programme::BoxQp;
 use crate::settings::{QpMethod, QpSettings};
 use crate::solution::{BoxSolution, QpCounts, QpPath, QpStatus};
 use crate::sparse::SparseRows;
-use std::collections::BTreeMap;
 
 /// Steps of Newton's method, at most, from one start.
 const MOST_STEPS: usize = 30;
 
 /// Clarabel's tolerance: Newton's method needs a start near the solution.
 const TOLERANCE: f64 = 1e-9;
-
-/// Two unknowns in a disc around zero, `x_i² + x_j² ≤ r²`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Disc {
-    /// `i` and `j`. Their own bounds do not count.
-    pub unknowns: [usize; 2],
-    /// `r ≥ 0`.
-    pub radius: f64,
-}
 
 /// Where a programme with discs starts: the solution of a similar one.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,8 +44,8 @@ pub struct DiscStart {
 /// In the solution `x` is within its bounds and discs, and multipliers have the right signs and, on circles, the right directions: both exactly, but for
 /// the rounding of a length. Both unknowns of a disc are [`BoundState::Upper`] on the circle, and [`BoundState::Free`] inside.
 ///
-/// * `start`: of a similar programme. Without it [`QpMethod::ActiveSet`] begins with the programme without discs. Clarabel is called otherwise, and if
-///   that leads nowhere.
+/// * `start`: of a similar programme. Without it [`QpMethod::ActiveSet`] begins with the programme without discs, and then with squares around them.
+///   Clarabel is called otherwise, and if these lead nowhere.
 ///
 /// # Errors
 /// See [`solve_box`]; a disc whose unknowns do not exist, are equal or in another disc, or whose radius is negative or not finite. No convergence is a
@@ -75,23 +66,21 @@ pub fn solve_discs(
     let search = Search { qp, discs, settings, mean: mean_diagonal(qp, discs) };
     let mut counts = QpCounts::default();
     let mut last = None;
-    let mut first = None;
-    if let Some(DiscStart { states, x, multipliers }) =
-        start.filter(|_| settings.method != QpMethod::Clarabel)
-    {
-        for (what, found) in [("start", states.len()), ("start", x.len()), ("start", multipliers.len())] {
-            check_length(what, n, found)?;
+    let mut first = Vec::new();
+    match start {
+        _ if settings.method == QpMethod::Clarabel => {}
+        Some(DiscStart { states, x, multipliers }) => {
+            for found in [states.len(), x.len(), multipliers.len()] {
+                check_length("start", n, found)?;
+            }
+            first.push(First::Given(states, search.frames(x, multipliers)));
         }
-        first = Some((states.clone(), search.frames(x, multipliers)));
-    } else if settings.method == QpMethod::ActiveSet {
-        let unbounded = |disc: &Disc| {
-            let radius = if disc.radius > 0.0 { f64::INFINITY } else { 0.0 };
-            Frame { radius, ..Frame::new(disc, [0.0; 2], 1.0) }
-        };
-        first = Some((qp.states_at_rest(), discs.iter().map(unbounded).collect()));
+        None if settings.method == QpMethod::ActiveSet => first.extend([First::Without, First::Squares]),
+        None => {}
     }
-    if let Some((states, frames)) = first {
-        let found = search.newton(&states, &frames, &mut counts)?;
+    for first in first {
+        let Some((states, frames)) = search.first(first, &mut counts)? else { continue };
+        let found = search.newton(&states, &frames, true, &mut counts)?;
         if let Some(found) = found.filter(|found| found.status.is_solved()) {
             let (path, iterations) = match counts.active_sets {
                 1 => (QpPath::WarmStart, 1),
@@ -107,7 +96,7 @@ pub fn solve_discs(
     let mut status = point.status;
     if status != QpStatus::Infeasible {
         let gradient = qp.gradient(&point.x, &point.row_multipliers);
-        last = search.newton(&point.states, &search.frames(&point.x, &gradient), &mut counts)?;
+        last = search.newton(&point.states, &search.frames(&point.x, &gradient), false, &mut counts)?;
         status = match &last {
             Some(found) if found.status.is_solved() => QpStatus::Solved,
             _ if status == QpStatus::Solved => QpStatus::PolishFailed,
@@ -120,111 +109,12 @@ pub fn solve_discs(
     Ok(BoxSolution { status, path: QpPath::Clarabel, iterations: point.iterations, counts, ..found })
 }
 
-pub(crate) fn check_discs(discs: &[Disc], n: usize) -> Result<(), QpError> {
-    let mut used = vec![false; n];
-    for Disc { unknowns, radius } in discs {
-        for &i in unknowns {
-            let free = used.get_mut(i).is_some_and(|used| !std::mem::replace(used, true));
-            if !free {
-                return Err(QpError::Disc { place: i, unknowns: n });
-            }
-        }
-        if !(*radius >= 0.0 && radius.is_finite()) {
-            return Err(QpError::Bounds { place: unknowns[0], lower: -radius, upper: *radius });
-        }
-    }
-    Ok(())
-}
-
-/// The mean of the positive diagonal entries of the unknowns in discs; 1 if there are none.
+/// The mean of the positive diagonal entries of the unknowns in discs; 1 without any.
 fn mean_diagonal(qp: &BoxQp<'_>, discs: &[Disc]) -> f64 {
     let entries = discs.iter().flat_map(|disc| disc.unknowns).map(|i| qp.matrix.diagonal(i));
     let (sum, count) =
         entries.filter(|d| *d > 0.0).fold((0.0, 0usize), |(sum, count), d| (sum + d, count + 1));
     if count > 0 { sum / count as f64 } else { 1.0 }
-}
-
-/// The axes of a disc: the first unknown is along `d`, the second across.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
-    unknowns: [usize; 2],
-    pub(crate) radius: f64,
-    along: [f64; 2],
-    /// `κ`.
-    pub(crate) curvature: f64,
-}
-
-impl Frame {
-    /// Takes the axes of `d = x − c y`; without one those of the unknowns themselves.
-    pub(crate) fn new(disc: &Disc, d: [f64; 2], c: f64) -> Self {
-        let Disc { unknowns, radius } = *disc;
-        let length = d[0].hypot(d[1]);
-        let along = if length > 0.0 && length.is_finite() { d.map(|d| d / length) } else { [1.0, 0.0] };
-        let curvature = if length > radius && radius > 0.0 { (length - radius) / (c * radius) } else { 0.0 };
-        Self { unknowns, radius, along, curvature }
-    }
-
-    pub(crate) fn is_on_circle(&self) -> bool {
-        self.curvature > 0.0
-    }
-
-    pub(crate) fn along(&self) -> usize {
-        self.unknowns[0]
-    }
-
-    pub(crate) fn across(&self) -> usize {
-        self.unknowns[1]
-    }
-
-    /// Takes values of the unknowns to those along and across.
-    pub(crate) fn enter(&self, values: &mut [f64]) {
-        let ([i, j], [a, b]) = (self.unknowns, self.along);
-        (values[i], values[j]) = (a * values[i] + b * values[j], a * values[j] - b * values[i]);
-    }
-
-    /// Takes values along and across to those of the unknowns.
-    pub(crate) fn leave(&self, values: &mut [f64]) {
-        let ([i, j], [a, b]) = (self.unknowns, self.along);
-        (values[i], values[j]) = (a * values[i] - b * values[j], b * values[i] + a * values[j]);
-    }
-
-    /// Returns an unknown as a combination of those along and across.
-    fn parts(&self, unknown: usize) -> [(usize, f64); 2] {
-        let ([i, j], [a, b]) = (self.unknowns, self.along);
-        if unknown == i { [(i, a), (j, -b)] } else { [(i, b), (j, a)] }
-    }
-}
-
-/// Rows of given unknowns, in those along and across.
-pub(crate) fn rotated_rows(rows: &SparseRows, frames: &[Frame]) -> SparseRows {
-    let places = places(rows.columns(), frames);
-    let mut rotated = SparseRows::new(rows.columns());
-    for row in rows.rows() {
-        let mut entries: BTreeMap<usize, f64> = BTreeMap::new();
-        for (j, g) in row {
-            for (place, part) in parts(&places, frames, j) {
-                *entries.entry(place).or_default() += part * g;
-            }
-        }
-        rotated.push(entries);
-    }
-    rotated
-}
-
-/// The frame of each unknown.
-fn places(n: usize, frames: &[Frame]) -> Vec<Option<usize>> {
-    let mut places = vec![None; n];
-    for (k, frame) in frames.iter().enumerate() {
-        frame.unknowns.iter().for_each(|i| places[*i] = Some(k));
-    }
-    places
-}
-
-/// Returns an unknown in those along and across.
-fn parts(places: &[Option<usize>], frames: &[Frame], unknown: usize) -> impl Iterator<Item = (usize, f64)> {
-    let of_frame = places[unknown].map(|k| frames[k].parts(unknown));
-    let alone = if of_frame.is_none() { Some((unknown, 1.0)) } else { None };
-    of_frame.into_iter().flatten().chain(alone)
 }
 
 /// The data of a programme in the axes of the discs.
@@ -350,6 +240,19 @@ impl Rotated {
     }
 }
 
+/// Where Newton's steps begin.
+enum First<'a> {
+    /// At a given point.
+    Given(&'a [BoundState], Vec<Frame>),
+    /// At the solution without discs.
+    Without,
+    /// At the solution with squares around the discs in their place.
+    Squares,
+}
+
+/// A set, and the axes of the discs.
+type Begun = (Vec<BoundState>, Vec<Frame>);
+
 /// A programme with discs.
 struct Search<'a> {
     qp: &'a BoxQp<'a>,
@@ -370,11 +273,36 @@ impl Search<'_> {
         self.discs.iter().map(of_disc).collect()
     }
 
+    /// Returns the set and the axes with which Newton's steps begin; `None` if active sets do not find them.
+    fn first(&self, first: First<'_>, counts: &mut QpCounts) -> Result<Option<Begun>, QpError> {
+        let squares = match first {
+            First::Given(states, frames) => return Ok(Some((states.to_vec(), frames))),
+            First::Without => false,
+            First::Squares => true,
+        };
+        let (mut lower, mut upper) = (self.qp.lower.to_vec(), self.qp.upper.to_vec());
+        for Disc { unknowns, radius } in self.discs {
+            let most = if squares || *radius == 0.0 { *radius } else { f64::INFINITY };
+            unknowns.iter().for_each(|i| (lower[*i], upper[*i]) = (0.0 - most, most));
+        }
+        let qp = BoxQp { lower: &lower, upper: &upper, ..*self.qp };
+        let found = solve_by_sets(&qp, &qp.states_at_rest(), squares, self.settings)?;
+        counts.active_sets += found.counts.active_sets + found.counts.polish_sets;
+        counts.shrunk_calls += found.counts.shrunk_calls;
+        counts.interior_points += found.counts.interior_points;
+        let gradient = self.qp.gradient(&found.x, &found.row_multipliers);
+        let frames = self.frames(&found.x, &gradient);
+        Ok(found.status.is_solved().then_some((found.states, frames)))
+    }
+
     /// Follows Newton's steps; the last answer, solved or not. `None` if a step has none.
+    ///
+    /// * `by_sets`: no step may call Clarabel.
     fn newton(
         &self,
         states: &[BoundState],
         frames: &[Frame],
+        by_sets: bool,
         counts: &mut QpCounts,
     ) -> Result<Option<BoxSolution>, QpError> {
         let n = self.qp.linear.len();
@@ -390,7 +318,11 @@ impl Search<'_> {
                     if frame.radius > 0.0 { BoundState::Free } else { BoundState::Lower };
                 rotated.matrix.add_to_diagonal(n, frame.across(), frame.curvature);
             }
-            let step = solve_box(&rotated.programme(self.qp), Some(&states), &settings)?;
+            let programme = rotated.programme(self.qp);
+            let step = match by_sets {
+                true => solve_by_sets(&programme, &states, false, &settings)?,
+                false => solve_box(&programme, Some(&states), &settings)?,
+            };
             counts.active_sets += step.counts.active_sets;
             counts.whole_calls += step.counts.whole_calls;
             counts.shrunk_calls += step.counts.shrunk_calls;

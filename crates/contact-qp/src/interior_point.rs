@@ -2,7 +2,7 @@
 //! Clarabel.
 
 use crate::bound_state::BoundState;
-use crate::discs::Disc;
+use crate::disc::Disc;
 use crate::error::QpError;
 use crate::problem::MatrixView;
 use crate::programme::{BoxQp, Units};

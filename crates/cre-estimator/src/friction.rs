@@ -189,13 +189,12 @@ fn work<S: Recovery>(
     q: Option<&[S::Axes<S::Vector>]>,
     jumps: &[S::Axes<S::Vector>],
 ) -> Vec<f64> {
-    let facets = pair.interface.facets().iter().zip(s).zip(jumps).enumerate();
-    let of_facet =
-        |(k, ((facet, s), jump)): (usize, ((&ContactFacet<S>, &S::Axes<f64>), &S::Axes<S::Vector>))| {
-            let none = S::axes(|_| S::Vector::ZERO);
-            2.0 * facet.measure * S::mean_sliding(pair, facet, s, q.map_or(&none, |q| &q[k]), jump)
-        };
-    facets.map(of_facet).collect()
+    let none = S::axes(|_| S::Vector::ZERO);
+    let of_facet = |k: usize| {
+        let facet = &pair.interface.facets()[k];
+        2.0 * facet.measure * S::mean_sliding(pair, facet, &s[k], q.map_or(&none, |q| &q[k]), &jumps[k])
+    };
+    (0..jumps.len()).map(of_facet).collect()
 }
 
 /// Computes the mean of `s|w| − q w` along an edge, from friction and jumps at its ends.

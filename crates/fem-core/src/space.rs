@@ -69,8 +69,8 @@ pub trait Space: sealed::Sealed + Copy + Debug + Default + PartialEq + Send + Sy
     const AXES: Self::Axes<Self::Vector>;
     /// The same number of vectors zero.
     const ZEROS: Self::Axes<Self::Vector>;
-    /// Tells whether friction acts on contact surfaces along which the normal changes.
-    const BENT_FRICTION: bool;
+    /// Tells whether there is one tangent at a contact node. Friction has a sign then: the iteration solves it, and the normal may change.
+    const ONE_TANGENT: bool;
     /// How far the normals of a contact surface may be off. A motion that they resist by less is free.
     const NORMAL_ERROR: f64;
 

@@ -8,7 +8,6 @@
 //! a pair of nodes are in a cone, whose two edges take the place of its rows.
 
 use crate::error::NnddError;
-use crate::exact::discs;
 use crate::unresisted::UnresistedMotion;
 use contact_qp::{BalanceRows, Combination, Disc, RowSelection, SparseRows, unbalanced_load};
 use fem_core::contact_system::{ContactRows, ROUNDING, RowLaw};
@@ -92,6 +91,16 @@ pub fn unbalanced(rows: &ContactRows) -> Result<Option<Unbalanced>, NnddError> {
     let (matrix, [lower, upper], _) = balance.forces(&limits);
     let (forces, _) = unbalanced_load(&matrix, &rest, [&lower, &upper], &discs(rows, &limits))?;
     Ok(Some(Unbalanced { motion: UnresistedMotion::along(&unbalanced), forces }))
+}
+
+/// Lists the discs of friction in space.
+///
+/// * `limits`: `S` by row, N/m; a row without limit or with the limit 0 is in none.
+pub(crate) fn discs(rows: &ContactRows, limits: &[f64]) -> Vec<Disc> {
+    let counts =
+        |[i, j]: &[usize; 2]| [i, j].iter().all(|row| limits[**row] > 0.0 && limits[**row].is_finite());
+    let planes = rows.tangential_planes().filter(counts);
+    planes.map(|unknowns| Disc { unknowns, radius: limits[unknowns[0]] }).collect()
 }
 
 fn size(values: &[f64]) -> f64 {

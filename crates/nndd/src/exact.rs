@@ -15,12 +15,12 @@
 //! tangents, and `Q` is in a disc, `|Q| ≤ S`. Rows that
 //! supports impose in both bodies slip by a given amount: their force is at its limit, or zero without slip, and moves nothing.
 
-use crate::balance::Balance;
+use crate::balance::{Balance, discs};
 use crate::error::NnddError;
 use crate::friction::{NodeState, PairFriction};
 use contact_qp::{
-    BoundState, BoxQp, Disc, DiscStart, IndependentRows, KktResiduals, MatrixView, QpPath, QpSettings,
-    QpStatus, SparseRows, solve_discs,
+    BoundState, BoxQp, DiscStart, IndependentRows, KktResiduals, MatrixView, QpPath, QpSettings, QpStatus,
+    SparseRows, solve_discs,
 };
 use fem_core::contact_system::{
     BodyField, BodyFields, ContactRow, ContactRows, ContactSystem, PairRows, RowLaw,
@@ -352,16 +352,6 @@ impl<'a> ForceQp<'a> {
             state: nodes.enumerate().map(state).collect(),
         }
     }
-}
-
-/// Lists the discs of friction in space.
-///
-/// * `limits`: `S` by row, N/m; a row without limit or with the limit 0 is in none.
-pub(crate) fn discs(rows: &ContactRows, limits: &[f64]) -> Vec<Disc> {
-    let counts =
-        |[i, j]: &[usize; 2]| [i, j].iter().all(|row| limits[**row] > 0.0 && limits[**row].is_finite());
-    let planes = rows.tangential_planes().filter(counts);
-    planes.map(|unknowns| Disc { unknowns, radius: limits[unknowns[0]] }).collect()
 }
 
 /// Computes the traces of both sides of all rows under forces on the interface unknowns, m.

@@ -1,4 +1,4 @@
-//! Adaptive runs of random assemblies, whose bounds are judged on a mesh with all cells of the last one halved three times.
+//! Adaptive runs of random assemblies, whose bounds are judged on a mesh with all cells of the last one halved three times, with friction twice.
 
 use super::build::{Assembly, Condition, Linear};
 use super::judge::{ROUNDING, of_run};
@@ -132,7 +132,9 @@ pub(super) fn judge(problem: &Problem, first: ContactProblem<Solid>, trial: &mut
             meshes[step - 1].rounds.iter().try_for_each(|cells| nested.halve(cells))?;
         }
     }
-    for _ in 0..3 {
+    // Friction has three rows for each pair of nodes.
+    let rounds = if nested.problem.has_friction() { 2 } else { 3 };
+    for _ in 0..rounds {
         let all = |body: &fem_core::body::Body<Solid>| (0..body.mesh().cells().len() as u32).collect();
         let all: Vec<Vec<u32>> = nested.problem.bodies.iter().map(all).collect();
         nested.halve(&all)?;

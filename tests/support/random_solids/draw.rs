@@ -523,7 +523,7 @@ impl Draw {
                 let rubs = self.family.contains("friction");
                 let may = side == 5 && (self.random.unit() < 0.85 || !loaded)
                     || side < 5
-                        && (pushed[side - 3] || rubs)
+                        && (pushed[side - 3] || rubs && self.random.unit() < 0.3)
                         && self.random.unit() < if in_corner { 0.8 } else { 0.3 };
                 if may {
                     loaded = true;
@@ -599,7 +599,12 @@ impl Draw {
         let choice = self.random.unit();
         match () {
             () if held && choice < 0.3 => {
-                let values = [0; 3].map(|_| pressure * self.random.signed());
+                let mut values = [0; 3].map(|_| pressure * self.random.signed());
+                if self.family.contains("friction") {
+                    // It presses more than it pushes, or friction would seldom hold.
+                    values = values.map(|value| 0.25 * value);
+                    values[side % 3] = -pressure * (0.5 + 0.5 * self.random.unit());
+                }
                 Condition::Traction(values.map(|value| self.linear(grid, flat, value, 0.7)))
             }
             () if choice < 0.6 => Condition::Pressure(self.linear(grid, flat, pressure, 1.2)),

@@ -91,7 +91,7 @@ fn refuse_with_friction<S: Dimension>(root: &Reader<'_>, contacts: &[Contact<S>]
         let diagnostic = Diagnostic::new(code::VALUE, place, message).expected(expected);
         root.findings().push(diagnostic.fix(format!("take it out, or `{}.friction`", pair.path)));
     };
-    let in_space = contacts.iter().find(|contact| S::DIM > 2 && contact.friction.is_some());
+    let in_space = contacts.iter().find(|contact| !S::ONE_TANGENT && contact.friction.is_some());
     if let Some(pair) = in_space.filter(|_| solver.method == Method::Nndd) {
         let what = "`solver.method` = \"nndd\" does not support friction of solids";
         refuse("solver.method", what, ("it", pair), "`method = \"auto\"`");

@@ -28,6 +28,9 @@ pub struct ClampedCorner<S: Space = Plane> {
     pub jump: S::Vector,
 }
 
+/// What supports impose on both nodes of a clamped pair, m.
+pub(super) type Imposed<'a, S> = dyn Fn(&NodePair<S>) -> Option<[<S as Space>::Vector; 2]> + 'a;
+
 impl<S: Space> ContactInterface<S> {
     /// Creates the same interface of bodies whose supports impose other displacements: clamped corners open by another amount.
     ///
@@ -38,7 +41,7 @@ impl<S: Space> ContactInterface<S> {
     pub(super) fn with_supports(
         &self,
         first: &Body<S>,
-        imposed: &dyn Fn(&NodePair<S>) -> Option<[S::Vector; 2]>,
+        imposed: &Imposed<'_, S>,
     ) -> Result<Self, InterfaceError> {
         let mut found = self.clone();
         for facet in &mut found.facets {

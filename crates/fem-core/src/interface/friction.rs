@@ -118,7 +118,7 @@ impl<S: Space> ContactPair<S> {
     pub fn tangents(&self, pair: usize) -> S::Axes<S::Vector> {
         let pairs = self.interface.pairs();
         // Normals that differ by rounding may have other tangents.
-        S::complement(&[pairs[if S::BENT_FRICTION { pair } else { 0 }].normal])
+        S::complement(&[pairs[if S::ONE_TANGENT { pair } else { 0 }].normal])
     }
 
     /// Returns [`Self::tangents`] at a corner of a facet, clamped or not.
@@ -126,7 +126,7 @@ impl<S: Space> ContactPair<S> {
         let pairs = self.interface.pairs();
         match facet.clamped[corner] {
             None => self.tangents(facet.pairs[corner] as usize),
-            Some(_) if !S::BENT_FRICTION && !pairs.is_empty() => self.tangents(0),
+            Some(_) if !S::ONE_TANGENT && !pairs.is_empty() => self.tangents(0),
             Some(_) => S::complement(&[self.interface.corner_pair(facet, corner).normal]),
         }
     }
@@ -178,7 +178,7 @@ impl<S: Space> ContactPair<S> {
 impl<S: Space> ContactPair<S> {
     /// Checks the data of the law of friction, and whether its surfaces can have one.
     pub(super) fn check_friction(&self, first: &Body<S>) -> Result<(), InterfaceError> {
-        if self.friction.acts() && !S::BENT_FRICTION && self.interface.has_bent_facets() {
+        if self.friction.acts() && !S::ONE_TANGENT && self.interface.has_bent_facets() {
             return Err(InterfaceError::BentFriction);
         }
         if let Some(value) = self.friction.coulomb().filter(|mu| !(*mu >= 0.0 && mu.is_finite())) {

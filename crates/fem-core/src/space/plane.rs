@@ -44,7 +44,7 @@ impl Space for Plane {
     };
     const AXES: [Vector2<f64>; 2] = [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
     const ZEROS: [Vector2<f64>; 2] = [Vector2::new(0.0, 0.0); 2];
-    const BENT_FRICTION: bool = true;
+    const ONE_TANGENT: bool = true;
     // Normals of curved lines are those of polygons.
     const NORMAL_ERROR: f64 = 1e-3;
 

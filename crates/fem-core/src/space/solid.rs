@@ -92,7 +92,7 @@ impl Space for Solid {
     const AXES: [Vector3<f64>; 3] =
         [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)];
     const ZEROS: [Vector3<f64>; 3] = [Vector3::new(0.0, 0.0, 0.0); 3];
-    const BENT_FRICTION: bool = false;
+    const ONE_TANGENT: bool = false;
     // Normals are those of flat faces, or of spheres and cylinders as they are declared; points of a file have six digits.
     const NORMAL_ERROR: f64 = 1e-5;
 
