@@ -30,11 +30,12 @@ fn every_promise_is_kept_in_a_sample_of_random_solids() {
         let judged = trials.iter().flat_map(|t| &t.verdicts).filter(|v| v.promise == promise).count();
         assert!(judged >= 20, "{promise:?} was judged {judged} times");
     }
-    // Three of four problems of the study are certified, the others are not held or too coarse for an admissible pressure; their bounds are sharp enough for a bound that is too small by a half to be seen.
+    // Three of four problems of the study are certified, the others are not held, as half of those with friction, or too coarse for an admissible pressure;
+    // their bounds are sharp enough for a bound that is too small by a half to be seen.
     let certified = trials.iter().filter(|t| t.refused.is_none()).count();
     assert!(3 * certified > 2 * trials.len(), "{certified} of {}", trials.len());
     let sharp = trials.iter().filter_map(|t| t.effectivity).filter(|e| *e < 2.0).count();
-    assert!(3 * sharp > trials.len(), "{sharp} of {} bounds are below twice the error", trials.len());
+    assert!(10 * sharp > 3 * trials.len(), "{sharp} of {} bounds are below twice the error", trials.len());
 }
 
 /// Problems of the sample of adaptive runs: of each family two.
