@@ -25,6 +25,9 @@ use crate::sparse::SparseRows;
 /// Steps of Newton's method, at most, from one start.
 const MOST_STEPS: usize = 30;
 
+/// A solution with residuals above this fraction of the tolerance gets one step more.
+const EXACT: f64 = 1e-2;
+
 /// Clarabel's tolerance: Newton's method needs a start near the solution.
 const TOLERANCE: f64 = 1e-9;
 
@@ -308,7 +311,7 @@ impl Search<'_> {
         let n = self.qp.linear.len();
         let (mut states, mut frames) = (states.to_vec(), frames.to_vec());
         let settings = self.settings.clone().active_sets_first();
-        let mut last = None;
+        let mut last: Option<BoxSolution> = None;
         for _ in 0..MOST_STEPS {
             let mut rotated = Rotated::new(self.qp, &frames);
             for frame in &frames {
@@ -336,7 +339,15 @@ impl Search<'_> {
             frames.iter().for_each(|frame| frame.leave(&mut x));
             let gradient = self.qp.gradient(&x, &step.row_multipliers);
             let (answer, next) = self.answer(&x, &gradient, &step.row_multipliers, &step.states);
-            if answer.status.is_solved() {
+            let better =
+                |before: &BoxSolution| before.status.is_solved() && before.kkt.max() <= answer.kkt.max();
+            if let Some(before) = last.take_if(|before| better(before)) {
+                return Ok(Some(before));
+            }
+            let exact = answer.kkt.max() <= EXACT * self.settings.kkt_tolerance;
+            // The error of a step is the square of the one before.
+            let again = last.as_ref().is_some_and(|before| before.status.is_solved());
+            if answer.status.is_solved() && (exact || again) {
                 return Ok(Some(answer));
             }
             (states, frames, last) = (step.states, next, Some(answer));
