@@ -73,7 +73,6 @@ mod recovered_pressure;
 mod refine;
 mod results;
 mod settings;
-mod slip_signs;
 mod solution;
 mod solve;
 mod solve_coulomb;

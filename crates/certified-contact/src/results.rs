@@ -205,8 +205,9 @@ fn friction<S: ContactSpace>(of: &PairForces<'_, S>) -> Option<FrictionResults<S
     for (k, node) in nodes.iter().enumerate().filter(|(k, _)| of.is_pressed(*k)) {
         measures[usize::from(!sticks(k))] += node.weight;
     }
+    let along = nodes.iter().zip(of.friction).map(|(node, q)| q * node.normal_length());
     Some(FrictionResults {
-        force: S::friction_force(of).unwrap_or_else(|| norm(resultant)),
+        force: if S::ONE_TANGENT { along.sum() } else { norm(resultant) },
         resultant,
         max_slip: largest((0..nodes.len()).map(|k| of.slip_size(k))),
         measures,

@@ -10,8 +10,8 @@ use crate::state::state_of;
 use cre_estimator::{Relaxation, estimate_with};
 use fem_core::condensation::CondensedBody;
 use fem_core::contact_system::{ContactSystem, PairRows, RowLaw};
-use fem_core::interface::ContactProblem;
-use nndd::{CoulombSettings, CoulombStart, NnddError, coulomb_coupling};
+use fem_core::interface::{ContactPair, ContactProblem};
+use nndd::{CoulombSettings, CoulombStart, NnddError, PairFriction, coulomb_coupling};
 
 /// Solves a contact problem with Coulomb friction in one or more of its pairs. The other pairs keep their law.
 ///
@@ -57,7 +57,7 @@ pub(crate) fn solve_coulomb_step<S: ContactSpace>(
     let displacement = prepared.displacements(&solution.exact.fields);
     let fields = displacement.iter().map(Vec::as_slice).collect();
     let estimate = estimate_with(&prepared, &state_of(&prepared, &last, fields), relaxation)?;
-    let signs = S::slip_signs(prepared.problem(), &solution.exact.friction);
+    let signs = signs(prepared.problem(), &solution.exact.friction);
     let (kappa, coupling) = match &signs {
         Some(signs) => couplings(&system, signs).map_err(of_nndd)?,
         None => (None, None),
@@ -101,4 +101,18 @@ fn couplings(system: &ContactSystem<'_>, signs: &[f64]) -> Result<(Option<f64>, 
         }
     };
     Ok((kappa, coupling))
+}
+
+/// Returns the common sign of all slips of each pair with Coulomb friction, open parts included, 0 for other pairs; `None` if a pair slips
+/// in both directions, and in space.
+fn signs<S: ContactSpace>(problem: &ContactProblem<S>, friction: &[PairFriction]) -> Option<Vec<f64>> {
+    let of_pair = |(pair, friction): (&ContactPair<S>, &PairFriction)| {
+        if pair.friction.coulomb().is_none() {
+            return Some(0.0);
+        }
+        let forwards = friction.slip.iter().any(|w| *w > 0.0);
+        let backwards = friction.slip.iter().any(|w| *w < 0.0);
+        (!forwards || !backwards).then_some(if backwards { -1.0 } else { 1.0 })
+    };
+    if S::ONE_TANGENT { problem.contacts.iter().zip(friction).map(of_pair).collect() } else { None }
 }

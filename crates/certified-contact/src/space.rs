@@ -3,13 +3,11 @@
 use crate::error::SolveError;
 use crate::lines::{self, Stretch};
 use crate::pair_forces::PairForces;
-use crate::slip_signs::slip_signs;
 use crate::{recovered_pressure, spin};
 use contact_geometry::Refinable;
 use cre_estimator::Recovery;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::space::{Plane, Solid};
-use nndd::PairFriction;
 
 /// The space of a contact problem: [`Plane`] and [`Solid`] are all there are. Arc lengths and declared arcs are ideas of the plane.
 pub trait ContactSpace: Recovery + Refinable {
@@ -37,19 +35,6 @@ pub trait ContactSpace: Recovery + Refinable {
         Vec::new()
     }
 
-    /// Adds up the friction along a contact line, N/m; `None` on a surface, on which it has no sign.
-    #[doc(hidden)]
-    fn friction_force(_pair: &PairForces<'_, Self>) -> Option<f64> {
-        None
-    }
-
-    /// Returns the common sign of all slips of each pair with Coulomb friction, open parts included, 0 for other pairs; `None` if a pair slips in both
-    /// directions, and in space.
-    #[doc(hidden)]
-    fn slip_signs(_problem: &ContactProblem<Self>, _friction: &[PairFriction]) -> Option<Vec<f64>> {
-        None
-    }
-
     /// Computes the pressure that is recovered over the cells of the coarser side, see [`crate::recovered_pressure`].
     fn recovered_pressure(
         _problem: &ContactProblem<Self>,
@@ -75,15 +60,6 @@ impl ContactSpace for Plane {
 
     fn stretches(pair: &PairForces<'_>) -> Vec<Stretch> {
         lines::stretches(pair)
-    }
-
-    fn friction_force(pair: &PairForces<'_>) -> Option<f64> {
-        let forces = pair.interface.pairs().iter().zip(pair.friction);
-        Some(forces.map(|(node, q)| q * node.normal_length()).sum())
-    }
-
-    fn slip_signs(problem: &ContactProblem, friction: &[PairFriction]) -> Option<Vec<f64>> {
-        slip_signs(problem, friction)
     }
 
     fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64]) -> Option<Vec<f64>> {

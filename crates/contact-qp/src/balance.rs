@@ -149,13 +149,43 @@ pub(crate) fn check(
     }
 }
 
-/// The rows and bounds of `G x + r = e` in `x` and what is left, `r`.
-pub(crate) fn with_rest(rows: &SparseRows, bounds: [&[f64]; 2]) -> (SparseRows, Vec<f64>, Vec<f64>) {
-    let (n, m) = (rows.columns(), rows.len());
-    let mut lines = SparseRows::new(n + m);
-    rows.rows().enumerate().for_each(|(k, row)| lines.push(row.chain([(n + k, 1.0)])));
-    let wider = |bounds: &[f64], free: f64| [bounds, &vec![free; m]].concat();
-    (lines, wider(bounds[0], f64::NEG_INFINITY), wider(bounds[1], f64::INFINITY))
+/// The data of `min ½ |r|²` subject to `G x + r = e` and bounds of `x`, in `x` and what is left, `r`.
+pub(crate) struct WithRest {
+    rows: SparseRows,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    starts: Vec<usize>,
+    places: Vec<usize>,
+    ones: Vec<f64>,
+    zeros: Vec<f64>,
+}
+
+impl WithRest {
+    pub(crate) fn new(rows: &SparseRows, [lower, upper]: [&[f64]; 2]) -> Self {
+        let (n, m) = (rows.columns(), rows.len());
+        let mut lines = SparseRows::new(n + m);
+        rows.rows().enumerate().for_each(|(k, row)| lines.push(row.chain([(n + k, 1.0)])));
+        Self {
+            rows: lines,
+            lower: [lower, &vec![f64::NEG_INFINITY; m]].concat(),
+            upper: [upper, &vec![f64::INFINITY; m]].concat(),
+            starts: (0..=n + m).map(|j| j.saturating_sub(n)).collect(),
+            places: (n..n + m).collect(),
+            ones: vec![1.0; m],
+            zeros: vec![0.0; n + m],
+        }
+    }
+
+    pub(crate) fn programme<'a>(&'a self, right_side: &'a [f64]) -> BoxQp<'a> {
+        let matrix = MatrixView::SparseUpper {
+            n: self.zeros.len(),
+            column_starts: &self.starts,
+            row_indices: &self.places,
+            values: &self.ones,
+        };
+        let Self { rows, lower, upper, zeros, .. } = self;
+        BoxQp { matrix, linear: zeros, lower, upper, rows, right_side }
+    }
 }
 
 /// Solves it as a programme with bounds: if the solution is nearly a vertex, the multipliers grow, and the steps of Newton's method
@@ -329,27 +359,17 @@ impl<'a> Projection<'a> {
 
     /// The least squares as a programme in `x` and what is left, from the set of given values; `None` if its sets come back.
     fn on_set(&self, x: &[f64]) -> Result<Option<LeastSquares>, QpError> {
-        let (n, m) = (x.len(), self.rows.len());
-        let (rows, lower, upper) = with_rest(self.rows, [self.lower, self.upper]);
-        let starts: Vec<usize> = (0..=n + m).map(|j| j.saturating_sub(n)).collect();
-        let places: Vec<usize> = (n..n + m).collect();
-        let (values, linear) = (vec![1.0; m], vec![0.0; n + m]);
-        let matrix = MatrixView::SparseUpper {
-            n: n + m,
-            column_starts: &starts,
-            row_indices: &places,
-            values: &values,
-        };
-        let right_side = self.right_side;
-        let qp = BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side };
+        let all = WithRest::new(self.rows, [self.lower, self.upper]);
+        let qp = all.programme(self.right_side);
+        let (lower, upper) = (qp.lower, qp.upper);
         let place = |i: usize| match x.get(i) {
             Some(x) if *x <= lower[i] => BoundState::Lower,
             Some(x) if *x >= upper[i] => BoundState::Upper,
             _ => BoundState::Free,
         };
-        let start: Vec<BoundState> = (0..n + m).map(place).collect();
+        let start: Vec<BoundState> = (0..lower.len()).map(place).collect();
         Ok(solve_on_sets(&qp, start)?.map(|mut x| {
-            let left = x.split_off(n);
+            let left = x.split_off(self.lower.len());
             (x, left)
         }))
     }

@@ -207,12 +207,7 @@ impl Search<'_> {
     }
 
     fn answer(&self, qp: &BoxQp<'_>, candidate: ActiveSetPoint) -> BoxSolution {
-        let QpCounts { active_sets, interior_points, .. } = self.counts;
-        let (path, iterations) = match (self.counts.clarabel_calls(), active_sets) {
-            (0, 1) => (QpPath::WarmStart, 1),
-            (0, sets) => (QpPath::ActiveSet, sets),
-            _ => (QpPath::Clarabel, interior_points),
-        };
+        let (path, iterations) = self.counts.path();
         BoxSolution { path, iterations, counts: self.counts, ..candidate.into_solution(qp) }
     }
 

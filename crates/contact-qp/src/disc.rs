@@ -1,5 +1,6 @@
 //! Pairs of unknowns in discs, and their axes along and across a direction.
 
+use crate::bound_state::BoundState;
 use crate::error::QpError;
 use crate::sparse::SparseRows;
 use std::collections::BTreeMap;
@@ -11,6 +12,12 @@ pub struct Disc {
     pub unknowns: [usize; 2],
     /// `r ≥ 0`.
     pub radius: f64,
+}
+
+/// Returns the point of a disc that is nearest to a given one.
+pub(crate) fn within([a, b]: [f64; 2], radius: f64) -> [f64; 2] {
+    let length = a.hypot(b);
+    if length > radius { [a / length * radius, b / length * radius] } else { [a, b] }
 }
 
 pub(crate) fn check_discs(discs: &[Disc], n: usize) -> Result<(), QpError> {
@@ -53,12 +60,26 @@ impl Frame {
         self.curvature > 0.0
     }
 
-    pub(crate) fn along(&self) -> usize {
-        self.unknowns[0]
-    }
-
     pub(crate) fn across(&self) -> usize {
         self.unknowns[1]
+    }
+
+    /// Writes the bounds of the unknowns along and across.
+    pub(crate) fn bound(&self, lower: &mut [f64], upper: &mut [f64]) {
+        let [i, j] = self.unknowns;
+        let free = if self.radius > 0.0 { f64::INFINITY } else { 0.0 };
+        (lower[i], upper[i]) = (-free, self.radius);
+        (lower[j], upper[j]) = (-free, free);
+    }
+
+    /// Writes the states of the unknowns along and across.
+    pub(crate) fn place(&self, states: &mut [BoundState]) {
+        let [i, j] = self.unknowns;
+        (states[i], states[j]) = match self.radius > 0.0 {
+            true if self.is_on_circle() => (BoundState::Upper, BoundState::Free),
+            true => (BoundState::Free, BoundState::Free),
+            false => (BoundState::Lower, BoundState::Lower),
+        };
     }
 
     /// Takes values of the unknowns to those along and across.

@@ -13,7 +13,7 @@
 
 use crate::bound_state::BoundState;
 use crate::box_qp::{ActiveSetPoint, solve_box, solve_by_sets};
-use crate::disc::{Disc, Frame, check_discs, parts, places, rotated_rows};
+use crate::disc::{Disc, Frame, check_discs, parts, places, rotated_rows, within};
 use crate::error::QpError;
 use crate::interior_point;
 use crate::problem::{MatrixView, check_length};
@@ -21,6 +21,7 @@ use crate::programme::BoxQp;
 use crate::settings::{QpMethod, QpSettings};
 use crate::solution::{BoxSolution, QpCounts, QpPath, QpStatus};
 use crate::sparse::SparseRows;
+use crate::symmetric_matrix::SymmetricMatrix;
 
 /// Steps of Newton's method, at most, from one start.
 const MOST_STEPS: usize = 30;
@@ -68,7 +69,6 @@ pub fn solve_discs(
     check_discs(discs, n)?;
     let search = Search { qp, discs, settings, mean: mean_diagonal(qp, discs) };
     let mut counts = QpCounts::default();
-    let mut last = None;
     let mut first = Vec::new();
     match start {
         _ if settings.method == QpMethod::Clarabel => {}
@@ -85,10 +85,7 @@ pub fn solve_discs(
         let Some((states, frames)) = search.first(first, &mut counts)? else { continue };
         let found = search.newton(&states, &frames, true, &mut counts)?;
         if let Some(found) = found.filter(|found| found.status.is_solved()) {
-            let (path, iterations) = match counts.active_sets {
-                1 => (QpPath::WarmStart, 1),
-                sets => (QpPath::ActiveSet, sets),
-            };
+            let (path, iterations) = counts.path();
             return Ok(BoxSolution { path, iterations, counts, ..found });
         }
     }
@@ -96,19 +93,21 @@ pub fn solve_discs(
     let point = interior_point::solve_boxed(qp, discs, &settings.clone().with_tolerance(tolerance))?;
     counts.whole_calls += 1;
     counts.interior_points += point.iterations;
-    let mut status = point.status;
-    if status != QpStatus::Infeasible {
-        let gradient = qp.gradient(&point.x, &point.row_multipliers);
-        last = search.newton(&point.states, &search.frames(&point.x, &gradient), false, &mut counts)?;
-        status = match &last {
-            Some(found) if found.status.is_solved() => QpStatus::Solved,
-            _ if status == QpStatus::Solved => QpStatus::PolishFailed,
-            _ => status,
-        };
-    }
     let gradient = qp.gradient(&point.x, &point.row_multipliers);
-    let found =
-        last.unwrap_or_else(|| search.answer(&point.x, &gradient, &point.row_multipliers, &point.states).0);
+    let frames = search.frames(&point.x, &gradient);
+    let last = match point.status {
+        QpStatus::Infeasible => None,
+        _ => search.newton(&point.states, &frames, false, &mut counts)?,
+    };
+    let status = match (&last, point.status) {
+        (Some(found), _) if found.status.is_solved() => QpStatus::Solved,
+        (_, QpStatus::Solved) => QpStatus::PolishFailed,
+        (_, other) => other,
+    };
+    let found = last.unwrap_or_else(|| {
+        let rotated = Rotated::new(qp, &frames);
+        search.answer((&frames, &rotated), &point.x, &point.row_multipliers, &point.states)
+    });
     Ok(BoxSolution { status, path: QpPath::Clarabel, iterations: point.iterations, counts, ..found })
 }
 
@@ -122,86 +121,39 @@ fn mean_diagonal(qp: &BoxQp<'_>, discs: &[Disc]) -> f64 {
 
 /// The data of a programme in the axes of the discs.
 struct Rotated {
-    matrix: Matrix,
+    matrix: SymmetricMatrix,
     linear: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
     rows: SparseRows,
 }
 
-/// A symmetric matrix with its data.
-enum Matrix {
-    Full(Vec<f64>),
-    Sparse { starts: Vec<usize>, rows: Vec<usize>, values: Vec<f64> },
-}
-
-impl Matrix {
-    fn new(matrix: &MatrixView<'_>, frames: &[Frame]) -> Self {
-        match *matrix {
-            MatrixView::Dense { n, values } => {
-                let mut values = values.to_vec();
-                // Rows, column by column, and then columns.
-                values
-                    .chunks_exact_mut(n)
-                    .for_each(|column| frames.iter().for_each(|frame| frame.enter(column)));
-                for Frame { unknowns: [i, j], along: [a, b], .. } in frames {
-                    for k in 0..n {
-                        let (u, v) = (values[i * n + k], values[j * n + k]);
-                        (values[i * n + k], values[j * n + k]) = (a * u + b * v, a * v - b * u);
+/// Takes a matrix to the axes of the discs.
+fn rotated_matrix(matrix: &MatrixView<'_>, frames: &[Frame]) -> SymmetricMatrix {
+    match *matrix {
+        MatrixView::Dense { n, values } => {
+            let mut values = values.to_vec();
+            // Rows, column by column, and then columns.
+            values.chunks_exact_mut(n).for_each(|column| frames.iter().for_each(|frame| frame.enter(column)));
+            for Frame { unknowns: [i, j], along: [a, b], .. } in frames {
+                for k in 0..n {
+                    let (u, v) = (values[i * n + k], values[j * n + k]);
+                    (values[i * n + k], values[j * n + k]) = (a * u + b * v, a * v - b * u);
+                }
+            }
+            SymmetricMatrix::Full { n, values }
+        }
+        MatrixView::SparseUpper { n, .. } => {
+            let (places, mut entries) = (places(n, frames), Vec::new());
+            matrix.for_each_upper(|i, j, value| {
+                for (row, column) in [(i, j), (j, i)].into_iter().take(if i == j { 1 } else { 2 }) {
+                    for (p, of_row) in parts(&places, frames, row) {
+                        let upper = parts(&places, frames, column).filter(|(q, _)| p <= *q);
+                        entries.extend(upper.map(|(q, of_column)| (p, q, of_row * value * of_column)));
                     }
                 }
-                Self::Full(values)
-            }
-            MatrixView::SparseUpper { n, column_starts, row_indices, values } => {
-                let places = places(n, frames);
-                let mut entries = Vec::with_capacity(values.len());
-                for j in 0..n {
-                    for k in column_starts[j]..column_starts[j + 1] {
-                        let (i, value) = (row_indices[k], values[k]);
-                        for (row, column) in [(i, j), (j, i)].into_iter().take(if i == j { 1 } else { 2 }) {
-                            for (p, of_row) in parts(&places, frames, row) {
-                                for (q, of_column) in parts(&places, frames, column) {
-                                    if p <= q {
-                                        entries.push((q, p, of_row * value * of_column));
-                                    }
-                                }
-                            }
-                        }
-                    }
-                }
-                // Stable, so that sums have one order.
-                entries.sort_by_key(|(q, p, _)| (*q, *p));
-                let (mut starts, mut rows, mut sums) = (vec![0; n + 1], Vec::new(), Vec::new());
-                for of_entry in entries.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-                    let (q, p, _) = of_entry[0];
-                    rows.push(p);
-                    sums.push(of_entry.iter().map(|(.., value)| value).sum());
-                    starts[q + 1] = rows.len();
-                }
-                (0..n).for_each(|q| starts[q + 1] = starts[q + 1].max(starts[q]));
-                Self::Sparse { starts, rows, values: sums }
-            }
-        }
-    }
-
-    fn add_to_diagonal(&mut self, n: usize, place: usize, value: f64) {
-        match self {
-            Self::Full(values) => values[place * (n + 1)] += value,
-            Self::Sparse { starts, rows, values } => {
-                let column = starts[place]..starts[place + 1];
-                if let Ok(k) = rows[column.clone()].binary_search(&place) {
-                    values[column.start + k] += value;
-                }
-            }
-        }
-    }
-
-    fn view(&self, n: usize) -> MatrixView<'_> {
-        match self {
-            Self::Full(values) => MatrixView::Dense { n, values },
-            Self::Sparse { starts, rows, values } => {
-                MatrixView::SparseUpper { n, column_starts: starts, row_indices: rows, values }
-            }
+            });
+            SymmetricMatrix::sparse(n, entries)
         }
     }
 }
@@ -212,28 +164,15 @@ impl Rotated {
         let mut linear = qp.linear.to_vec();
         for frame in frames {
             frame.enter(&mut linear);
-            let free = [f64::NEG_INFINITY, f64::INFINITY];
-            let (along, across) = if frame.radius > 0.0 {
-                ([f64::NEG_INFINITY, frame.radius], free)
-            } else {
-                ([0.0; 2], [0.0; 2])
-            };
-            for (place, [from, to]) in [(frame.along(), along), (frame.across(), across)] {
-                (lower[place], upper[place]) = (from, to);
-            }
+            frame.bound(&mut lower, &mut upper);
         }
-        Self {
-            matrix: Matrix::new(&qp.matrix, frames),
-            linear,
-            lower,
-            upper,
-            rows: rotated_rows(qp.rows, frames),
-        }
+        let (matrix, rows) = (rotated_matrix(&qp.matrix, frames), rotated_rows(qp.rows, frames));
+        Self { matrix, linear, lower, upper, rows }
     }
 
     fn programme<'a>(&'a self, qp: &BoxQp<'a>) -> BoxQp<'a> {
         BoxQp {
-            matrix: self.matrix.view(self.linear.len()),
+            matrix: self.matrix.view(),
             linear: &self.linear,
             lower: &self.lower,
             upper: &self.upper,
@@ -290,9 +229,7 @@ impl Search<'_> {
         }
         let qp = BoxQp { lower: &lower, upper: &upper, ..*self.qp };
         let found = solve_by_sets(&qp, &qp.states_at_rest(), squares, self.settings)?;
-        counts.active_sets += found.counts.active_sets + found.counts.polish_sets;
-        counts.shrunk_calls += found.counts.shrunk_calls;
-        counts.interior_points += found.counts.interior_points;
+        counts.add(found.counts);
         let gradient = self.qp.gradient(&found.x, &found.row_multipliers);
         let frames = self.frames(&found.x, &gradient);
         Ok(found.status.is_solved().then_some((found.states, frames)))
@@ -308,90 +245,69 @@ impl Search<'_> {
         by_sets: bool,
         counts: &mut QpCounts,
     ) -> Result<Option<BoxSolution>, QpError> {
-        let n = self.qp.linear.len();
         let (mut states, mut frames) = (states.to_vec(), frames.to_vec());
         let settings = self.settings.clone().active_sets_first();
+        let mut rotated = Rotated::new(self.qp, &frames);
         let mut last: Option<BoxSolution> = None;
         for _ in 0..MOST_STEPS {
-            let mut rotated = Rotated::new(self.qp, &frames);
             for frame in &frames {
-                let on_circle = if frame.is_on_circle() { BoundState::Upper } else { BoundState::Free };
-                states[frame.along()] = if frame.radius > 0.0 { on_circle } else { BoundState::Lower };
-                states[frame.across()] =
-                    if frame.radius > 0.0 { BoundState::Free } else { BoundState::Lower };
-                rotated.matrix.add_to_diagonal(n, frame.across(), frame.curvature);
+                frame.place(&mut states);
+                rotated.matrix.add_to_diagonal(frame.across(), frame.curvature);
             }
             let programme = rotated.programme(self.qp);
             let step = match by_sets {
                 true => solve_by_sets(&programme, &states, false, &settings)?,
                 false => solve_box(&programme, Some(&states), &settings)?,
             };
-            counts.active_sets += step.counts.active_sets;
-            counts.whole_calls += step.counts.whole_calls;
-            counts.shrunk_calls += step.counts.shrunk_calls;
-            counts.polish_sets += step.counts.polish_sets;
-            counts.descent_steps += step.counts.descent_steps;
-            counts.fitted += step.counts.fitted;
+            counts.add(step.counts);
             if !step.status.is_solved() {
                 return Ok(last);
             }
             let mut x = step.x;
             frames.iter().for_each(|frame| frame.leave(&mut x));
             let gradient = self.qp.gradient(&x, &step.row_multipliers);
-            let (answer, next) = self.answer(&x, &gradient, &step.row_multipliers, &step.states);
-            let better =
-                |before: &BoxSolution| before.status.is_solved() && before.kkt.max() <= answer.kkt.max();
-            if let Some(before) = last.take_if(|before| better(before)) {
-                return Ok(Some(before));
+            states = step.states;
+            frames = self.frames(&x, &gradient);
+            rotated = Rotated::new(self.qp, &frames);
+            let answer = self.answer((&frames, &rotated), &x, &step.row_multipliers, &states);
+            match last.take_if(|before| before.status.is_solved()) {
+                // A step more than the tolerance asks for.
+                Some(before) if before.kkt.max() <= answer.kkt.max() => return Ok(Some(before)),
+                Some(_) => return Ok(Some(answer)),
+                None if answer.kkt.max() <= EXACT * self.settings.kkt_tolerance => return Ok(Some(answer)),
+                None => last = Some(answer),
             }
-            let exact = answer.kkt.max() <= EXACT * self.settings.kkt_tolerance;
-            // The error of a step is the square of the one before.
-            let again = last.as_ref().is_some_and(|before| before.status.is_solved());
-            if answer.status.is_solved() && (exact || again) {
-                return Ok(Some(answer));
-            }
-            (states, frames, last) = (step.states, next, Some(answer));
         }
         Ok(last)
     }
 
-    /// Moves a point into its discs, and measures it in the axes there, which are returned.
+    /// Moves a point into its discs, and measures it in the axes there.
     fn answer(
         &self,
+        (frames, rotated): (&[Frame], &Rotated),
         x: &[f64],
-        gradient: &[f64],
         a: &[f64],
         states: &[BoundState],
-    ) -> (BoxSolution, Vec<Frame>) {
-        let frames = self.frames(x, gradient);
+    ) -> BoxSolution {
         let (mut x, mut states) = (x.to_vec(), states.to_vec());
-        for frame in &frames {
+        for frame in frames {
             frame.enter(&mut x);
-            let (i, j) = (frame.along(), frame.across());
-            if frame.is_on_circle() {
-                (x[i], x[j]) = (frame.radius, 0.0);
-            }
-            let length = x[i].hypot(x[j]);
-            if length > frame.radius {
-                (x[i], x[j]) = (x[i] / length * frame.radius, x[j] / length * frame.radius);
-            }
-            states[i] = if frame.is_on_circle() { BoundState::Upper } else { BoundState::Free };
-            states[j] = BoundState::Free;
-            if frame.radius == 0.0 {
-                (states[i], states[j]) = (BoundState::Lower, BoundState::Lower);
-            }
+            frame.place(&mut states);
+            let [i, j] = frame.unknowns;
+            let inside = if frame.is_on_circle() { [frame.radius, 0.0] } else { [x[i], x[j]] };
+            [x[i], x[j]] = within(inside, frame.radius);
         }
-        let rotated = Rotated::new(self.qp, &frames);
         let point = ActiveSetPoint { x, a: a.to_vec(), states };
         let mut answer = point.into_solution(&rotated.programme(self.qp));
         if !(answer.kkt.max() <= self.settings.kkt_tolerance) {
             answer.status = QpStatus::PolishFailed;
         }
-        for frame in &frames {
+        for frame in frames {
             frame.leave(&mut answer.x);
             frame.leave(&mut answer.multipliers);
-            answer.states[frame.across()] = answer.states[frame.along()];
+            let [i, j] = frame.unknowns;
+            answer.states[j] = answer.states[i];
         }
-        (answer, frames)
+        answer
     }
 }

@@ -26,7 +26,7 @@
 //! measure it. If the set of a similar programme is known, it is tried first, and Clarabel is not called if it leads to the solution.
 //!
 //! # Types, in the order one meets them
-//! - [`MatrixView`], [`SparseRows`] and [`BoxQp`] are the data;
+//! - [`MatrixView`], [`SparseRows`] and [`BoxQp`] are the data, [`SymmetricMatrix`] a matrix that has its own;
 //! - [`QpSettings`] and [`QpMethod`] say how to solve;
 //! - [`BoundState`] says where an unknown is: a start, and part of the answer;
 //! - [`solve_discs`] takes pairs of unknowns in a [`Disc`] as well, such as friction along two tangents;
@@ -88,6 +88,7 @@ mod selection;
 mod settings;
 mod solution;
 mod sparse;
+mod symmetric_matrix;
 
 pub use balance::{BalanceRows, Balanced};
 pub use balanced_discs::{nearest_balanced, unbalanced_load};
@@ -105,6 +106,7 @@ pub use selection::{Combination, RowSelection};
 pub use settings::{QpMethod, QpSettings};
 pub use solution::{BoxSolution, QpCounts, QpPath, QpStatus};
 pub use sparse::{SparseFactor, SparseRows};
+pub use symmetric_matrix::SymmetricMatrix;
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

@@ -92,6 +92,26 @@ pub struct QpCounts {
 }
 
 impl QpCounts {
+    /// Adds the counts of another programme.
+    pub(crate) fn add(&mut self, other: Self) {
+        self.active_sets += other.active_sets;
+        self.shrunk_calls += other.shrunk_calls;
+        self.whole_calls += other.whole_calls;
+        self.interior_points += other.interior_points;
+        self.polish_sets += other.polish_sets;
+        self.descent_steps += other.descent_steps;
+        self.fitted += other.fitted;
+    }
+
+    /// Returns the method that these counts make, and its iterations.
+    pub(crate) fn path(&self) -> (QpPath, usize) {
+        match (self.clarabel_calls(), self.active_sets) {
+            (0, 1) => (QpPath::WarmStart, 1),
+            (0, sets) => (QpPath::ActiveSet, sets),
+            _ => (QpPath::Clarabel, self.interior_points),
+        }
+    }
+
     /// Returns the number of calls of Clarabel.
     #[must_use]
     pub fn clarabel_calls(&self) -> usize {

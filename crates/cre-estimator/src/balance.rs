@@ -9,6 +9,7 @@
 //! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance. On bent facets of solids without friction the unknowns are
 //! the pressures of the facets, with the measure of the facet for `ℓ`: nearer ones are in balance than those that are means of values at the corners.
 
+mod nearest;
 mod tractions;
 
 use crate::error::EstimatorError;
@@ -17,28 +18,18 @@ use crate::imposed_slip;
 use crate::pressure;
 use crate::recovery::Recovery;
 use crate::size::length;
-use contact_qp::{
-    BoxQp, Disc, MatrixView, QpSettings, RowSelection, SparseRows, nearest_balanced, solve_box,
-};
+use contact_qp::{RowSelection, SparseRows, nearest_balanced};
 use fem_core::contact_system::without_rounding;
 use fem_core::geometry::Coordinates;
-use fem_core::interface::{ContactFacet, ContactPair, ContactState, PairState, Partner};
+use fem_core::interface::{ContactPair, ContactState, PairState, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::space::Space;
-use std::collections::BTreeMap;
-use tractions::{LineTractions, Tractions};
+use nearest::{bounds, discs, nearest, nearest_in_cones, nearest_in_round_cones};
+use tractions::Tractions;
 
 /// The imbalance of a body is measured against its own forces, and at least against this fraction of the largest forces on a body,
 /// since the balance is checked to 1e-10 only.
 const LIGHTLY_LOADED: f64 = 1e-6;
-
-/// The nearest pressure in balance is looked for among the pairs that carry a force if on all pairs `∫ p o` would be this many
-/// times larger.
-const DEAR: f64 = 2.0;
-
-/// Limits of Coulomb friction that change by this fraction of the largest one agree, after at most this many changes.
-const AGREED: f64 = 1e-14;
-const MOST_CONES: usize = 60;
 
 /// The pressure and friction of an admissible stress at the pairs of each contact line.
 #[derive(Clone, Debug)]
@@ -168,15 +159,15 @@ pub(crate) fn pressure<S: Recovery>(
     let most = weights.iter().copied().fold(0.0, f64::max);
     weights.iter_mut().filter(|weight| **weight == 0.0).for_each(|weight| *weight = most);
     let coulomb = contacts.iter().any(|pair| pair.friction.coulomb().is_some());
-    let in_space = contacts.iter().any(|pair| pair.row_count() > 2 * pair.interface.pairs().len());
-    let found = if coulomb && in_space {
-        nearest_in_round_cones(prepared, state, &tractions, (&target, &weights), &rows)?
+    let near = (&target[..], &weights[..]);
+    let found = if coulomb && S::ONE_TANGENT {
+        nearest_in_cones(prepared, &tractions, near, &rows)?
     } else if coulomb {
-        nearest_in_cones(prepared, &tractions, (&target, &weights), &rows)?
+        nearest_in_round_cones(prepared, state, &tractions, near, &rows)?
     } else {
         let limits: Vec<Vec<f64>> =
             contacts.iter().map(|pair| admissible_limits(prepared, pair, &[])).collect();
-        nearest(prepared, state, &tractions, (&target, &weights), &rows, &limits)?
+        nearest(prepared, state, &tractions, near, &rows, &limits)?
     };
     let Some(found) = found else {
         return unbalanced(rows.imbalance(prepared, &tractions, &target));
@@ -189,192 +180,6 @@ pub(crate) fn pressure<S: Recovery>(
     let shift = if change > 0.0 { change / whole.max(change) } else { 0.0 };
     let imbalance = rows.imbalance(prepared, &tractions, &found);
     Ok(Pressure::new(prepared, &tractions, &found, [shift, imbalance]))
-}
-
-/// The bounds of pressure and friction, Pa, or of their forces, N/m.
-///
-/// * `limits`: of friction, by pair; `allowed`: which pressures may be positive; `None`: all.
-fn bounds<S: Recovery>(
-    prepared: &PreparedProblem<S>,
-    tractions: &Tractions,
-    limits: &[Vec<f64>],
-    allowed: Option<&[bool]>,
-) -> [Vec<f64>; 2] {
-    let (mut lower, mut upper) = (vec![0.0; tractions.count()], vec![f64::INFINITY; tractions.count()]);
-    for ((pair, line), limits) in prepared.problem().contacts.iter().zip(&tractions.lines).zip(limits) {
-        for k in 0..line.count() {
-            let place = line.start + k;
-            let nodes = pair.interface.pairs().len();
-            if k >= nodes && !limits.is_empty() && k < line.rows {
-                let s = &limits[k % nodes];
-                (lower[place], upper[place]) = (-s, *s);
-            } else if line.is_idle(k) || allowed.is_some_and(|allowed| !allowed[place]) {
-                upper[place] = 0.0;
-            }
-        }
-    }
-    [lower, upper]
-}
-
-/// Lists the discs of friction in space.
-///
-/// * `limits`: of friction, by pair.
-fn discs<S: Recovery>(contacts: &[ContactPair<S>], tractions: &Tractions, limits: &[Vec<f64>]) -> Vec<Disc> {
-    let of_pair = |((pair, line), limits): ((&ContactPair<S>, &LineTractions), &Vec<f64>)| {
-        let nodes = pair.interface.pairs().len();
-        let first = line.start + nodes;
-        let disc =
-            |(k, radius): (usize, &f64)| Disc { unknowns: [first + k, first + nodes + k], radius: *radius };
-        let has_plane = line.rows > 2 * nodes;
-        limits.iter().enumerate().filter(|_| has_plane).map(disc).collect::<Vec<_>>()
-    };
-    contacts.iter().zip(&tractions.lines).zip(limits).flat_map(of_pair).collect()
-}
-
-/// Finds tractions in balance within the cones of Coulomb friction of solids: again and again the nearest ones within the limits `μ p` of the pressures
-/// before, until these agree. `None` if they do not, or nothing is in balance.
-fn nearest_in_round_cones<S: Recovery>(
-    prepared: &PreparedProblem<S>,
-    state: &ContactState<'_, S>,
-    tractions: &Tractions,
-    near: (&[f64], &[f64]),
-    rows: &Rows,
-) -> Result<Option<Vec<f64>>, EstimatorError> {
-    let contacts = &prepared.problem().contacts;
-    let mut values = near.0.to_vec();
-    for _ in 0..MOST_CONES {
-        let limits_of = |values: &[f64]| -> Vec<Vec<f64>> {
-            let lines = contacts.iter().zip(tractions.split(values));
-            let of_line = |(pair, (line, values)): (&ContactPair<S>, (&LineTractions, &[f64]))| {
-                admissible_limits(prepared, pair, &line.pressure(&pair.interface, values).1)
-            };
-            lines.map(of_line).collect()
-        };
-        let limits = limits_of(&values);
-        let Some(found) = nearest(prepared, state, tractions, near, rows, &limits)? else { return Ok(None) };
-        let inside = limits_of(&found);
-        let change = limits.iter().flatten().zip(inside.iter().flatten()).map(|(a, b)| (a - b).abs());
-        let largest = inside.iter().flatten().fold(0.0f64, |most, s| most.max(*s));
-        if change.fold(0.0, f64::max) <= AGREED * largest {
-            return Ok(Some(found));
-        }
-        values = found;
-    }
-    Ok(None)
-}
-
-/// Finds the nearest tractions in balance within given limits of friction, (31); `None` if nothing is in balance.
-fn nearest<S: Recovery>(
-    prepared: &PreparedProblem<S>,
-    state: &ContactState<'_, S>,
-    tractions: &Tractions,
-    (target, weights): (&[f64], &[f64]),
-    Rows { independent: (matrix, loads), .. }: &Rows,
-    limits: &[Vec<f64>],
-) -> Result<Option<Vec<f64>>, EstimatorError> {
-    let contacts = &prepared.problem().contacts;
-    let discs = discs(contacts, tractions, limits);
-    let near = |allowed: Option<&[bool]>| {
-        let [lower, upper] = bounds(prepared, tractions, limits, allowed);
-        nearest_balanced(target, weights, [&lower, &upper], &discs, matrix, loads)
-    };
-    let Some(mut found) = near(None)? else { return Ok(None) };
-    // A little pressure where the bodies are far apart costs much in 2∫ p o.
-    let cost = |values: &[f64]| -> f64 {
-        let of_pair = |(k, (line, values)): (usize, (&LineTractions, &[f64]))| -> f64 {
-            let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
-            let mean = |facet: &ContactFacet<S>| facet.mean_openings(opening);
-            let middle: Vec<f64> = interface.facets().iter().flat_map(mean).collect();
-            let (by_facet, _) = line.pressure(interface, values);
-            pressure::contact_terms(interface, &by_facet, opening, &middle).iter().sum()
-        };
-        tractions.split(values).enumerate().map(of_pair).sum()
-    };
-    let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
-    if cost(&found.values) > DEAR * cost(target)
-        && let Some(near) = near(Some(&loaded))?
-        && cost(&found.values) > DEAR * cost(&near.values)
-    {
-        found = near;
-    }
-    Ok(Some(found.values))
-}
-
-/// Finds the nearest tractions in balance within the cones of Coulomb friction: with `p = α + β`, `q = μ (α − β)` and `α, β ≥ 0` a
-/// programme with bounds. `None` if nothing is in balance.
-fn nearest_in_cones<S: Recovery>(
-    prepared: &PreparedProblem<S>,
-    tractions: &Tractions,
-    (target, weights): (&[f64], &[f64]),
-    Rows { independent: (matrix, loads), .. }: &Rows,
-) -> Result<Option<Vec<f64>>, EstimatorError> {
-    let contacts = &prepared.problem().contacts;
-    let n = target.len();
-    let limits: Vec<Vec<f64>> = contacts
-        .iter()
-        .map(|pair| admissible_limits(prepared, pair, &vec![0.0; pair.interface.pairs().len()]))
-        .collect();
-    let [lower, mut upper] = bounds(prepared, tractions, &limits, None);
-    let mut linear: Vec<f64> = weights.iter().zip(target).map(|(w, t)| -w * t).collect();
-    // Of each row: its own weight, and the row of the same node before it with the weight of their product.
-    let mut columns: Vec<(f64, Option<(usize, f64)>)> = weights.iter().map(|w| (*w, None)).collect();
-    let mut lines = matrix.transposed();
-    let mut cones = Vec::new();
-    for (pair, LineTractions { start, .. }) in contacts.iter().zip(&tractions.lines) {
-        let nodes = pair.interface.pairs().len();
-        if let Some(mu) = pair.friction.coulomb().filter(|mu| *mu > 0.0) {
-            cones.extend((*start..start + nodes).map(|i| (i, i + nodes, mu)));
-        }
-    }
-    for &(i, j, mu) in &cones {
-        upper[j] = f64::INFINITY;
-        let [p, q] = [weights[i], mu * mu * weights[j]];
-        (columns[i], columns[j]) = ((p + q, None), (p + q, Some((i, p - q))));
-        (linear[i], linear[j]) = (linear[i] + mu * linear[j], linear[i] - mu * linear[j]);
-    }
-    lines = in_cones(&lines, &cones);
-    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
-    for (j, (own, before)) in columns.into_iter().enumerate() {
-        for (i, value) in before.into_iter().chain([(j, own)]) {
-            places.push(i);
-            values.push(value);
-        }
-        starts.push(places.len());
-    }
-    let matrix = MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: &values };
-    let (rows, right_side) = (&lines.transposed(), loads);
-    let qp = BoxQp { matrix, linear: &linear, lower: &lower, upper: &upper, rows, right_side };
-    let mut found = solve_box(&qp, None, &QpSettings::default().active_sets_first())?;
-    if !found.status.is_solved() {
-        return Ok(None);
-    }
-    for &(i, j, mu) in &cones {
-        (found.x[i], found.x[j]) = (found.x[i] + found.x[j], mu * (found.x[i] - found.x[j]));
-    }
-    Ok(Some(found.x))
-}
-
-/// Takes the columns of rows along the edges of cones, `n + μ t` and `n − μ t` in the places of `n` and `t`.
-///
-/// * `columns`: column after column; `cones`: the places of `n` and `t`, and `μ`.
-fn in_cones(columns: &SparseRows, cones: &[(usize, usize, f64)]) -> SparseRows {
-    let sum = |n: usize, t: usize, mu: f64| {
-        let mut entries: BTreeMap<usize, f64> = columns.row(n).collect();
-        columns.row(t).for_each(|(k, g)| *entries.entry(k).or_default() += mu * g);
-        entries
-    };
-    let mut edges: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
-    for &(n, t, mu) in cones {
-        edges.extend([(n, sum(n, t, mu)), (t, sum(n, t, -mu))]);
-    }
-    let mut found = SparseRows::new(columns.columns());
-    for k in 0..columns.len() {
-        match edges.remove(&k) {
-            Some(edge) => found.push(edge),
-            None => found.push(columns.row(k)),
-        }
-    }
-    found
 }
 
 /// Computes the contact forces that balance the floating bodies and are nearest to the forces of a state, N/m, by row: on the

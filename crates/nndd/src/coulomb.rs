@@ -254,7 +254,7 @@ impl ForceQp<'_> {
 ///
 /// * `signs`: θ of each pair, the sign of its slips; 0 for pairs that do not count.
 ///
-/// Returns `None` if the matrices are singular, and in space, where slips have directions and no signs.
+/// Returns `None` if the matrices are singular, and in space: slips have directions there, not signs.
 ///
 /// # Errors
 /// See [`solve_coulomb`].

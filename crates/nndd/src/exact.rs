@@ -19,8 +19,8 @@ use crate::balance::{Balance, discs};
 use crate::error::NnddError;
 use crate::friction::{NodeState, PairFriction};
 use contact_qp::{
-    BoundState, BoxQp, DiscStart, IndependentRows, KktResiduals, MatrixView, QpPath, QpSettings, QpStatus,
-    SparseRows, solve_discs,
+    BoundState, BoxQp, DiscStart, IndependentRows, KktResiduals, QpPath, QpSettings, QpStatus, SparseRows,
+    SymmetricMatrix, solve_discs,
 };
 use fem_core::contact_system::{
     BodyField, BodyFields, ContactRow, ContactRows, ContactSystem, PairRows, RowLaw,
@@ -85,21 +85,13 @@ pub(crate) fn refuse_coulomb(system: &ContactSystem<'_>) -> Result<(), NnddError
 pub(crate) struct ForceQp<'a> {
     pub(crate) system: &'a ContactSystem<'a>,
     balance: Balance<'a>,
-    flexibility: Flexibility,
+    flexibility: SymmetricMatrix,
     /// `q`.
     linear: Vec<f64>,
     /// The lines of the balance that the pairs resist, and their loads.
     lines: Lines,
     /// Rows along tangents that are imposed on both sides.
     imposed: Vec<bool>,
-}
-
-/// `F`: the sum of one full block per body.
-enum Flexibility {
-    /// Column-major.
-    Full(Vec<f64>),
-    /// The upper triangle in compressed columns.
-    Sparse { starts: Vec<usize>, rows: Vec<usize>, values: Vec<f64> },
 }
 
 /// `G` and `e` of the programme.
@@ -128,66 +120,34 @@ impl Lines {
     }
 }
 
-impl Flexibility {
-    /// Adds up the blocks of the bodies: a sparse matrix if it is large and at most a quarter of its entries is not zero.
-    fn new(system: &ContactSystem<'_>) -> Self {
-        let (count, of_bodies) = (system.rows.len(), &system.of_body);
-        let entries = entries(of_bodies.iter().map(Vec::len));
-        let mut upper = Vec::with_capacity(entries / 2);
-        for (condensed, rows) in system.bodies.iter().zip(of_bodies) {
-            let (n, inverse) = (condensed.len(), condensed.flexibility());
-            for of_j in rows {
-                let mut column = vec![0.0; n];
-                for (q, b) in &of_j.terms {
-                    column.iter_mut().zip(&inverse[q * n..(q + 1) * n]).for_each(|(c, v)| *c += b * v);
-                }
-                let below = rows.iter().filter(|of_i| of_i.row >= of_j.row);
-                // Only one of two equal entries, or round-off makes `F` unsymmetric.
-                upper.extend(below.map(|of_i| (of_i.row, of_j.row, of_i.of(&column))));
+/// Computes `F`, the sum of one full block per body: a sparse matrix if it is large and at most a quarter of its entries is not zero.
+fn flexibility(system: &ContactSystem<'_>) -> SymmetricMatrix {
+    let (n, of_bodies) = (system.rows.len(), &system.of_body);
+    let entries = entries(of_bodies.iter().map(Vec::len));
+    let mut upper = Vec::with_capacity(entries / 2);
+    for (condensed, rows) in system.bodies.iter().zip(of_bodies) {
+        let (size, inverse) = (condensed.len(), condensed.flexibility());
+        for of_j in rows {
+            let mut column = vec![0.0; size];
+            for (q, b) in &of_j.terms {
+                column.iter_mut().zip(&inverse[q * size..(q + 1) * size]).for_each(|(c, v)| *c += b * v);
             }
-        }
-        if is_full(count, entries) {
-            let mut full = vec![0.0; count * count];
-            for (j, i, value) in upper {
-                full[j * count + i] += value;
-                if i != j {
-                    full[i * count + j] = full[j * count + i];
-                }
-            }
-            return Self::Full(full);
-        }
-        // Stable, so that sums run in the order of the bodies.
-        upper.sort_by_key(|(j, i, _)| (*j, *i));
-        let (mut starts, mut rows, mut values) = (vec![0; count + 1], Vec::new(), Vec::new());
-        for entries in upper.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-            let (j, i, _) = entries[0];
-            rows.push(i);
-            values.push(entries.iter().map(|(.., value)| value).sum());
-            starts[j + 1] = rows.len();
-        }
-        (0..count).for_each(|j| starts[j + 1] = starts[j + 1].max(starts[j]));
-        Self::Sparse { starts, rows, values }
-    }
-
-    /// Returns an entry.
-    fn entry(&self, i: usize, j: usize) -> f64 {
-        match self {
-            Self::Full(values) => values[j * values.len().isqrt() + i],
-            Self::Sparse { starts, rows, values } => {
-                let column = starts[i.max(j)]..starts[i.max(j) + 1];
-                rows[column.clone()].binary_search(&i.min(j)).map_or(0.0, |k| values[column.start + k])
-            }
+            let below = rows.iter().filter(|of_i| of_i.row >= of_j.row);
+            // Only one of two equal entries, or round-off makes `F` unsymmetric.
+            upper.extend(below.map(|of_i| (of_j.row, of_i.row, of_i.of(&column))));
         }
     }
-
-    fn view(&self, n: usize) -> MatrixView<'_> {
-        match self {
-            Self::Full(values) => MatrixView::Dense { n, values },
-            Self::Sparse { starts, rows, values } => {
-                MatrixView::SparseUpper { n, column_starts: starts, row_indices: rows, values }
-            }
+    if !is_full(n, entries) {
+        return SymmetricMatrix::sparse(n, upper);
+    }
+    let mut values = vec![0.0; n * n];
+    for (i, j, value) in upper {
+        values[j * n + i] += value;
+        if i != j {
+            values[i * n + j] = values[j * n + i];
         }
     }
+    SymmetricMatrix::Full { n, values }
 }
 
 /// Adds up the entries of the blocks of the bodies.
@@ -223,13 +183,13 @@ impl<'a> ForceQp<'a> {
         let rows = &system.rows;
         let balance = Balance::new(rows)?;
         balance.check_held(&rows.limits())?;
-        let flexibility = Flexibility::new(system);
+        let flexibility = flexibility(system);
         let own = |i: usize| flexibility.entry(i, i);
         let largest = (0..rows.len()).map(own).fold(0.0, f64::max);
         let alone = balance.leaves_alone();
         let imposed = |i: usize| rows.is_tangential(i) && own(i) <= IMPOSED * largest && alone[i];
         let imposed = (0..rows.len()).map(imposed).collect();
-        let lines = Lines::new(&balance, matches!(flexibility, Flexibility::Full(_)));
+        let lines = Lines::new(&balance, matches!(flexibility, SymmetricMatrix::Full { .. }));
         Ok(Self { linear: linear(system), system, balance, flexibility, lines, imposed })
     }
 
@@ -276,7 +236,7 @@ impl<'a> ForceQp<'a> {
         let [lower, upper] = rows.bounds(&own);
         let discs = discs(rows, &own);
         let qp = BoxQp {
-            matrix: self.flexibility.view(rows.len()),
+            matrix: self.flexibility.view(),
             linear: &self.linear,
             lower: &lower,
             upper: &upper,
