@@ -2,9 +2,10 @@
 //!
 //! 1. **Project.** Both surfaces are seen along one direction `d`, by default the mean normal of the first one. No face may be steeper than 60
 //!    degrees to it. Parallel projection is affine between two faces, so each stays a triangle.
-//! 2. **Overlay.** The nodes and edges of both, and the crossings of these, make one triangulation, Delaunay's as far as the edges let it. Where only
+//! 2. **Snap.** A node inside of a flat part of a surface slides along it onto a node or an edge of the other one that is close, see [`snapping`].
+//! 3. **Overlay.** The nodes and edges of both, and the crossings of these, make one triangulation, Delaunay's as far as the edges let it. Where only
 //!    one surface is, its faces stay free.
-//! 3. **Insert.** Each new node is put on the face or edge of its own body, and the cells there are cut, see
+//! 4. **Insert.** Each new node is put on the face or edge of its own body, and the cells there are cut, see
 //!    [`fem_core::mesh::insertion`]. No face changes its place, and its parts inherit its conditions ([`Body::refined`]): the problem is
 //!    the same.
 //!
@@ -14,6 +15,8 @@
 //! Sources: the common refinement of Jiao and Heath 2004; the constrained triangulation is spade's.
 
 mod arrangement;
+mod sliding;
+mod snapping;
 
 use crate::solid_pairs::{Known, averaged_normals, is_curved, plane};
 use arrangement::{Arrangement, Fault, Flat, Patch, arrange, barycentric, by_face};
@@ -24,6 +27,8 @@ use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::mesh::insertion::{SurfaceCut, with_cut_surface};
 use fem_core::mesh::{MeshError, TetMesh};
 use fem_core::space::{Solid, Space};
+use sliding::Sliding;
+use snapping::snap;
 use std::collections::{BTreeMap, HashMap};
 use thiserror::Error;
 
@@ -116,6 +121,10 @@ pub enum OverlayError {
 pub struct OverlayChanges {
     /// Nodes added to each body.
     pub added: [usize; 2],
+    /// Nodes of each body that slid along its surface, onto a node or an edge of the other one.
+    pub snapped: [usize; 2],
+    /// The largest distance by which one slid, m.
+    pub largest_move: f64,
     /// The smallest height of a triangle of the overlay over the size of the smaller face it lies in.
     pub lowest: f64,
     /// Area of each surface that does not face the other one and is free, m².
@@ -128,6 +137,8 @@ impl OverlayChanges {
         let Some(before) = before else { return self };
         Self {
             added: [0, 1].map(|b: usize| before.added[b] + self.added[b]),
+            snapped: [0, 1].map(|b: usize| before.snapped[b] + self.snapped[b]),
+            largest_move: before.largest_move.max(self.largest_move),
             lowest: before.lowest.min(self.lowest),
             free: [0, 1].map(|b: usize| before.free[b] + self.free[b]),
         }
@@ -151,6 +162,7 @@ struct Seen<'a> {
     axes: [Vector; 3],
     /// The nodes of each patch.
     nodes: [Vec<NodeId>; 2],
+    sliding: [Sliding<'a>; 2],
     patches: [Patch; 2],
 }
 
@@ -167,7 +179,8 @@ pub(crate) fn overlay(
     groups: [&str; 2],
     direction: Option<Vector>,
 ) -> Result<Overlay, OverlayError> {
-    let seen = Seen::new(bodies, faces, direction)?;
+    let mut seen = Seen::new(bodies, faces, direction)?;
+    seen.snap();
     let found = arrange(&seen.patches).map_err(|fault| seen.fault(fault))?;
     let both = |triangle: &arrangement::Triangle| triangle.faces.iter().all(Option::is_some);
     if !found.triangles.iter().any(both) {
@@ -202,7 +215,9 @@ pub(crate) fn overlay(
     let measures =
         (0..2).flat_map(|b| faces[b].iter().map(move |face| bodies[b].mesh().facet_measure(*face)));
     let size = (2.0 * measures.fold(0.0, f64::max)).sqrt();
-    let changes = OverlayChanges { added, lowest: found.lowest, free };
+    let snapped = [0, 1].map(|b: usize| seen.sliding[b].moved.len());
+    let largest_move = seen.sliding.iter().map(Sliding::farthest).fold(0.0, f64::max);
+    let changes = OverlayChanges { added, snapped, largest_move, lowest: found.lowest, free };
     Ok(Overlay { bodies: changed, known: Known { partner, normals, size }, changes })
 }
 
@@ -260,7 +275,14 @@ impl<'a> Seen<'a> {
             let corners = |face: &FacetId| mesh.topology().facets()[*face].map(|node| place[&node]);
             Patch { points, faces: faces[b].iter().map(corners).collect() }
         });
-        Ok(Self { bodies, faces, axes, nodes, patches })
+        let sliding = [0, 1].map(|b: usize| Sliding::new(bodies[b], faces[b], &nodes[b]));
+        Ok(Self { bodies, faces, axes, nodes, sliding, patches })
+    }
+
+    /// Slides nodes onto close nodes and edges of the other surface.
+    fn snap(&mut self) {
+        let Self { axes, nodes, sliding, patches, .. } = self;
+        snap(patches, |[b, node], to| sliding[b].slide(nodes[b][node], to, axes));
     }
 
     /// Returns the mean of the nodes of a surface.
@@ -281,10 +303,10 @@ impl<'a> Seen<'a> {
 
     /// Finds the nodes that are inserted into a body, and how they cut its faces.
     fn cut(&self, b: usize, found: &Arrangement) -> Cut {
-        let (mesh, nodes) = (self.bodies[b].mesh(), &self.nodes[b]);
+        let (sliding, nodes) = (&self.sliding[b], &self.nodes[b]);
         let own = |(vertex, of): (usize, &arrangement::Vertex)| of.nodes[b].map(|node| (vertex, nodes[node]));
         let mut node_of: HashMap<usize, NodeId> = found.vertices.iter().enumerate().filter_map(own).collect();
-        let (mut points, old) = (Vec::new(), mesh.points().len());
+        let (mut points, old) = (Vec::new(), sliding.mesh().points().len());
         let mut node_at = |vertex: usize, at: Vector| {
             *node_of.entry(vertex).or_insert_with(|| {
                 points.push(at);
@@ -294,7 +316,7 @@ impl<'a> Seen<'a> {
         let mut edges = BTreeMap::new();
         for chain in found.chains[b].iter().filter(|chain| !chain.on.is_empty()) {
             let ends = chain.ends.map(|node| nodes[node]);
-            let [p, q] = ends.map(|node| mesh.points()[node]);
+            let [p, q] = ends.map(|node| sliding.place(node));
             let on = chain.on.iter().map(|(t, vertex)| node_at(*vertex, p + *t * (q - p)));
             edges.insert(ends, on.collect());
         }
@@ -302,7 +324,7 @@ impl<'a> Seen<'a> {
         for (face, parts) in by_face(&found.triangles, b).into_iter().filter(|(_, parts)| parts.len() > 1) {
             let corners = self.patches[b].faces[face];
             let flat = corners.map(|node| self.patches[b].points[node]);
-            let corners = corners.map(|node| mesh.points()[nodes[node]]);
+            let corners = corners.map(|node| sliding.place(nodes[node]));
             let mut inside = |vertex: usize| {
                 let weights = barycentric(flat, found.vertices[vertex].at);
                 node_at(vertex, corners.iter().zip(weights).map(|(corner, weight)| weight * corner).sum())
@@ -310,7 +332,7 @@ impl<'a> Seen<'a> {
             let triangles = parts.iter().map(|corners| corners.map(&mut inside)).collect();
             faces.insert(self.faces[b][face], triangles);
         }
-        (SurfaceCut { points, edges, faces }, node_of)
+        (SurfaceCut { points, moved: sliding.moved.clone(), edges, faces }, node_of)
     }
 
     /// Computes the normals at the first body's nodes, old and new: those at its old nodes, linear on its faces. None if a surface is flat.
@@ -343,5 +365,87 @@ impl<'a> Seen<'a> {
             }
         }
         Ok(normals)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fem_core::boundary::BoundaryConditions;
+    use fem_core::material::LinearElastic;
+    use fem_core::mesh::generate::cuboid;
+
+    fn body(z: f64, n: usize, jitter: f64) -> Body<Solid> {
+        let mesh = cuboid([0.0, 0.0, z], [1.0; 3], [n; 3]).unwrap();
+        let inside = |x: f64| x > 1e-9 && x < 1.0 - 1e-9;
+        let face = |x: &Vector| (x[2] - 1.0).abs() < 1e-9 && inside(x[0]) && inside(x[1]);
+        let h = jitter / n as f64;
+        let move_ = |x: &Vector| {
+            let by = Vector::new(
+                (13.0 * x[0] + 57.0 * x[1] + z).sin(),
+                (41.0 * x[0] - 23.0 * x[1] + z).cos(),
+                0.0,
+            );
+            if face(x) { x + by * h } else { *x }
+        };
+        let points = mesh.points().iter().map(move_).collect();
+        let of = |ids: &[FacetId]| ids.iter().map(|f| mesh.topology().facets()[*f]).collect();
+        let groups = mesh.groups().iter().map(|(name, ids)| (name.clone(), of(ids))).collect();
+        let mesh = TetMesh::new(points, mesh.cells().to_vec(), groups).unwrap();
+        Body::new(
+            mesh,
+            LinearElastic::isotropic_solid(1.0, 0.3).unwrap(),
+            &BoundaryConditions::<Solid>::default(),
+        )
+        .unwrap()
+    }
+
+    /// The heights are those of the meshes here; shifted ones would not be laid over each other without it.
+    #[test]
+    fn close_nodes_slide_and_bodies_stay_the_same() {
+        let all = [([6, 7], 0.0), ([6, 7], 0.2), ([5, 9], 0.2), ([6, 6], 0.1), ([10, 10], 0.05)];
+        for (cells, jitter) in all {
+            let bodies = [body(1.0, cells[0], jitter), body(0.0, cells[1], jitter)];
+            let both = [&bodies[0], &bodies[1]];
+            let faces = [both[0].mesh().group("bottom").unwrap(), both[1].mesh().group("top").unwrap()];
+            let seen = Seen::new(both, faces, None).unwrap();
+            let before = arrange(&seen.patches).map_or(0.0, |found| found.lowest);
+            let found = overlay(both, faces, ["contact"; 2], None).unwrap();
+            let changes = found.changes;
+            assert!(changes.snapped.iter().sum::<usize>() > 0 || jitter == 0.0, "{changes:?}");
+            assert!(
+                changes.lowest >= 2.0 * before || jitter == 0.0 && changes.lowest == before,
+                "{changes:?}"
+            );
+            assert!(changes.lowest > 5e-3 && changes.largest_move < 0.2 / cells[0] as f64, "{changes:?}");
+            for (body, z) in found.bodies.iter().zip([1.0, 0.0]) {
+                let mesh = body.mesh();
+                let volume: f64 = (0..mesh.cells().len()).map(|cell| mesh.measure(cell)).sum();
+                assert!((volume - 1.0).abs() < 1e-12, "{volume}");
+                let points = mesh.points();
+                assert!(points.iter().all(|x| x[2] >= z && x[2] <= z + 1.0), "{cells:?}");
+                assert!((area(mesh, mesh.group("contact").unwrap()) - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn nodes_between_groups_or_on_supports_stay() {
+        let lower = body(0.0, 6, 0.1);
+        let top = lower.mesh().group("top").unwrap().to_vec();
+        let count = |body: &Body<Solid>| {
+            let topology = body.mesh().topology();
+            let all: std::collections::BTreeSet<NodeId> =
+                top.iter().flat_map(|face| topology.facets()[*face]).collect();
+            Sliding::new(body, &top, &all.into_iter().collect::<Vec<_>>()).count()
+        };
+        assert_eq!(count(&lower), 25);
+        let mut halves = lower.clone();
+        let half = top.iter().copied().filter(|face| lower.mesh().facet_middle(*face)[0] < 0.5);
+        halves.add_group("half", half.collect());
+        assert_eq!(count(&halves), 20);
+        let conditions = BoundaryConditions::<Solid>::default().roller("half", 0.0);
+        let held = Body::new(halves.mesh().clone(), lower.material(0).clone(), &conditions).unwrap();
+        assert_eq!(count(&held), 10);
     }
 }

@@ -114,12 +114,13 @@ pub fn peak(report: &Report) -> String {
     let Some(peak) = &report.results.peak_stress else { return String::new() };
     let Some(change) = peak.change else { return String::new() };
     let certified = report.valid_certificate().and_then(|certificate| certificate.relative);
+    let place: Vec<String> =
+        [Some(peak.x), Some(peak.y), peak.z].into_iter().flatten().map(words::seven).collect();
     format!(
-        "largest recovered von Mises stress {} in \"{}\" at ({}, {}), {}{} % against the mesh before; no bound\n",
+        "largest recovered von Mises stress {} in \"{}\" at ({}), {}{} % against the mesh before; no bound\n",
         words::with_digits(peak.von_mises, words::certified_digits(certified)),
         words::one_line(&peak.body),
-        words::seven(peak.x),
-        words::seven(peak.y),
+        place.join(", "),
         if change < 0.0 { "" } else { "+" },
         words::short((1e4 * change).round() / 100.0)
     )

@@ -6,7 +6,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Nodes that are this part of the edges there apart are one, and a node this close to an edge is on it.
-const TOGETHER: f64 = 1e-9;
+pub(super) const TOGETHER: f64 = 1e-9;
 /// A triangle lies in a face if its centroid is this far inside, in barycentric coordinates. The centroid of a sound triangle is farther inside.
 const INSIDE: f64 = 1e-6;
 /// The parts of a face add up to it to this part of its area.
@@ -64,19 +64,19 @@ pub(super) enum Fault {
     Folded(Flat),
 }
 
-fn minus(a: Flat, b: Flat) -> Flat {
+pub(super) fn minus(a: Flat, b: Flat) -> Flat {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-fn cross(a: Flat, b: Flat) -> f64 {
+pub(super) fn cross(a: Flat, b: Flat) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-fn length(a: Flat) -> f64 {
+pub(super) fn length(a: Flat) -> f64 {
     a[0].hypot(a[1])
 }
 
-fn mix(a: Flat, b: Flat, t: f64) -> Flat {
+pub(super) fn mix(a: Flat, b: Flat, t: f64) -> Flat {
     [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
 }
 
@@ -102,13 +102,13 @@ impl Patch {
     }
 
     /// Lists the edges, each once, from the node with the smaller number.
-    fn edges(&self) -> BTreeSet<[usize; 2]> {
+    pub(super) fn edges(&self) -> BTreeSet<[usize; 2]> {
         let of = |[a, b, c]: &[usize; 3]| [[*a, *b], [*b, *c], [*c, *a]];
         self.faces.iter().flat_map(of).map(|[a, b]| [a.min(b), a.max(b)]).collect()
     }
 
     /// Returns the length of the shortest edge at each node.
-    fn spacing(&self) -> Vec<f64> {
+    pub(super) fn spacing(&self) -> Vec<f64> {
         let mut spacing = vec![f64::INFINITY; self.points.len()];
         for ends in self.edges() {
             let [a, b] = ends.map(|node| self.points[node]);

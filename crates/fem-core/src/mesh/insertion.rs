@@ -19,18 +19,21 @@ type Vector = <Solid as Space>::Vector;
 pub struct SurfaceCut {
     /// The places of the new nodes, m; new node `k` has the number `old nodes + k`.
     pub points: Vec<Vector>,
+    /// The new places of old nodes that slide along the surface, m.
+    pub moved: BTreeMap<NodeId, Vector>,
     /// The new nodes on each cut edge, from its end with the smaller number, which comes first in the key.
     pub edges: BTreeMap<[NodeId; 2], Vec<NodeId>>,
     /// The triangles of each cut face. Cut edges of the face are cut in them.
     pub faces: BTreeMap<FacetId, Vec<[NodeId; 3]>>,
 }
 
-/// Cuts the cells at a surface. Old nodes keep their numbers.
+/// Cuts the cells at a surface. Old nodes keep their numbers, and their places but for those that slide.
 ///
 /// # Errors
 /// More nodes or cells than a mesh can have, cells with a volume of round-off or less.
 pub fn with_cut_surface(old: &TetMesh, cut: &SurfaceCut) -> Result<TetRefinement, MeshError> {
     let mut points = old.points().to_vec();
+    cut.moved.iter().for_each(|(node, place)| points[*node] = *place);
     points.extend_from_slice(&cut.points);
     let (count, room) = (old.cells().len(), 4 * cut.points.len());
     let mut cutter = Cutter { old, cut, points, tets: BodyTets::default() };
@@ -111,7 +114,7 @@ impl Cutter<'_> {
             }
             _ => {
                 let middle = NodeId::new(self.points.len());
-                self.points.push(self.old.corners(cell).iter().sum::<Vector>() / 4.0);
+                self.points.push(corners.iter().map(|node| self.points[*node]).sum::<Vector>() / 4.0);
                 between.insert(middle, 0b1111);
                 let part = |k: usize| match cut_faces.iter().find(|(cut, _)| *cut == k) {
                     Some((_, triangles)) => cone(middle, triangles),

@@ -210,6 +210,13 @@ impl Case<Solid> {
             if changes.added[b] > 0 {
                 parts.push(format!("{} inserted", counted(changes.added[b], "node")));
             }
+            if changes.snapped[b] > 0 {
+                let farthest = significant(changes.largest_move);
+                parts.push(format!(
+                    "{} snapped (moved along the surface by at most {farthest})",
+                    changes.snapped[b]
+                ));
+            }
             if changes.free[b] > 0.0 {
                 parts.push(format!("an area of {} faces nothing and is free", significant(changes.free[b])));
             }
@@ -222,8 +229,8 @@ impl Case<Solid> {
                 false => "",
             };
             let lowest = significant(changes.lowest);
-            match changes.added {
-                [0, 0] => format!("the contact surfaces do not end together: {}", parts.join("; ")),
+            match [changes.added, changes.snapped] {
+                [[0, 0], [0, 0]] => format!("the contact surfaces do not end together: {}", parts.join("; ")),
                 _ => format!(
                     "the contact surfaces do not match and were laid over each other: {}; the flattest triangle of the overlay has {lowest} of the \
                      height of the faces there{thin}",
