@@ -1,4 +1,4 @@
-//! Friction of solids on flat surfaces: in any position, in steps, on finer meshes, and with the law of Coulomb.
+//! Friction of solids: in any position, on curved surfaces, in steps, on finer meshes, and with the law of Coulomb.
 //!
 //! `tests/suite/solids.rs` has the figures of an independent code.
 
@@ -8,17 +8,17 @@ use certified_contact::{
 };
 use contact_geometry::{Contact, ContactNormal, Sides, paired_solids};
 use cre_estimator::Relaxation;
-use fem_core::body::{Body, ConditionList, ConditionPlace};
+use fem_core::body::{Body, ConditionList, ConditionPlace, DeclaredSurface, SurfaceKind};
 use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::interface::{ContactProblem, Friction, Gap, InterfaceError, Obstacle, RigidLine};
+use fem_core::interface::{ContactProblem, Friction, Gap, Obstacle, RigidLine};
 use fem_core::material::LinearElastic;
-use fem_core::mesh::generate::cuboid;
+use fem_core::mesh::generate::{cuboid, tube};
 use fem_core::mesh::{Mesh, TetMesh};
 use fem_core::space::Solid;
 use nalgebra::{Rotation3, Vector3};
 use nndd::{CoulombSettings, CoulombStatus, NnddError, NnddSettings, NodeState};
 use std::sync::Arc;
-use tests::solids::of_case_with;
+use tests::solids::{OnSphere, of_case_with, on_each_other};
 
 type Conditions = BoundaryConditions<Solid>;
 
@@ -240,6 +240,72 @@ fn what_is_not_solved_is_refused() {
     let settings = Settings::<Solid>::default().with_method(NnddSettings::default());
     let refused = solve(problem, &settings, &mut Silent).unwrap_err();
     assert!(matches!(refused, SolveError::Nndd(NnddError::FrictionInSpace { pair: 0 })), "{refused}");
-    let bent = tests::solids::on_sphere(2).unwrap().with_friction(0, Friction::tresca(1.0)).unwrap_err();
-    assert_eq!(bent, InterfaceError::BentFriction);
+}
+
+/// A pin of radius 1 in an eye that is held outside, with a moment about their axis and a pressure between them.
+fn pin(cells: usize, moment: f64, limit: f64, eye_cells: usize) -> ContactProblem<Solid> {
+    let steel = || LinearElastic::isotropic_solid(1000.0, 0.3).unwrap();
+    let round = |name: &str| [DeclaredSurface { on: name.into(), kind: SurfaceKind::Cylinder }];
+    let inner = tube([0.0; 3], [0.4, 1.0], 1.0, [0.0, 360.0], [cells, 2, 2]).unwrap();
+    // A traction along the bore, linear on the chords of the nodes' circle of radius 0.4, has this moment for its size.
+    let chord = std::f64::consts::TAU / cells as f64;
+    let area: f64 = inner.group("inner").unwrap().iter().map(|facet| inner.facet_measure(*facet)).sum();
+    let traction = moment / (area * 0.4 * (2.0 + chord.cos()) / 3.0);
+    let along = |k: usize| {
+        let value = move |x: Vector3<f64>| {
+            let r = x[0].hypot(x[1]);
+            // The pressure in the bore keeps the surfaces closed.
+            let out = 10.0 * [x[0], x[1], 0.0][k] / r;
+            out + traction * [-x[1], x[0], 0.0][k] / r
+        };
+        ScalarData::Function(Arc::new(value))
+    };
+    let loads = Conditions::default().traction("inner", [0, 1, 2].map(along));
+    let inner = Body::new(inner, steel(), &loads).unwrap().with_surfaces(&round("outer")).unwrap();
+    let outer = tube([0.0; 3], [1.0, 1.5], 1.0, [0.0, 360.0], [eye_cells, 1, 2]).unwrap();
+    let outer = Body::new(outer, steel(), &Conditions::default().fix("outer")).unwrap();
+    let outer = outer.with_surfaces(&round("inner")).unwrap();
+    let interface =
+        contact_geometry::pair_solids(&inner, &outer, ["outer", "inner"], &Gap::Given(0.0.into())).unwrap();
+    let problem = ContactProblem::between([inner, outer], interface);
+    problem.with_friction(0, Friction::tresca(limit)).unwrap()
+}
+
+#[test]
+fn friction_alone_holds_a_pin_against_a_moment() {
+    // The limit resists s A R = 2π s.
+    for (moment, holds) in [(0.9, true), (1.1, false)] {
+        let problem = pin(12, moment * 2.0 * std::f64::consts::PI * 2.0, 2.0, 12);
+        let found = solve(problem, &Settings::default(), &mut Silent);
+        match (found, holds) {
+            (Ok(solution), true) => {
+                let bound = certified(&solution);
+                let friction = solution.results.as_ref().unwrap().contacts[0].friction.clone().unwrap();
+                println!("{bound} {friction:?}");
+                assert!(solution.relative().unwrap() < 1.0, "{bound}");
+            }
+            (Err(SolveError::NotHeld { .. }), false) => {}
+            (found, _) => panic!("{moment}: {:?}", found.err().map(|error| error.to_string())),
+        }
+    }
+}
+
+#[test]
+fn friction_on_curved_surfaces_has_the_limits_of_sliding_and_sticking() {
+    let of = |limit: f64| {
+        let problem = on_each_other(4, OnSphere::Tilted).unwrap();
+        solved(problem.with_friction(0, Friction::tresca(limit)).unwrap())
+    };
+    let free = solved(on_each_other(4, OnSphere::Tilted).unwrap());
+    let norms = |solution: &CertifiedSolution<Solid>| {
+        solution.estimate.as_ref().unwrap().energy_norm_squared.iter().sum::<f64>()
+    };
+    let (slides, sticks, firm) = (of(1e-9), of(1e3), of(2e3));
+    assert!((norms(&slides) / norms(&free) - 1.0).abs() < 1e-7);
+    assert!((certified(&slides) / certified(&free) - 1.0).abs() < 1e-4);
+    assert!((norms(&sticks) / norms(&firm) - 1.0).abs() < 1e-12);
+    let slip = sticks.results.as_ref().unwrap().contacts[0].friction.as_ref().unwrap().max_slip;
+    let moved = slides.results.as_ref().unwrap().contacts[0].friction.as_ref().unwrap().max_slip;
+    println!("{slip:e} {moved:e} {} {} {}", certified(&slides), certified(&of(1.0)), certified(&sticks));
+    assert!(slip < 1e-14 && moved > 1e-4, "{slip} {moved}");
 }

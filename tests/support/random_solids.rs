@@ -21,13 +21,13 @@ use certified_contact::Settings;
 use contact_geometry::{OverlayError, PairingError};
 use draw::Draw;
 use fem_core::body::{Body, BodyError};
-use fem_core::interface::{ContactProblem, InterfaceError};
+use fem_core::interface::{ContactPair, ContactProblem, InterfaceError};
 use fem_core::space::Solid;
 use nndd::NewtonSettings;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 24] = [
+pub const FAMILIES: [&str; 27] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -52,6 +52,9 @@ pub const FAMILIES: [&str; 24] = [
     "curved contact held on both sides",
     "friction",
     "floating bodies with friction",
+    "curved contact with friction",
+    "round obstacle with friction",
+    "floating on round obstacles with friction",
 ];
 
 /// The promises that are judged.
@@ -154,9 +157,19 @@ fn shows(assembly: &Assembly, made: &ContactProblem<Solid>, family: &str) -> boo
             .iter()
             .any(|pair| pair.interface.has_bent_facets() && !pair.interface.clamped().is_empty()),
         "friction" | "floating bodies with friction" => made.has_friction(),
+        "curved contact with friction" => {
+            made.contacts.iter().any(|pair| made.obstacle_of(pair).is_none() && is_bent_and_rough(pair))
+        }
+        "round obstacle with friction" | "floating on round obstacles with friction" => {
+            made.contacts.iter().any(|pair| made.obstacle_of(pair).is_some() && is_bent_and_rough(pair))
+        }
         "two materials in a body" => assembly.parts.iter().any(|part| part.divided.is_some()),
         _ => true,
     }
+}
+
+fn is_bent_and_rough(pair: &ContactPair<Solid>) -> bool {
+    pair.friction.acts() && pair.interface.has_bent_facets()
 }
 
 /// Tells if a body has an unknown: a node that no support holds in all directions.

@@ -4,7 +4,7 @@
 use crate::balance::{self, Pressure};
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
-use crate::friction::FacetFriction;
+use crate::friction::{FacetFriction, OnFacets};
 use crate::lift::{self, Lift};
 use crate::measures::Accuracy;
 use crate::openings;
@@ -106,7 +106,7 @@ pub(crate) fn recovered_pair<S: Recovery>(
     accuracy: Accuracy,
 ) -> Result<AdmissiblePair<S>, EstimatorError> {
     let problem = prepared.problem();
-    let Pressure { by_pair, by_facet, friction, limit, shift, imbalance } =
+    let Pressure { by_pair, by_facet, friction, limit, facet_friction, shift, imbalance } =
         balance::pressure(prepared, state)?;
     let found = problem
         .contacts
@@ -119,7 +119,7 @@ pub(crate) fn recovered_pair<S: Recovery>(
     let contacts: Vec<AdmissibleContact<S>> = by_pair
         .into_iter()
         .zip(by_facet)
-        .zip(friction.into_iter().zip(limit))
+        .zip(friction.into_iter().zip(limit).zip(facet_friction))
         .zip(lifts.into_iter().zip(openings))
         .enumerate()
         .map(|(k, ((pressure, friction), (lift, opening)))| {
@@ -153,13 +153,13 @@ type Moved<S> = [Option<Vec<<S as Space>::Vector>>];
 impl<S: Recovery> AdmissibleContact<S> {
     /// Computes the openings of pair `k` and what belongs to its pressure.
     ///
-    /// * `pressure`: at the pairs, and at the corners of the facets, Pa; `friction`: friction and its limit at the pairs, Pa.
+    /// * `pressure`: at the pairs, and at the corners of the facets, Pa; `friction`: friction and its limit at the pairs, and at the corners, Pa.
     /// * `lift`: of the pair, with the middle openings without it, and [`lift::joined`].
     fn new(
         (problem, k): (&ContactProblem<S>, usize),
         state: &ContactState<'_, S>,
         (pressure, edge_pressure): (Vec<f64>, Vec<S::Axes<f64>>),
-        (friction, friction_limit): (Vec<f64>, Vec<f64>),
+        ((friction, friction_limit), on_facets): ((Vec<f64>, Vec<f64>), OnFacets<S>),
         (lift, found, moved): (Lift, Vec<f64>, &Moved<S>),
     ) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
@@ -179,8 +179,7 @@ impl<S: Recovery> AdmissibleContact<S> {
             });
             S::middle_openings(interface, [&lifted[0], &lifted[1]])
         };
-        let tractions = [&friction[..], &friction_limit];
-        let facet_friction = FacetFriction::new(pair, tractions, &edge_pressure, displacement, moved);
+        let facet_friction = FacetFriction::new(pair, on_facets, displacement, moved);
         if pair.friction.acts() {
             let forces = facet_friction.nodal_forces(interface);
             pressure_force.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);

@@ -6,14 +6,14 @@
 //! min_p ∑_i ℓ_i (p_i − r^2_i/ℓ_i)²,   p ≥ 0,   C p = e     (31)
 //! ```
 //! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` the work of the loads.
-//! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance. On bent facets of solids without friction the unknowns are
-//! the pressures of the facets, with the measure of the facet for `ℓ`: nearer ones are in balance than those that are means of values at the corners.
+//! At pairs that are far apart the pressure stays zero if the other pairs can keep the balance. On bent facets of solids the unknowns are the pressures and
+//! the friction of the facets, with the measure of the facet for `ℓ`: nearer ones are in balance than those that are means of values at the corners.
 
 mod nearest;
 mod tractions;
 
 use crate::error::EstimatorError;
-use crate::friction::all_within;
+use crate::friction::{OnFacets, all_within, facet_limit};
 use crate::imposed_slip;
 use crate::pressure;
 use crate::recovery::Recovery;
@@ -42,6 +42,8 @@ pub(crate) struct Pressure<S: Space> {
     pub(crate) friction: Vec<Vec<f64>>,
     /// The limit of friction at each pair, ≥ 0, Pa: the given one, or `μ p` of this pressure.
     pub(crate) limit: Vec<Vec<f64>>,
+    /// Friction and its limit at the corners of each facet, Pa; empty without friction.
+    pub(crate) facet_friction: Vec<OnFacets<S>>,
     /// Its change against `r²_i/ℓ_i`, relative, in the norm of (31); 0 if nothing floats.
     pub(crate) shift: f64,
     /// The largest resultant that is left on a floating body, relative to the forces on it; 0 if nothing floats.
@@ -58,11 +60,18 @@ impl<S: Recovery> Pressure<S> {
     ) -> Self {
         let contacts = &prepared.problem().contacts;
         let (mut by_pair, mut by_facet) = (Vec::new(), Vec::new());
-        let (mut friction, mut limit) = (Vec::new(), Vec::new());
+        let (mut friction, mut limit, mut facet_friction) = (Vec::new(), Vec::new(), Vec::new());
         for (of, (line, values)) in contacts.iter().zip(tractions.split(values)) {
             let (facets, pressure) = line.pressure(&of.interface, values);
-            let mut q = values[of.interface.pairs().len()..line.rows].to_vec();
             let s = limits(prepared, of, &pressure);
+            let on_facets = match of.friction.acts() {
+                true => {
+                    let all = of.interface.facets().iter().zip(&facets);
+                    all.map(|(facet, p)| facet_limit(of, facet, &s, Some(p))).collect()
+                }
+                false => Vec::new(),
+            };
+            let (mut q, tractions) = line.friction(of, values, &on_facets);
             // At the limit but for rounding.
             let most = admissible_limits(prepared, of, &pressure);
             all_within(&mut q, &most);
@@ -70,13 +79,14 @@ impl<S: Recovery> Pressure<S> {
             by_facet.push(facets);
             friction.push(q);
             limit.push(s);
+            facet_friction.push((tractions, on_facets));
         }
-        Self { by_pair, by_facet, friction, limit, shift, imbalance }
+        Self { by_pair, by_facet, friction, limit, facet_friction, shift, imbalance }
     }
 }
 
-/// Computes the largest friction of an admissible stress at the pairs of a contact line, Pa: on a bent edge, on which friction is the mean of its
-/// ends, at most the smaller limit of its ends.
+/// Computes the largest friction of an admissible stress at the pairs of a contact line, Pa: on a bent edge of the plane, on which friction is the mean
+/// of its ends, at most the smaller limit of its ends.
 fn admissible_limits<S: Recovery>(
     prepared: &PreparedProblem<S>,
     pair: &ContactPair<S>,
@@ -84,7 +94,7 @@ fn admissible_limits<S: Recovery>(
 ) -> Vec<f64> {
     let mut found = limits(prepared, pair, pressure);
     // Means of `|q| ≤ μ p` are within `μ` times the mean of `p`.
-    if pair.friction.coulomb().is_none() && !found.is_empty() {
+    if !S::BALANCED_BY_FACET && pair.friction.coulomb().is_none() && !found.is_empty() {
         let given = found.clone();
         for edge in pair.interface.facets().iter().filter(|edge| edge.bent) {
             let least = pair.interface.corners(edge, &given).into_iter().fold(f64::INFINITY, f64::min);
@@ -165,8 +175,9 @@ pub(crate) fn pressure<S: Recovery>(
     } else if coulomb {
         nearest_in_round_cones(prepared, state, &tractions, near, &rows)?
     } else {
-        let limits: Vec<Vec<f64>> =
-            contacts.iter().map(|pair| admissible_limits(prepared, pair, &[])).collect();
+        let limits: Vec<Vec<f64>> = (contacts.iter().zip(&tractions.lines))
+            .map(|(pair, line)| line.limits(pair, admissible_limits(prepared, pair, &[]), &[]))
+            .collect();
         nearest(prepared, state, &tractions, near, &rows, &limits)?
     };
     let Some(found) = found else {
@@ -301,7 +312,7 @@ impl Rows {
                     line.weights.iter().zip(&values[line.start..]).map(|(l, p)| l * p.abs()).collect();
                 let (rows, facets) = forces.split_at(line.rows);
                 let at_rows = pair.rows().zip(rows).map(|(row, f)| f * length(moved[row.nodes[side]]));
-                let on_facets = line.facets.iter().zip(facets).map(|(k, f)| {
+                let on_facets = line.facets.iter().cycle().zip(facets).map(|(k, f)| {
                     let facet = &pair.interface.facets()[*k];
                     let corners = facet.free_corners().map(|corner| facet.pairs[corner] as usize);
                     let moved = corners.map(|k| length(moved[pair.interface.pairs()[k].nodes[side]]));

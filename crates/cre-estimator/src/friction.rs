@@ -6,11 +6,20 @@
 //! with the slip `w = (u^a − u^b)·t` of the load step, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
 //! edge, `q` is constant there, as the pressure is, so that `q t` is linear, and the slip is a quadratic.
 //!
-//! In space `w` and `q` are vectors, linear on each flat face. `|w|` is convex, so that with the mass matrix `M` of the face
+//! In space `w` and `q` are vectors. On a face along which the normal changes
 //! ```math
-//! ∫ (s|w| − q·w)  ≤  ∑_ij M_ij (s_i |w_j| − q_i·w_j)
+//! q(x) = m × n(x)
 //! ```
-//! where no term is negative.
+//! with a constant `m`, `|m| ≤ s`: it is linear and everywhere tangential. In the plane the same `m` is the constant above. `|w|` is convex, so that with the
+//! mass matrix `M` of the face, for any number `α`,
+//! ```math
+//! ∫ (s|w| − q·w)  ≤  ∑_ij M_ij (s_i W_j − q_i·([u]_j − α n_j)),   W_j = |w_j| + |α_j − α| |n_j| max_i sin(n_i, n_j)
+//! ```
+//! where no term is negative: `[u]_j = α_j n_j + w_j` at the corners, and `α n(x)` has no tangential part. On a flat face `W_j = |w_j|`.
+
+mod bent;
+
+pub(crate) use bent::{least, on_bent_facet, turn_fields, turns_of};
 
 use crate::recovery::Recovery;
 use crate::side::side_sign;
@@ -32,6 +41,9 @@ pub struct FacetFriction<S: Space = Plane> {
     pub lifted: [Vec<S::Axes<S::Vector>>; 2],
 }
 
+/// Friction and its limit at the corners of each facet of a contact line, Pa; empty without friction.
+pub(crate) type OnFacets<S> = (Vec<<S as Space>::Axes<<S as Space>::Vector>>, Vec<<S as Space>::Axes<f64>>);
+
 impl<S: Space> Default for FacetFriction<S> {
     fn default() -> Self {
         Self { traction: Vec::new(), limit: Vec::new(), jump: Vec::new(), lifted: [Vec::new(), Vec::new()] }
@@ -41,35 +53,18 @@ impl<S: Space> Default for FacetFriction<S> {
 impl<S: Recovery> FacetFriction<S> {
     /// Takes friction and slip of a pair.
     ///
-    /// * `friction`, `limit`: in the rows along tangents, and at the pairs of nodes, Pa; empty without friction. `pressure`: at the corners of the facets, Pa.
+    /// * `traction`, `limit`: on the facets, see [`Self::traction`]; empty without friction.
     /// * `displacement`: of the bodies of the pair, or of the points of an obstacle, m.
     /// * `moved`: the lifts of these bodies, if there are any, m.
     pub(crate) fn new(
         pair: &ContactPair<S>,
-        [friction, limit]: [&[f64]; 2],
-        pressure: &[S::Axes<f64>],
+        (traction, limit): OnFacets<S>,
         displacement: [&[S::Vector]; 2],
         moved: [Option<&[S::Vector]>; 2],
     ) -> Self {
         if !pair.friction.acts() {
             return Self::default();
         }
-        let facets = pair.interface.facets();
-        let limit_of = |(facet, p): (&ContactFacet<S>, &S::Axes<f64>)| match pair.friction.coulomb() {
-            Some(mu) => S::axes(|k| mu * p[k]),
-            None => pair.interface.corners(facet, limit),
-        };
-        let limit: Vec<S::Axes<f64>> = facets.iter().zip(pressure).map(limit_of).collect();
-        let by_tangent: Vec<&[f64]> = friction.chunks(pair.interface.pairs().len().max(1)).collect();
-        let traction_of = |(facet, s): (&ContactFacet<S>, &S::Axes<f64>)| {
-            let parts = by_tangent.iter().map(|q| pair.interface.pressure(facet, q)).collect::<Vec<_>>();
-            S::axes(|corner| {
-                let tangents = pair.corner_tangents(facet, corner);
-                let q: Vec<f64> = parts.iter().map(|q| q[corner]).collect();
-                let along = within(&q, s[corner]);
-                tangents.as_ref().iter().zip(along).map(|(t, q)| *t * q).sum()
-            })
-        };
         let lifted = [0, 1].map(|side: usize| match moved[side] {
             Some(l) => jumps(pair, |of, clamped| match clamped {
                 Some(_) => S::Vector::ZERO,
@@ -77,7 +72,6 @@ impl<S: Recovery> FacetFriction<S> {
             }),
             None => Vec::new(),
         });
-        let traction = facets.iter().zip(&limit).map(traction_of).collect();
         let mut jump = jumps(pair, |of, clamped| match clamped {
             Some(jump) => jump,
             None => displacement[0][of.nodes[0].index()] - displacement[1][of.nodes[1].index()],
@@ -110,6 +104,43 @@ impl<S: Recovery> FacetFriction<S> {
         }
         terms
     }
+}
+
+/// Returns the limit of friction at the corners of a facet, Pa.
+///
+/// * `limit`: at the pairs of nodes, `pressure`: at the corners of the facet, with Coulomb friction, Pa.
+pub(crate) fn facet_limit<S: Recovery>(
+    pair: &ContactPair<S>,
+    facet: &ContactFacet<S>,
+    limit: &[f64],
+    pressure: Option<&S::Axes<f64>>,
+) -> S::Axes<f64> {
+    match (pair.friction.coulomb(), pressure) {
+        (Some(mu), Some(p)) => S::axes(|k| mu * p[k]),
+        _ => pair.interface.corners(facet, limit),
+    }
+}
+
+/// Returns friction at the corners of a facet, within its limit there, Pa.
+///
+/// * `rows`: in the rows along tangents, Pa.
+pub(crate) fn at_corners<S: Recovery>(
+    pair: &ContactPair<S>,
+    facet: &ContactFacet<S>,
+    rows: &[f64],
+    limit: &S::Axes<f64>,
+) -> S::Axes<S::Vector> {
+    if facet.bent {
+        return on_bent_facet(pair, facet, &turns_of(pair, facet, rows), limit);
+    }
+    let by_tangent = rows.chunks(pair.interface.pairs().len().max(1));
+    let parts: Vec<S::Axes<f64>> = by_tangent.map(|q| pair.interface.corners(facet, q)).collect();
+    S::axes(|corner| {
+        let tangents = pair.corner_tangents(facet, corner);
+        let q: Vec<f64> = parts.iter().map(|q| q[corner]).collect();
+        let along = within(&q, limit[corner]);
+        tangents.as_ref().iter().zip(along).map(|(t, q)| *t * q).sum()
+    })
 }
 
 /// Returns friction within its limit: shorter, if it is longer.
@@ -215,20 +246,29 @@ fn slip(tangents: [Vector; 2], [i, j]: [Vector; 2]) -> [f64; 3] {
     [i.dot(&tangents[0]), 0.5 * (i.dot(&tangents[1]) + j.dot(&tangents[0])), j.dot(&tangents[1])]
 }
 
-/// Bounds the mean of `s|w| − q·w` on a flat face by `∑_ij M_ij (s_i |w_j| − q_i·w_j)/A`.
+/// Bounds the mean of `s|w| − q·w` on a face by `∑_ij M_ij (s_i W_j − q_i·([u]_j − α n_j))/A`.
+///
+/// * `s`: over the lengths of the normals.
 pub(crate) fn mean_on_face(
-    normal: <Solid as Space>::Vector,
+    normals: &[<Solid as Space>::Vector; 3],
     s: &[f64; 3],
     q: &[<Solid as Space>::Vector; 3],
     jump: &[<Solid as Space>::Vector; 3],
 ) -> f64 {
-    let slip = jump.map(|jump| jump - normal * (normal.dot(&jump) / normal.dot(&normal)));
-    let length = slip.map(norm);
+    let [sizes, along] = [normals.map(|n| n.dot(&n)), [0, 1, 2].map(|j: usize| jump[j].dot(&normals[j]))];
+    let amounts = [0, 1, 2].map(|j: usize| along[j] / sizes[j]);
+    let alpha = amounts.iter().sum::<f64>() / 3.0;
+    let lengths = [0, 1, 2].map(|j: usize| {
+        let sine = |n: &<Solid as Space>::Vector| norm(n.cross(&normals[j])) / norm(*n);
+        let turned = normals.iter().map(sine).fold(0.0, f64::max);
+        norm(jump[j] - normals[j] * amounts[j]) + (amounts[j] - alpha).abs() * turned
+    });
     let mut sum = 0.0;
     for i in 0..3 {
         for j in 0..3 {
             let share = if i == j { 2.0 } else { 1.0 };
-            sum += share * (s[i] * length[j] - q[i].dot(&slip[j])).max(0.0);
+            let moved = jump[j] - normals[j] * alpha;
+            sum += share * (s[i] * sizes[i].sqrt() * lengths[j] - q[i].dot(&moved)).max(0.0);
         }
     }
     sum / 12.0
@@ -353,7 +393,7 @@ mod tests {
                         };
                         let s = corners.map(|x| s[0] * x[0] + s[1] * x[1] + s[2] * x[2]);
                         let [q, jump] = [&q, &jump].map(|of| corners.map(|x| vector(of, x)));
-                        sum += h * h * mean_on_face(normal, &s, &q, &jump);
+                        sum += h * h * mean_on_face(&[normal; 3], &s, &q, &jump);
                     }
                 }
                 sum

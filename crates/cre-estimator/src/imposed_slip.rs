@@ -11,6 +11,7 @@
 use crate::recovery::Recovery;
 use crate::size::length;
 use fem_core::directions::Directions;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactState, NodePair, Partner};
 use fem_core::prepared::PreparedProblem;
 
@@ -43,27 +44,26 @@ pub(crate) fn continued<S: Recovery>(
         if found.is_empty() {
             continue;
         }
-        let at =
-            |rows: &[f64], i: usize| -> Vec<f64> { rows[i..].iter().step_by(pairs.len()).copied().collect() };
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         // The direction of the slip; zero without.
-        let direction = |i: usize| -> Vec<f64> {
-            let slip = at(slip, i);
-            let size = product(&slip, &slip).sqrt();
-            slip.iter().map(|w| if size > 0.0 { w / size } else { 0.0 }).collect()
+        let direction = |i: usize| {
+            let slip = of.along_tangents(i, slip);
+            let size = length(slip);
+            if size > 0.0 { slip / size } else { S::Vector::ZERO }
         };
         let mut most = vec![0.0f64; pairs.len()];
         for edge in of.interface.facets() {
             let corners = || edge.pairs.as_ref().iter().map(|k| *k as usize);
             // A clamped end is no pair.
             for (i, j) in corners().flat_map(|i| corners().map(move |j| (i, j))).filter(|(i, j)| i != j) {
-                most[i] = most[i].max(product(&direction(i), &at(friction, j)));
+                most[i] = most[i].max(direction(i).times(&of.along_tangents(j, friction)));
             }
         }
         for i in found {
-            let size = most[i].min(limits[k][i]);
-            let along = direction(i);
-            friction[i..].iter_mut().step_by(pairs.len()).zip(along).for_each(|(q, w)| *q = w * size);
+            let normal = pairs[i].normal_length();
+            // Values in the rows are forces over the length of the normal.
+            let size = (most[i] / normal).min(limits[k][i]) / normal;
+            let parts = of.tangential_parts(i, direction(i));
+            friction[i..].iter_mut().step_by(pairs.len()).zip(parts).for_each(|(q, w)| *q = w * size);
         }
     }
 }

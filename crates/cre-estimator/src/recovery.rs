@@ -113,7 +113,7 @@ pub trait Recovery: Space {
 
     /// Computes the mean of `s|w| − q·w` on a contact facet, J/m², in space a bound of it.
     ///
-    /// * `limit`, `friction`, `jump`: at its corners, Pa and m, see [`crate::friction::FacetFriction`].
+    /// * `limit`, `friction`, `jump`: at its corners, Pa and m, the limit over the length of the normal, see [`crate::friction::FacetFriction`].
     #[doc(hidden)]
     fn mean_sliding(
         pair: &ContactPair<Self>,

@@ -155,7 +155,8 @@ impl Recovery for Solid {
         friction: &[Vector3<f64>; 3],
         jump: &[Vector3<f64>; 3],
     ) -> f64 {
-        mean_on_face(pair.interface.corner_pair(facet, 0).normal, limit, friction, jump)
+        let normals = [0, 1, 2].map(|corner: usize| pair.interface.corner_pair(facet, corner).normal);
+        mean_on_face(&normals, limit, friction, jump)
     }
 
     fn twist(corners: &[Vector3<f64>; 4], displacement: &[Vector3<f64>; 4]) -> Vector3<f64> {

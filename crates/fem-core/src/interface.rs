@@ -189,6 +189,8 @@ pub struct ContactInterface<S: Space = Plane> {
     facets: Vec<ContactFacet<S>>,
     /// Pairs that have no unknown.
     clamped: Vec<ClampedPair<S>>,
+    /// True if the normal changes along any facet.
+    bent: bool,
     /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
     gap: Gap<S>,
     measured_on: usize,
@@ -207,6 +209,7 @@ impl<S: Space> ContactInterface<S> {
     /// Takes pairs and the facets between them, without arc lengths; a line of the plane is a [`Line`].
     pub fn new(pairs: Vec<NodePair<S>>, facets: Vec<ContactFacet<S>>, gap: Gap<S>) -> Self {
         Self {
+            bent: facets.iter().any(|facet| facet.bent),
             pairs,
             facets,
             clamped: Vec::new(),
@@ -288,7 +291,7 @@ impl<S: Space> ContactInterface<S> {
 
     /// Tells whether the normal changes along any facet.
     pub fn has_bent_facets(&self) -> bool {
-        self.facets.iter().any(|facet| facet.bent)
+        self.bent
     }
 
     /// Computes the nodal forces `∫ p n φ_i ds` of a pressure given at the corners of every facet, Cartesian, N/m: exact

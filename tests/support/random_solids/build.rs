@@ -108,8 +108,8 @@ pub(super) struct Assembly {
     pub(super) parts: Vec<Part>,
     pub(super) touches: Vec<Touch>,
     pub(super) turn: Rotation3<f64>,
-    /// The limit of friction on planes, Pa.
-    pub(super) friction_on_planes: Option<Linear>,
+    /// The limit of friction on obstacles, Pa.
+    pub(super) friction_on_obstacles: Option<Linear>,
 }
 
 impl Assembly {
@@ -215,9 +215,8 @@ impl Assembly {
                     interface = self.inherited(a, &coarse, &interface, halved);
                 }
             }
-            let bent = interface.has_bent_facets();
             problem = problem.contact([a, b], interface);
-            if let Some(limit) = touch.friction.filter(|_| !bent) {
+            if let Some(limit) = touch.friction {
                 problem = problem.with_friction(k, Friction::tresca(self.linear(limit)))?;
             }
         }
@@ -238,8 +237,7 @@ impl Assembly {
             let surfaces = [name.clone(), name.clone()];
             let normal = ContactNormal::Averaged;
             let sides = Sides::Bodies { bodies: touch.bodies, surfaces, gap, normal };
-            let friction = touch.friction.filter(|_| !self.grid.is_bent());
-            let friction = friction.map(|limit| Friction::tresca(self.linear(limit)));
+            let friction = touch.friction.map(|limit| Friction::tresca(self.linear(limit)));
             Contact { name, sides, friction }
         };
         let contacts: Vec<Contact<Solid>> = self.touches.iter().enumerate().map(contact).collect();
@@ -327,9 +325,8 @@ impl Assembly {
                 }
                 _ => self.against_round((b, side), round.and_then(|round| round.gap), &obstacle, halved)?,
             };
-            let bent = interface.has_bent_facets();
             problem = problem.obstacle(b, interface, obstacle);
-            if let Some(limit) = self.friction_on_planes.filter(|_| !bent) {
+            if let Some(limit) = self.friction_on_obstacles {
                 let pair = problem.contacts.len() - 1;
                 problem = problem.with_friction(pair, Friction::tresca(self.linear(limit)))?;
             }

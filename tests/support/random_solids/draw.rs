@@ -174,7 +174,7 @@ impl Draw {
             parts.push(self.part(*of, &grid)?);
         }
         let mut assembly =
-            Assembly { grid, parts, touches: Vec::new(), turn: self.turn, friction_on_planes: None };
+            Assembly { grid, parts, touches: Vec::new(), turn: self.turn, friction_on_obstacles: None };
         self.touches(&mut assembly);
         self.bend(&mut assembly, &boxes)?;
         self.conditions(&mut assembly);
@@ -428,7 +428,7 @@ impl Draw {
         }
     }
 
-    /// Gives sides that touch each other or planes a limit of friction.
+    /// Gives sides that touch each other or obstacles a limit of friction.
     fn rub(&mut self, assembly: &mut Assembly) {
         if !self.family.contains("friction") {
             return;
@@ -449,8 +449,7 @@ impl Draw {
             let faces = assembly.touches[k].faces;
             assembly.touches[k].friction = limit(assembly.grid.middle(&faces), assembly.grid.sizes(&faces));
         }
-        let on_planes = limit(Vector3::zeros(), Vector3::zeros());
-        assembly.friction_on_planes = on_planes;
+        assembly.friction_on_obstacles = limit(Vector3::zeros(), Vector3::zeros());
     }
 
     fn plane(&mut self, grid: &Grid, (number, side): (usize, &Cells), by: f64) -> Condition {

@@ -291,7 +291,6 @@ impl<S: Dimension> Case<S> {
             | InterfaceError::Overlap { .. }
             | InterfaceError::TooFar { .. } => ("gap".to_owned(), None),
             InterfaceError::NormalAway { .. } => ("normal".to_owned(), None),
-            InterfaceError::BentFriction => ("friction".to_owned(), None),
             InterfaceError::BadFrictionLimit { .. } => ("friction.limit".to_owned(), None),
             InterfaceError::BadFrictionCoefficient { .. } => ("friction.mu".to_owned(), None),
             _ => ("surfaces".to_owned(), None),

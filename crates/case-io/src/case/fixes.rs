@@ -136,9 +136,6 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
         InterfaceError::BadSlip { .. } | InterfaceError::SlipOnCoarserMesh => {
             ("load steps on one mesh", "leave [adapt] out of a case with [[step]]")
         }
-        InterfaceError::BentFriction => {
-            ("a flat surface, on bodies and on a plane obstacle, or no friction", "take `friction` out")
-        }
         InterfaceError::BadFrictionLimit { .. } | InterfaceError::BadFrictionCoefficient { .. } => {
             ("a finite number >= 0", "change the number or the expression of `friction`")
         }

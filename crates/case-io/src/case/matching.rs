@@ -84,7 +84,6 @@ impl<S: Dimension> Case<S> {
                 pair,
                 error:
                     error @ (InterfaceError::Occupied { .. }
-                    | InterfaceError::BentFriction
                     | InterfaceError::BadFrictionLimit { .. }
                     | InterfaceError::BadFrictionCoefficient { .. }),
             } => self.interface_diagnostic(*pair, error).into(),

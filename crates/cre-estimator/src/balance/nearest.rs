@@ -20,7 +20,7 @@ const MOST_CONES: usize = 60;
 
 /// The bounds of pressure and friction, Pa, or of their forces, N/m.
 ///
-/// * `limits`: of friction, by pair; `allowed`: which pressures may be positive; `None`: all.
+/// * `limits`: of friction, by pair, see [`LineTractions::limits`]; `allowed`: which pressures may be positive; `None`: all.
 pub(super) fn bounds<S: Recovery>(
     prepared: &PreparedProblem<S>,
     tractions: &Tractions,
@@ -31,10 +31,8 @@ pub(super) fn bounds<S: Recovery>(
     for ((pair, line), limits) in prepared.problem().contacts.iter().zip(&tractions.lines).zip(limits) {
         for k in 0..line.count() {
             let place = line.start + k;
-            let nodes = pair.interface.pairs().len();
-            if k >= nodes && !limits.is_empty() && k < line.rows {
-                let s = &limits[k % nodes];
-                (lower[place], upper[place]) = (-s, *s);
+            if let Some(limit) = line.disc_of(&pair.interface, k).and_then(|disc| limits.get(disc)) {
+                (lower[place], upper[place]) = (-limit, *limit);
             } else if line.is_idle(k) || allowed.is_some_and(|allowed| !allowed[place]) {
                 upper[place] = 0.0;
             }
@@ -45,7 +43,7 @@ pub(super) fn bounds<S: Recovery>(
 
 /// Lists the discs of friction in space.
 ///
-/// * `limits`: of friction, by pair.
+/// * `limits`: of friction, by pair, see [`LineTractions::limits`].
 pub(super) fn discs<S: Recovery>(
     contacts: &[ContactPair<S>],
     tractions: &Tractions,
@@ -53,9 +51,14 @@ pub(super) fn discs<S: Recovery>(
 ) -> Vec<Disc> {
     let of_pair = |((pair, line), limits): ((&ContactPair<S>, &LineTractions), &Vec<f64>)| {
         let nodes = pair.interface.pairs().len();
-        let first = line.start + nodes;
-        let disc =
-            |(k, radius): (usize, &f64)| Disc { unknowns: [first + k, first + nodes + k], radius: *radius };
+        let own = line.start + line.rows;
+        let disc = |(k, radius): (usize, &f64)| {
+            let (first, count) = match k.checked_sub(nodes) {
+                None => (line.start + nodes + k, nodes),
+                Some(k) => (own + line.facets.len() + k, line.facets.len()),
+            };
+            Disc { unknowns: [first, first + count], radius: *radius }
+        };
         limits.iter().enumerate().filter(|_| !S::ONE_TANGENT).map(disc).collect::<Vec<_>>()
     };
     contacts.iter().zip(&tractions.lines).zip(limits).flat_map(of_pair).collect()
@@ -76,7 +79,8 @@ pub(super) fn nearest_in_round_cones<S: Recovery>(
         let limits_of = |values: &[f64]| -> Vec<Vec<f64>> {
             let lines = contacts.iter().zip(tractions.split(values));
             let of_line = |(pair, (line, values)): (&ContactPair<S>, (&LineTractions, &[f64]))| {
-                admissible_limits(prepared, pair, &line.pressure(&pair.interface, values).1)
+                let (by_facet, by_pair) = line.pressure(&pair.interface, values);
+                line.limits(pair, admissible_limits(prepared, pair, &by_pair), &by_facet)
             };
             lines.map(of_line).collect()
         };

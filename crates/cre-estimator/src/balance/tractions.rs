@@ -1,5 +1,7 @@
-//! The unknowns of a balance: one traction for each row, and one pressure for each bent facet, on which it is constant.
+//! The unknowns of a balance: one traction for each row, and one pressure for each bent facet, on which it is constant, with friction also the directions
+//! of [`turn_fields`].
 
+use crate::friction::{at_corners, facet_limit, least, on_bent_facet, turn_fields, turns_of};
 use crate::recovery::Recovery;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem};
@@ -17,8 +19,10 @@ pub(super) struct LineTractions {
     pub(super) start: usize,
     /// Unknowns at pairs of nodes: along the normals, then along the tangents.
     pub(super) rows: usize,
-    /// Facets with an own pressure, whose unknowns follow: all bent ones of a line without friction, or none.
+    /// Facets with an own pressure, whose unknowns follow, and then those of their friction, direction after direction: all bent ones, or none.
     pub(super) facets: Vec<usize>,
+    /// Directions of friction.
+    tangents: usize,
     /// The length or area that belongs to each unknown, m or m².
     pub(super) weights: Vec<f64>,
 }
@@ -26,7 +30,40 @@ pub(super) struct LineTractions {
 impl LineTractions {
     /// The number of unknowns.
     pub(super) fn count(&self) -> usize {
-        self.rows + self.facets.len()
+        self.rows + self.facets.len() * (1 + self.tangents)
+    }
+
+    /// Returns the number of the limit that an unknown of friction has, see [`Self::limits`]; `None` for a pressure.
+    pub(super) fn disc_of<S: Recovery>(
+        &self,
+        interface: &ContactInterface<S>,
+        unknown: usize,
+    ) -> Option<usize> {
+        let (nodes, facets) = (interface.pairs().len(), self.facets.len());
+        match unknown.checked_sub(self.rows) {
+            None => (unknown >= nodes).then(|| unknown % nodes),
+            Some(own) => (own >= facets).then(|| nodes + own % facets),
+        }
+    }
+
+    /// Lists the limits of friction: at the pairs, then on the facets with an own pressure, Pa.
+    ///
+    /// * `at_pairs`: empty without friction; `pressure`: at the corners of the facets, with Coulomb friction.
+    pub(super) fn limits<S: Recovery>(
+        &self,
+        pair: &ContactPair<S>,
+        at_pairs: Vec<f64>,
+        pressure: &[S::Axes<f64>],
+    ) -> Vec<f64> {
+        if at_pairs.is_empty() {
+            return at_pairs;
+        }
+        let facets = pair.interface.facets();
+        let own =
+            self.facets.iter().map(|k| least(&facet_limit(pair, &facets[*k], &at_pairs, pressure.get(*k))));
+        let idle = |k: &usize| self.is_idle(*k);
+        let nodes = (0..at_pairs.len()).map(|k| if idle(&k) { 0.0 } else { at_pairs[k] });
+        nodes.chain(own).collect()
     }
 
     /// Tells whether an unknown, from the first one of the line, takes part in nothing: all facets around its pair have own pressures.
@@ -44,27 +81,39 @@ impl LineTractions {
         let (pairs, rows) = (interface.pairs(), pair.row_count());
         let all = interface.facets();
         let mut weights: Vec<f64> = pair.rows().map(|row| pairs[row.pair].weight).collect();
+        let tangents = if pair.friction.acts() { S::DIM - 1 } else { 0 };
         let mut facets = Vec::new();
-        if by_facet && S::BALANCED_BY_FACET && !pair.friction.acts() && interface.has_bent_facets() {
+        if by_facet && S::BALANCED_BY_FACET && interface.has_bent_facets() {
             facets.extend((0..all.len()).filter(|k| all[*k].bent));
             weights = vec![0.0; rows];
             for facet in all.iter().filter(|facet| !facet.bent) {
                 for corner in 0..S::DIM {
                     let sources = interface.sources(facet, corner);
                     let share = facet.measure / (S::DIM * sources.len().max(1)) as f64;
-                    sources.iter().for_each(|k| weights[*k as usize] += share);
+                    for row in sources.iter().flat_map(|k| (*k as usize..rows).step_by(pairs.len())) {
+                        weights[row] += share;
+                    }
                 }
             }
-            weights.extend(facets.iter().map(|k| all[*k].measure));
+            (0..=tangents).for_each(|_| weights.extend(facets.iter().map(|k| all[*k].measure)));
         }
-        Self { start, rows, facets, weights }
+        Self { start, rows, facets, tangents, weights }
     }
 
     /// Returns the tractions that belong to pressures and friction at the pairs.
-    fn target<S: Recovery>(&self, interface: &ContactInterface<S>, rows: &[f64]) -> Vec<f64> {
+    fn target<S: Recovery>(&self, pair: &ContactPair<S>, rows: &[f64]) -> Vec<f64> {
+        let interface = &pair.interface;
+        let facets = || self.facets.iter().map(|k| &interface.facets()[*k]);
         let at_rows = (0..self.rows).map(|k| if self.is_idle(k) { 0.0 } else { rows[k] });
-        let facets = self.facets.iter().map(|k| interface.pressure(&interface.facets()[*k], rows)[0]);
-        at_rows.chain(facets).collect()
+        let mut target: Vec<f64> =
+            at_rows.chain(facets().map(|facet| interface.pressure(facet, rows)[0])).collect();
+        let friction = &rows[interface.pairs().len()..];
+        let turns: Vec<Vec<f64>> = match self.tangents {
+            0 => Vec::new(),
+            _ => facets().map(|facet| turns_of(pair, facet, friction)).collect(),
+        };
+        target.extend((0..self.tangents).flat_map(|k| turns.iter().map(move |of_facet| of_facet[k])));
+        target
     }
 
     /// Computes the pressure at the corners of each facet, and at each pair the mean of the facets around, Pa.
@@ -99,29 +148,78 @@ impl LineTractions {
         (by_facet, by_pair)
     }
 
+    /// Computes friction in the rows along tangents, on the facets with an own pressure the mean of the facets around, and at the corners of each
+    /// facet, Pa.
+    ///
+    /// * `values`: of the unknowns of this line; `limit`: at the corners of the facets, Pa; empty without friction.
+    pub(super) fn friction<S: Recovery>(
+        &self,
+        pair: &ContactPair<S>,
+        values: &[f64],
+        limit: &[S::Axes<f64>],
+    ) -> (Vec<f64>, Vec<S::Axes<S::Vector>>) {
+        let interface = &pair.interface;
+        let nodes = interface.pairs().len();
+        let rows = &values[nodes..self.rows];
+        let own = values.get(self.rows + self.facets.len()..).unwrap_or_default();
+        let mut number = 0..self.facets.len();
+        let of_facet = |(facet, limit): (&ContactFacet<S>, &S::Axes<f64>)| match self.owns(facet) {
+            true => {
+                let first = number.next().unwrap_or(0);
+                let turn: Vec<f64> = own[first..].iter().step_by(self.facets.len()).copied().collect();
+                on_bent_facet(pair, facet, &turn, limit)
+            }
+            false => at_corners(pair, facet, rows, limit),
+        };
+        let by_facet: Vec<S::Axes<S::Vector>> = interface.facets().iter().zip(limit).map(of_facet).collect();
+        if self.facets.is_empty() {
+            return (rows.to_vec(), by_facet);
+        }
+        let mut means = vec![0.0; rows.len()];
+        for (facet, traction) in interface.facets().iter().zip(&by_facet) {
+            for corner in facet.free_corners() {
+                let k = facet.pairs[corner] as usize;
+                let pair_of = &interface.pairs()[k];
+                let share = facet.measure / S::DIM as f64 / pair_of.weight;
+                let size = pair_of.normal.times(&pair_of.normal);
+                let parts = pair.tangential_parts(k, traction[corner]);
+                for (row, part) in (k..means.len()).step_by(nodes).zip(parts) {
+                    means[row] += share / size * part;
+                }
+            }
+        }
+        (means, by_facet)
+    }
+
     /// Computes the work of a unit of each unknown on a motion.
     ///
     /// * `motion`: at the pairs, m.
     pub(super) fn work<S: Recovery>(&self, pair: &ContactPair<S>, motion: &[S::Vector]) -> Vec<f64> {
-        let mut work =
-            self.work_along(pair, motion, |facet, corner| pair.interface.corner_pair(facet, corner).normal);
-        let tangents = if pair.friction.acts() { S::DIM - 1 } else { 0 };
-        for k in 0..tangents {
-            let along = |facet: &ContactFacet<S>, corner: usize| pair.corner_tangents(facet, corner)[k];
-            work.extend(self.work_along(pair, motion, along));
+        let normals =
+            |facet: &ContactFacet<S>| S::axes(|corner| pair.interface.corner_pair(facet, corner).normal);
+        let (mut work, mut own) = self.work_along(pair, motion, normals);
+        for k in 0..self.tangents {
+            let along = |facet: &ContactFacet<S>| match self.owns(facet) {
+                true => turn_fields(pair, facet).nth(k).unwrap_or(S::axes(|_| S::Vector::ZERO)),
+                false => S::axes(|corner| pair.corner_tangents(facet, corner)[k]),
+            };
+            let (at_rows, on_facets) = self.work_along(pair, motion, along);
+            work.extend(at_rows);
+            own.extend(on_facets);
         }
+        work.extend(own);
         work
     }
 
     /// Computes the work of a unit traction at each pair and on each facet with an own pressure.
     ///
-    /// * `direction`: of the traction at a corner of a facet.
+    /// * `direction`: of the traction at the corners of a facet.
     fn work_along<S: Recovery>(
         &self,
         pair: &ContactPair<S>,
         motion: &[S::Vector],
-        direction: impl Fn(&ContactFacet<S>, usize) -> S::Vector,
-    ) -> Vec<f64> {
+        direction: impl Fn(&ContactFacet<S>) -> S::Axes<S::Vector>,
+    ) -> (Vec<f64>, Vec<f64>) {
         let interface = &pair.interface;
         let (mut work, mut own) = (vec![0.0; motion.len()], Vec::new());
         for facet in interface.facets() {
@@ -129,11 +227,12 @@ impl LineTractions {
                 None => motion[facet.pairs[corner] as usize],
                 Some(_) => S::Vector::ZERO,
             });
+            let directions = direction(facet);
             // ∫ (Σ p_i n_i φ_i)·u, as in the nodal forces of the pressure.
             let mut at = S::axes(|corner| {
                 let others = (0..S::DIM).filter(|other| *other != corner);
                 let sum = others.fold(moved[corner] * 2.0, |sum, other| sum + moved[other]);
-                facet.measure / (S::DIM * (S::DIM + 1)) as f64 * direction(facet, corner).times(&sum)
+                facet.measure / (S::DIM * (S::DIM + 1)) as f64 * directions[corner].times(&sum)
             });
             if facet.bent {
                 let sum = at.as_ref().iter().sum::<f64>();
@@ -149,8 +248,7 @@ impl LineTractions {
                 sources.iter().for_each(|k| work[*k as usize] += at[corner] / sources.len() as f64);
             }
         }
-        work.extend(own);
-        work
+        (work, own)
     }
 }
 
@@ -190,7 +288,7 @@ impl Tractions {
     /// * `rows`: by line.
     pub(super) fn targets<S: Recovery>(&self, problem: &ContactProblem<S>, rows: &[Vec<f64>]) -> Vec<f64> {
         let lines = self.lines.iter().zip(&problem.contacts).zip(rows);
-        lines.flat_map(|((line, pair), rows)| line.target(&pair.interface, rows)).collect()
+        lines.flat_map(|((line, pair), rows)| line.target(pair, rows)).collect()
     }
 
     /// Lists the lines, each with its values of all.

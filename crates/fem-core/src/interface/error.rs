@@ -269,9 +269,6 @@ pub enum InterfaceError {
         /// Their number on the contact line.
         expected: usize,
     },
-    /// Surfaces of solids along which the normal changes have a law of friction.
-    #[error("friction of solids needs a flat contact surface so far, and the normal changes along this one")]
-    BentFriction,
     /// A load step after the first is to be refined.
     #[error(
         "the slip of earlier load steps is known on their mesh only; refine the problem before its first step"

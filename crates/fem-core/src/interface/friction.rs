@@ -3,7 +3,7 @@
 use super::{ContactFacet, ContactPair, InterfaceError, NodePair};
 use crate::body::{Body, Difference, DifferenceSum};
 use crate::boundary::ScalarData;
-use crate::geometry::Coordinates;
+use crate::geometry::{Coordinates, norm};
 use crate::mesh::id::NodeId;
 use crate::space::{Plane, Space};
 
@@ -117,8 +117,23 @@ impl<S: Space> ContactPair<S> {
     /// space two, then zeros. On flat surfaces they are the same at all pairs.
     pub fn tangents(&self, pair: usize) -> S::Axes<S::Vector> {
         let pairs = self.interface.pairs();
-        // Normals that differ by rounding may have other tangents.
-        S::complement(&[pairs[if S::ONE_TANGENT { pair } else { 0 }].normal])
+        self.tangents_across(pairs[if self.has_own_tangents() { pair } else { 0 }].normal)
+    }
+
+    /// Tells whether each pair of nodes has tangents of its own: normals that differ by rounding may have others.
+    fn has_own_tangents(&self) -> bool {
+        S::ONE_TANGENT || self.interface.has_bent_facets()
+    }
+
+    /// Returns the tangents across a normal, of its length.
+    fn tangents_across(&self, normal: S::Vector) -> S::Axes<S::Vector> {
+        let found = S::complement(&[normal]);
+        let size = norm(normal);
+        let scaled = |k: usize| {
+            let own = norm(found.as_ref()[k]);
+            if own > 0.0 { found.as_ref()[k] * (size / own) } else { found.as_ref()[k] }
+        };
+        S::axes(scaled)
     }
 
     /// Returns [`Self::tangents`] at a corner of a facet, clamped or not.
@@ -126,8 +141,8 @@ impl<S: Space> ContactPair<S> {
         let pairs = self.interface.pairs();
         match facet.clamped[corner] {
             None => self.tangents(facet.pairs[corner] as usize),
-            Some(_) if !S::ONE_TANGENT && !pairs.is_empty() => self.tangents(0),
-            Some(_) => S::complement(&[self.interface.corner_pair(facet, corner).normal]),
+            Some(_) if !self.has_own_tangents() && !pairs.is_empty() => self.tangents(0),
+            Some(_) => self.tangents_across(self.interface.corner_pair(facet, corner).normal),
         }
     }
 
@@ -178,9 +193,6 @@ impl<S: Space> ContactPair<S> {
 impl<S: Space> ContactPair<S> {
     /// Checks the data of the law of friction, and whether its surfaces can have one.
     pub(super) fn check_friction(&self, first: &Body<S>) -> Result<(), InterfaceError> {
-        if self.friction.acts() && !S::ONE_TANGENT && self.interface.has_bent_facets() {
-            return Err(InterfaceError::BentFriction);
-        }
         if let Some(value) = self.friction.coulomb().filter(|mu| !(*mu >= 0.0 && mu.is_finite())) {
             return Err(InterfaceError::BadFrictionCoefficient { value });
         }
