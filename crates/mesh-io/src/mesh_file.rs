@@ -1,7 +1,7 @@
 //! Mesh files: what one holds, and the bodies that can be taken from it.
 //!
 //! `gmsh` and `abaqus` fill a `Collector`, whose checked contents are the [`MeshFile`]; `arrays` makes one of a program's arrays.
-//! `region`, `sides` and `flat` take a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
+//! `region`, `sides` and `flat`, for volumes `solid` and `shape`, take a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
 
 pub mod abaqus;
 mod arrays;
@@ -15,6 +15,7 @@ mod kind;
 mod problem;
 mod read;
 mod region;
+mod shape;
 mod sides;
 mod solid;
 mod summary;
@@ -55,7 +56,7 @@ pub struct MeshFile {
     edges: Vec<Edge>,
     /// By ascending number.
     cells: Vec<MeshCell>,
-    /// Tetrahedra, by ascending number; the cells are then their faces.
+    /// Tetrahedra, pyramids, prisms and hexahedra, by ascending number; the cells are then their faces.
     volumes: Vec<MeshCell>,
     groups: Vec<Group>,
     notes: Vec<String>,
@@ -69,12 +70,26 @@ struct Edge {
     nodes: [u32; 2],
 }
 
-/// A cell that the file gives; its corners are places in the list of nodes, a triangle's last one twice.
+/// A cell or volume that the file gives; its corners are places in the list of nodes, the last one repeated.
 #[derive(Clone, Copy, Debug)]
 struct MeshCell {
     number: u64,
     kind: ElementKind,
-    corners: [u32; 4],
+    corners: [u32; ElementKind::MOST_CORNERS],
+}
+
+impl MeshCell {
+    /// Makes a cell; there is at least one corner, and at most as many as its kind has.
+    fn new(number: u64, kind: ElementKind, given: &[u32]) -> Self {
+        let last = given.last().copied().unwrap_or_default();
+        Self { number, kind, corners: std::array::from_fn(|k| given.get(k).copied().unwrap_or(last)) }
+    }
+
+    /// Returns the first four corners: all of a surface or of a tetrahedron.
+    fn first_four(&self) -> [u32; 4] {
+        let [a, b, c, d, ..] = self.corners;
+        [a, b, c, d]
+    }
 }
 
 /// A named set of nodes (dimension 0), edges (1), cells (2) or volumes (3).
@@ -112,7 +127,7 @@ impl MeshFile {
         &self.digest
     }
 
-    /// Tells whether there are tetrahedra, of which solid bodies are made.
+    /// Tells whether there are volumes, of which solid bodies are made.
     pub fn has_volumes(&self) -> bool {
         !self.volumes.is_empty()
     }
@@ -144,13 +159,12 @@ impl MeshFile {
         Some(self.edges.len() as u32 - 1)
     }
 
-    /// Adds a face of a tetrahedron, counted as Abaqus counts; returns its place.
+    /// Adds a face of a volume, counted as Abaqus counts; returns its place.
     pub(crate) fn push_face(&mut self, volume: u32, side: usize) -> Option<u32> {
-        const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
         let volume = self.volumes.get(volume as usize)?;
-        let [a, b, c] = FACES.get(side)?.map(|k| volume.corners[k]);
-        let kind = ElementKind::Triangle3;
-        self.cells.push(MeshCell { number: volume.number, kind, corners: [a, b, c, c] });
+        let face = volume.face(side)?;
+        let kind = if face[2] == face[3] { ElementKind::Triangle3 } else { ElementKind::Quad4 };
+        self.cells.push(MeshCell::new(volume.number, kind, &face));
         Some(self.cells.len() as u32 - 1)
     }
 

@@ -206,5 +206,5 @@ fn wrong_cases_of_solids_are_refused_with_advice() {
     let plane = "*NODE\n1, 0, 0\n2, 1, 0\n3, 0, 1\n*ELEMENT, TYPE=CPS3, ELSET=lower\n1, 1, 2, 3\n";
     std::fs::write(temp.path().join("plane.inp"), plane).unwrap();
     let generator = "generator = { kind = \"box\", size = [2.0, 1.0, 1.0], cells = [4, 2, 2] }";
-    refused(&half_open.replace(generator, "mesh = { file = \"plane.inp\" }"), 3, "no tetrahedra");
+    refused(&half_open.replace(generator, "mesh = { file = \"plane.inp\" }"), 3, "no volumes");
 }

@@ -79,17 +79,17 @@ impl MeshFile {
         }
         for (number, corners) in (0..).zip(&arrays.triangles) {
             let [a, b, c] = mesh.nodes(corners, || format!("triangle {number}"))?;
-            mesh.cells.push(MeshCell { number, kind: ElementKind::Triangle3, corners: [a, b, c, c] });
+            mesh.cells.push(MeshCell::new(number, ElementKind::Triangle3, &[a, b, c]));
         }
         for (number, corners) in (0..).zip(&arrays.tetrahedra) {
             let corners = mesh.nodes(corners, || format!("tetrahedron {number}"))?;
-            mesh.volumes.push(MeshCell { number, kind: ElementKind::Tetra4, corners });
+            mesh.volumes.push(MeshCell::new(number, ElementKind::Tetra4, &corners));
         }
         for (side, faces) in &arrays.faces {
             let first = mesh.cells.len() as u32;
             for (number, corners) in (u64::from(first)..).zip(faces) {
                 let [a, b, c] = mesh.nodes(corners, || format!("side \"{side}\""))?;
-                mesh.cells.push(MeshCell { number, kind: ElementKind::Triangle3, corners: [a, b, c, c] });
+                mesh.cells.push(MeshCell::new(number, ElementKind::Triangle3, &[a, b, c]));
             }
             mesh.take_group(2, side, (first..mesh.cells.len() as u32).collect(), "sides")?;
         }
@@ -178,7 +178,7 @@ impl MeshFile {
         self.cells.chunks(BLOCK).for_each(|block| take(of_cells(block).as_flattened().as_flattened()));
         for block in self.volumes.chunks(BLOCK) {
             let corners: Vec<u8> =
-                block.iter().flat_map(|cell| cell.corners).flat_map(u32::to_le_bytes).collect();
+                block.iter().flat_map(MeshCell::first_four).flat_map(u32::to_le_bytes).collect();
             take(&corners);
         }
         for group in &self.groups {
@@ -201,7 +201,8 @@ impl MeshFile {
         let three = |cell: &MeshCell| [cell.corners[0], cell.corners[1], cell.corners[2]];
         let edges: Vec<[u32; 2]> =
             self.cells[..triangles].iter().map(three).flat_map(|t| keys_of(&t)).collect();
-        let faces: Vec<[u32; 3]> = self.volumes.iter().flat_map(|cell| faces_of(&cell.corners)).collect();
+        let faces: Vec<[u32; 3]> =
+            self.volumes.iter().flat_map(|cell| faces_of(&cell.first_four())).collect();
         let of_sides = self.cells[triangles..].iter().map(three);
         self.check_facets(&edges, self.edges.iter().map(|edge| edge.nodes), (1, 0))?;
         self.check_facets(&faces, of_sides, (2, triangles))

@@ -50,7 +50,7 @@ impl MeshFile {
         let mut out = Triangles::default();
         for cell in cells.filter_map(|c| self.cells.get(c as usize)) {
             out.reduced += usize::from(cell.kind.is_quadratic());
-            let corners = cell.corners.map(map);
+            let corners = cell.first_four().map(map);
             let done = if cell.kind.corners() == 4 {
                 out.split += 1;
                 self.split(corners)

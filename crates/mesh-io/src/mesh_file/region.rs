@@ -1,7 +1,7 @@
 //! A region of a mesh file: the cells, points and named sides of one body.
 
-use super::flat::{Triangles, coincident, is_wide, smallest_angle};
-use super::sides::{Facets, free_facets, keys_of};
+use super::flat::{coincident, is_wide, smallest_angle};
+use super::sides::{Facets, free_facets, key, keys_of};
 use super::{MeshCell, MeshFault, MeshFile, MeshFileError, Problem, Remedy};
 use crate::words::{counted, listed};
 use fem_core::geometry::{Coordinates, Vector, shown};
@@ -201,15 +201,20 @@ impl MeshFile {
         let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
         let target = self.join(&mut used, &points, options, &title, (&mut notes, &mut warnings));
         let made = self.triangulate(cells.iter().copied(), &|n| target[n as usize]);
-        self.refuse_degenerate(&made, &title)?;
+        if let Some(cell) = &made.first_degenerate {
+            return Err(self.degenerate(cell, made.degenerate, "has no area or crosses itself", &title));
+        }
         notes.extend(made.describe(&title));
         let local = self.local_numbers(&used, &target);
         let cells: Vec<[u32; 3]> = made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
         let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
         let edges: Vec<[u32; 2]> = cells.iter().flat_map(keys_of).collect();
         let facets = Facets { all: &edges, nodes: points.len(), word: "edge", dimension: 1 };
-        let nodes_of = |edge: u32| self.edges[edge as usize].nodes;
-        let groups = self.sides(&local, &facets, &nodes_of, &title, &mut warnings);
+        let facets_of = |edge: u32| {
+            let [a, b] = self.edges[edge as usize].nodes.map(|n| local[n as usize]);
+            vec![key(a, b)]
+        };
+        let groups = self.sides(&local, &facets, &facets_of, &title, &mut warnings);
         let mut region = Region {
             file: self.name.clone(),
             title,
@@ -381,30 +386,39 @@ impl MeshFile {
         }
     }
 
-    fn refuse_degenerate(&self, made: &Triangles, title: &str) -> Result<(), MeshFileError> {
-        let Some(cell) = &made.first_degenerate else { return Ok(()) };
+    /// Makes the error of a cell whose corners make no cell.
+    ///
+    /// * `count`: how many there are; `fault`: what they have or are.
+    pub(super) fn degenerate(
+        &self,
+        cell: &MeshCell,
+        count: usize,
+        fault: &str,
+        title: &str,
+    ) -> MeshFileError {
         let corners = &cell.corners[..cell.kind.corners()];
         let numbers: Vec<String> =
             corners.iter().map(|n| self.node_numbers[*n as usize].to_string()).collect();
-        let places: Vec<String> = corners
-            .iter()
-            .map(|n| {
-                let [x, y] = (self.xy(*n)).into();
-                format!("({}, {})", shown(x), shown(y))
-            })
-            .collect();
-        let others = match made.degenerate {
+        let axes = usize::from(cell.kind.dimension());
+        let place = |n: &u32| format!("({})", self.points[*n as usize].map(shown)[..axes].join(", "));
+        let places: Vec<String> = corners.iter().map(place).collect();
+        let others = match count {
             1 => String::new(),
             n => format!("; so have {} of {title}", counted(n - 1, "other cell")),
         };
         let found = format!(
-            "element {} ({}, nodes {} at {}) has no area or crosses itself{others}",
+            "element {} ({}, nodes {} at {}) {fault}{others}",
             cell.number,
             cell.kind.name(),
             numbers.join(", "),
             places.join(", ")
         );
-        Err(self.fault(MeshFault::Content, found).expected("corners that do not lie on one line"))
+        let expected = if axes == 3 {
+            "corners in the order of the format"
+        } else {
+            "corners that do not lie on one line"
+        };
+        self.fault(MeshFault::Content, found).expected(expected)
     }
 }
 

@@ -30,13 +30,13 @@ impl MeshFile {
     /// Collects the sides of a region, by name.
     ///
     /// * `local`: the region's number of each node of the file, or one that is too large.
-    /// * `nodes_of`: the nodes of a member of a group of facets.
+    /// * `facets_of`: the facets of a member of a group, each by its nodes in ascending order, in the region's numbers.
     /// * `warnings`: grows by what lies in the region without being a facet of it.
     pub(super) fn sides<const N: usize>(
         &self,
         local: &[u32],
         facets: &Facets<'_, N>,
-        nodes_of: &dyn Fn(u32) -> [u32; N],
+        facets_of: &dyn Fn(u32) -> Vec<[u32; N]>,
         title: &str,
         warnings: &mut Vec<Problem>,
     ) -> Vec<(String, Vec<[u32; N]>)> {
@@ -44,13 +44,9 @@ impl MeshFile {
         let mut candidates: Vec<(u32, [u32; N])> = Vec::new();
         for (number, group) in self.groups.iter().enumerate().filter(|(_, g)| g.dimension == facets.dimension)
         {
-            for member in &group.members {
-                let mut key = nodes_of(*member).map(|n| local[n as usize]);
-                if key.iter().all(|n| (*n as usize) < nodes) {
-                    key.sort_unstable();
-                    candidates.push((number as u32, key));
-                }
-            }
+            let inside = |facet: &[u32; N]| facet.iter().all(|n| (*n as usize) < nodes);
+            let of_group = group.members.iter().flat_map(|member| facets_of(*member)).filter(inside);
+            candidates.extend(of_group.map(|facet| (number as u32, facet)));
         }
         let there = facets_among(facets.all, nodes, candidates.iter().map(|(_, k)| *k).collect());
         let total = candidates.len();

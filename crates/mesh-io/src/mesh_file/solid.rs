@@ -1,70 +1,77 @@
-//! Regions of tetrahedra.
+//! Regions of volumes, as tetrahedra.
 
 use super::region::{Kind, RegionOptions};
+use super::shape::{counted_shape, triangles_of};
 use super::sides::{Facets, free_facets};
-use super::{MeshCell, MeshFault, MeshFile, MeshFileError, Region};
+use super::{ElementKind, MeshCell, MeshFault, MeshFile, MeshFileError, Region};
 use crate::words::counted;
 use fem_core::space::{Solid, Space};
+use std::collections::BTreeMap;
 
 /// Tetrahedra with a smaller angle between two faces, in degrees, are worth a warning.
 const SLIVER: f64 = 0.5;
 
-const SOLID: Kind =
-    Kind { dimension: 3, cells: "tetrahedra", facets: "faces, edges", gmsh: "Physical Volume" };
+const SOLID: Kind = Kind { dimension: 3, cells: "volumes", facets: "faces, edges", gmsh: "Physical Volume" };
 
 impl MeshFile {
-    /// Takes a region of tetrahedra: those of some groups together, or all if there are no names and at most one group of them.
+    /// Takes a region of volumes: those of some groups together, or all if there are no names and at most one group of them.
     ///
-    /// Quadratic tetrahedra are reduced to their corners, and either order of the corners is accepted. Every group of surfaces that has a
-    /// face of the region becomes one of its sides, and so do groups of nodes.
+    /// Quadratic cells are reduced to their corners. Pyramids, prisms and hexahedra are split into tetrahedra without new nodes: each
+    /// quadrilateral, of a cell or of a surface, is cut by the diagonal through its node of smallest number. Either order of the corners is
+    /// accepted. Every group of surfaces that has a face of the region becomes one of its sides, and so do groups of nodes.
     ///
     /// # Errors
-    /// A file without tetrahedra; a group that is not there or is empty.
+    /// A file without volumes; a group that is not there or is empty; a cell that is flat, turned over in part or twisted.
     pub fn solid_regions(
         &self,
         names: &[&str],
         options: RegionOptions,
     ) -> Result<Region<Solid>, MeshFileError> {
         if !self.has_volumes() {
-            let found = format!("{} and no tetrahedra", counted(self.cells.len(), "2D element"));
+            let found = format!("{} and no volumes", counted(self.cells.len(), "2D element"));
             return Err(self.fault(MeshFault::Region, found).expected("a mesh of volumes").help(
                 "add a Physical Volume, or set Mesh.SaveAll: Gmsh saves only what lies in a group; or make all bodies plane",
             ));
         }
         let (cells, title) = self.named_cells(&SOLID, names)?;
-        let cells: Vec<&MeshCell> = cells.iter().map(|cell| &self.volumes[*cell as usize]).collect();
-        let mut used = self.nodes_of(cells.iter().copied());
+        let cells = cells.iter().map(|cell| &self.volumes[*cell as usize]);
+        let mut used = self.nodes_of(cells.clone());
         let (mut notes, mut warnings) = (self.notes.clone(), Vec::new());
         self.note_loose_nodes(&mut notes);
-        let place = |n: &u32| <Solid as Space>::Vector::from(self.points[*n as usize]);
+        let place = |n: &u32| self.xyz(*n);
         let points: Vec<_> = used.iter().map(place).collect();
         let target = self.join(&mut used, &points, options, &title, (&mut notes, &mut warnings));
-        let reduced = cells.iter().filter(|cell| cell.kind.is_quadratic()).count();
-        if reduced > 0 {
-            let (count, was) =
-                (counted(reduced, "quadratic cell"), if reduced == 1 { "was" } else { "were" });
-            notes.push(format!(
-                "{count} of {title} {was} reduced to the corners: curved sides become flat faces"
+        let local = self.local_numbers(&used, &target);
+        let points: Vec<_> = used.iter().map(place).collect();
+        let made = Tetrahedra::of(cells, &|n| local[n as usize], &|n| points[n as usize]);
+        if let Some(cell) = &made.first_degenerate {
+            return Err(self.degenerate(
+                cell,
+                made.degenerate,
+                "is flat, turned over in part or twisted",
+                &title,
             ));
         }
-        let local = self.local_numbers(&used, &target);
-        let corners: Vec<[u32; 4]> =
-            cells.iter().map(|cell| cell.corners.map(|n| local[n as usize])).collect();
-        let faces: Vec<[u32; 3]> = corners.iter().flat_map(faces_of).collect();
+        notes.extend(made.describe(&title));
+        let faces: Vec<[u32; 3]> = made.corners.iter().flat_map(faces_of).collect();
         let facets = Facets { all: &faces, nodes: used.len(), word: "face", dimension: 2 };
-        let nodes_of = |face: u32| {
-            let [a, b, c, _] = self.cells[face as usize].corners;
-            [a, b, c]
+        let facets_of = |face: u32| {
+            let corners = self.cells[face as usize].first_four().map(|n| local[n as usize]);
+            let sorted = |mut face: [u32; 3]| {
+                face.sort_unstable();
+                face
+            };
+            triangles_of(corners).map(sorted).collect()
         };
-        let groups = self.sides(&local, &facets, &nodes_of, &title, &mut warnings);
+        let groups = self.sides(&local, &facets, &facets_of, &title, &mut warnings);
         let mut region = Region {
             file: self.name.clone(),
             title,
-            points: used.iter().map(place).collect(),
-            cells: corners,
+            points,
+            cells: made.corners,
             groups,
             node_numbers: used.iter().map(|n| self.node_numbers[*n as usize]).collect(),
-            cell_numbers: cells.iter().map(|cell| cell.number).collect(),
+            cell_numbers: made.cells,
             cell_groups: self.group_names(3).map(str::to_owned).collect(),
             notes,
             warnings,
@@ -72,13 +79,87 @@ impl MeshFile {
         region.warn_of_flat_cells();
         Ok(region)
     }
+}
 
+/// The tetrahedra of volumes, and what was done to get them.
+#[derive(Default)]
+pub(super) struct Tetrahedra {
+    pub(super) corners: Vec<[u32; 4]>,
+    /// The file's number of the cell each was made of.
+    pub(super) cells: Vec<u64>,
+    /// Pyramids, prisms and hexahedra: how many were split, and into how many tetrahedra.
+    split: BTreeMap<usize, (ElementKind, [usize; 2])>,
+    reduced: usize,
+    /// Cells that are flat, turned over in part or twisted: how many, and the first.
+    pub(super) degenerate: usize,
+    pub(super) first_degenerate: Option<MeshCell>,
+}
+
+impl Tetrahedra {
+    /// Splits volumes.
+    ///
+    /// * `map`: the number of each node in the tetrahedra; `place`: the place of a node, by this number.
+    pub(super) fn of<'a>(
+        cells: impl Iterator<Item = &'a MeshCell>,
+        map: &dyn Fn(u32) -> u32,
+        place: &dyn Fn(u32) -> <Solid as Space>::Vector,
+    ) -> Self {
+        let mut made = Self::default();
+        for cell in cells {
+            let tetrahedra = cell.tetrahedra(map);
+            let volume = |t: &[u32; 4]| Solid::sure_measure(&t.map(place)).unwrap_or(0.0);
+            let above = tetrahedra.iter().filter(|t| volume(t) > 0.0).count();
+            let below = tetrahedra.iter().filter(|t| volume(t) < 0.0).count();
+            if above.max(below) < tetrahedra.len().max(1) {
+                made.degenerate += 1;
+                made.first_degenerate.get_or_insert(*cell);
+                continue;
+            }
+            made.reduced += usize::from(cell.kind.is_quadratic());
+            if cell.kind.corners() > 4 {
+                let of_shape = made.split.entry(cell.kind.corners()).or_insert((cell.kind, [0; 2]));
+                of_shape.1[0] += 1;
+                of_shape.1[1] += tetrahedra.len();
+            }
+            made.cells.extend(tetrahedra.iter().map(|_| cell.number));
+            made.corners.extend(tetrahedra);
+        }
+        made
+    }
+
+    /// Says what was done to the cells.
+    ///
+    /// * `title`: what the cells belong to.
+    pub(super) fn describe(&self, title: &str) -> Vec<String> {
+        let was = |count: usize| if count == 1 { "was" } else { "were" };
+        let mut notes: Vec<String> = Vec::new();
+        for (kind, [count, parts]) in self.split.values() {
+            notes.push(format!(
+                "{} of {title} {} split into {parts} tetrahedra: each quadrilateral is cut through its node of smallest number",
+                counted_shape(*count, *kind),
+                was(*count)
+            ));
+        }
+        if self.reduced > 0 {
+            notes.push(format!(
+                "{} of {title} {} reduced to the corners: curved sides become flat faces",
+                counted(self.reduced, "quadratic cell"),
+                was(self.reduced)
+            ));
+        }
+        notes
+    }
+}
+
+impl MeshFile {
     /// Counts the volumes in words.
     pub(super) fn volume_words(&self) -> String {
-        match self.volumes.len() {
-            1 => "1 tetrahedron".to_owned(),
-            count => format!("{count} tetrahedra"),
-        }
+        let count = self.volumes.len();
+        let first = self
+            .volumes
+            .first()
+            .filter(|first| self.volumes.iter().all(|other| other.kind.corners() == first.kind.corners()));
+        first.map_or_else(|| counted(count, "volume"), |first| counted_shape(count, first.kind))
     }
 }
 

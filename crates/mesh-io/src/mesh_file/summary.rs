@@ -3,6 +3,7 @@
 use super::flat::{coincident, smallest_angle};
 use super::region::{WHOLE, title_of};
 use super::sides::{Key, free_facets, key, keys_of};
+use super::solid::Tetrahedra;
 use super::{ElementKind, MeshCell, MeshFile, Problem, Remedy};
 use crate::words::{counted, listed};
 use fem_core::geometry;
@@ -76,7 +77,7 @@ impl MeshFile {
         let used = self.used_nodes();
         let mut problems = self.problems(&used);
         let quality = match self.has_volumes() {
-            true => self.solid_quality(&mut problems),
+            true => self.solid_quality(&mut notes, &mut problems),
             false => self.quality(&mut notes, &mut problems),
         };
         Summary {
@@ -103,11 +104,13 @@ impl MeshFile {
             geometry::norm(b - a)
         };
         let area = |cell: &u32| {
-            let [a, b, c, d] = self.cells[*cell as usize].corners.map(|n| self.xyz(n));
+            let [a, b, c, d] = self.cells[*cell as usize].first_four().map(|n| self.xyz(n));
             0.5 * geometry::norm((c - a).cross(&(d - b)))
         };
-        let volume =
-            |cell: &u32| Solid::measure(&self.volumes[*cell as usize].corners.map(|n| self.xyz(n))).abs();
+        let volume = |cell: &u32| {
+            let parts = self.volumes[*cell as usize].tetrahedra(&|n| n);
+            parts.iter().map(|t| Solid::measure(&t.map(|n| self.xyz(n)))).sum::<f64>().abs()
+        };
         let measure = match group.dimension {
             1 => Some(group.members.iter().map(length).sum::<f64>()),
             2 => Some(group.members.iter().map(area).sum::<f64>()),
@@ -238,30 +241,29 @@ impl MeshFile {
     }
 
     /// Returns the place of a node.
-    fn xyz(&self, node: u32) -> <Solid as Space>::Vector {
+    pub(super) fn xyz(&self, node: u32) -> <Solid as Space>::Vector {
         self.points[node as usize].into()
     }
 
-    /// Finds the worst tetrahedron; says how many have no volume.
-    fn solid_quality(&self, problems: &mut Vec<Problem>) -> Option<Quality> {
-        let (mut worst, mut flat): (Option<Quality>, Vec<u64>) = (None, Vec::new());
-        for cell in &self.volumes {
-            let corners = cell.corners.map(|n| self.xyz(n));
-            if Solid::sure_measure(&corners).is_none() {
-                flat.push(cell.number);
-                continue;
-            }
+    /// Finds the worst tetrahedron; says how many cells are split or reduced, and how many make no tetrahedra.
+    fn solid_quality(&self, notes: &mut Vec<String>, problems: &mut Vec<Problem>) -> Option<Quality> {
+        let made = Tetrahedra::of(self.volumes.iter(), &|n| n, &|n| self.xyz(n));
+        notes.extend(made.describe(WHOLE));
+        if let Some(cell) = made.first_degenerate {
+            let what = counted(made.degenerate, "cell");
+            let found =
+                format!("{what} flat, turned over in part or twisted, the first is element {}", cell.number);
+            problems.push(found.into());
+        }
+        let mut worst: Option<Quality> = None;
+        for (cell, number) in made.corners.iter().zip(&made.cells) {
+            let corners = cell.map(|n| self.xyz(n));
             // The angle does not depend on the order of the corners.
             let angle = Solid::smallest_angle(&corners);
             if worst.as_ref().is_none_or(|worst| angle < worst.smallest_angle) {
                 let at: <Solid as Space>::Vector = corners.iter().map(|p| p / 4.0).sum();
-                worst =
-                    Some(Quality { smallest_angle: angle, cell: cell.number, at: at.as_slice().to_vec() });
+                worst = Some(Quality { smallest_angle: angle, cell: *number, at: at.as_slice().to_vec() });
             }
-        }
-        if let Some(first) = flat.first() {
-            let what = counted(flat.len(), "cell");
-            problems.push(format!("{what} without a volume, the first is element {first}").into());
         }
         worst
     }

@@ -18,12 +18,21 @@ pub(super) fn kind(
         2 => ElementKind::Triangle3,
         3 => ElementKind::Quad4,
         4 => ElementKind::Tetra4,
+        5 => ElementKind::Hexa8,
+        6 => ElementKind::Prism6,
+        7 => ElementKind::Pyramid5,
         8 => ElementKind::Edge3,
         9 => ElementKind::Triangle6,
         10 => ElementKind::Quad9,
         11 => ElementKind::Tetra10,
+        12 => ElementKind::Hexa27,
+        13 => ElementKind::Prism18,
+        14 => ElementKind::Pyramid14,
         15 => ElementKind::Point,
         16 => ElementKind::Quad8,
+        17 => ElementKind::Hexa20,
+        18 => ElementKind::Prism15,
+        19 => ElementKind::Pyramid13,
         _ => return Err(refusal(v, code, count, number)),
     })
 }
@@ -31,32 +40,23 @@ pub(super) fn kind(
 fn refusal(v: &Values<'_>, code: i32, count: u64, number: Option<u64>) -> MeshFileError {
     let first = number.map(|n| format!(" (element {n})")).unwrap_or_default();
     let many = usize::try_from(count).unwrap_or(usize::MAX);
-    let expected = "edges, triangles, quadrilaterals and tetrahedra of first or second order";
+    let expected = "edges, triangles, quadrilaterals, tetrahedra, pyramids, prisms and hexahedra of first or second order";
     match name(code) {
-        Some((what, volume)) => {
-            let help = if volume {
-                "mesh the volume with tetrahedra of first order; for a plane body give the physical groups to surfaces only, or mesh in 2D (gmsh -2)"
-            } else {
-                "mesh again with Mesh.ElementOrder = 1 in Gmsh (gmsh -2 -order 1 mine.geo)"
-            };
-            v.unsupported(format!("the file has {}{first}", counted(many, what)))
-                .expected(expected)
-                .help(help)
-        }
+        Some(what) => v
+            .unsupported(format!("the file has {}{first}", counted(many, what)))
+            .expected(expected)
+            .help("make the mesh linear: gmsh old.msh -order 1 -save -o new.msh"),
         None => v.fault(format!("there is no element type {code}{first}")).expected(expected),
     }
 }
 
-/// Names a type that is not read, and says whether it fills a volume.
-fn name(code: i32) -> Option<(&'static str, bool)> {
+/// Names a type that is not read.
+fn name(code: i32) -> Option<&'static str> {
     Some(match code {
-        29..=31 => ("higher-order tetrahedron", true),
-        5 | 12 | 17 | 92 | 93 => ("hexahedron", true),
-        6 | 13 | 18 => ("prism", true),
-        7 | 14 | 19 => ("pyramid", true),
-        20..=25 => ("higher-order triangle", false),
-        26..=28 => ("higher-order edge", false),
-        36..=41 => ("higher-order quadrilateral", false),
+        20..=25 => "higher-order triangle",
+        26..=28 => "higher-order edge",
+        36..=41 => "higher-order quadrilateral",
+        29..=31 | 90..=93 | 106 | 118 | 119 => "higher-order volume element",
         _ => return None,
     })
 }

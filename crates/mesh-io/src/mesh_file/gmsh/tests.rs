@@ -200,7 +200,7 @@ fn blocks_of_version_four_agree_with_their_heads() {
             elements.replace("2 3 2 1", "1 3 2 1"),
             "3-node triangles lies on an entity of dimension 1",
         ),
-        (nodes.to_owned(), elements.replace("2 3 2 1", "3 3 5 1"), "1 hexahedron"),
+        (nodes.to_owned(), elements.replace("2 3 2 1", "3 3 92 1"), "1 higher-order volume element"),
     ];
     for (nodes, elements, expected) in faults {
         let found = refused(&file(entities, &nodes, &elements));

@@ -162,7 +162,7 @@ fn a_mesh_of_volumes_is_no_plane_body_and_a_plane_one_no_solid() {
     let plane =
         parse(b"*NODE\n1, 0, 0\n2, 1, 0\n3, 0, 1\n*ELEMENT, TYPE=CPS3\n1, 1, 2, 3\n", "p.inp").unwrap();
     let error = plane.solid_regions(&[], RegionOptions::default()).unwrap_err();
-    assert!(error.to_string().contains("1 2D element and no tetrahedra"), "{error}");
+    assert!(error.to_string().contains("1 2D element and no volumes"), "{error}");
     let error = file.solid_regions(&["blokc"], RegionOptions::default()).unwrap_err();
     assert!(error.to_string().contains("there is no region \"blokc\""), "{error}");
     let error = file.solid_regions(&["left"], RegionOptions::default()).unwrap_err();
