@@ -3,7 +3,8 @@
 //! ```text
 //! .msh ─ gmsh ──┐
 //!               ├─► MeshFile ─ region(), solid_regions() ─► Region ─ mesh() ─► fem_core::{TriMesh, TetMesh}
-//! .inp ─ abaqus ┘       └─ summary() ─► Summary
+//! .inp ─ abaqus ┤       └─ summary() ─► Summary
+//! .e ─── exodus ┘
 //! VtuMesh, VtuData ─ vtu ─► .vtu, .pvd, .vtu.series
 //! ```
 //! | to | use |
@@ -45,5 +46,5 @@ pub use field_file::{FIELD_COLUMNS, read_point_vectors};
 pub use links::BrokenLink;
 pub use mesh_file::{
     ElementKind, GroupSummary, LARGEST_MESH_FILE, MeshArrays, MeshFault, MeshFile, MeshFileError, MeshPlace,
-    Problem, Quality, Region, RegionOptions, Remedy, Summary, abaqus, glued_nodes, gmsh, parse, read,
+    Problem, Quality, Region, RegionOptions, Remedy, Summary, abaqus, exodus, glued_nodes, gmsh, parse, read,
 };

@@ -1,12 +1,13 @@
 //! Mesh files: what one holds, and the bodies that can be taken from it.
 //!
-//! `gmsh` and `abaqus` fill a `Collector`, whose checked contents are the [`MeshFile`]; `arrays` makes one of a program's arrays.
+//! `gmsh`, `abaqus` and `exodus` fill a `Collector`, whose checked contents are the [`MeshFile`]; `arrays` makes one of a program's arrays.
 //! `region`, `sides` and `flat`, for volumes `solid` and `shape`, take a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
 
 pub mod abaqus;
 mod arrays;
 mod collect;
 mod error;
+pub mod exodus;
 mod faults;
 mod flat;
 pub mod gmsh;
@@ -161,8 +162,18 @@ impl MeshFile {
 
     /// Adds a face of a volume, counted as Abaqus counts; returns its place.
     pub(crate) fn push_face(&mut self, volume: u32, side: usize) -> Option<u32> {
+        let face = self.volumes.get(volume as usize)?.face(side)?;
+        self.push_corners(volume, face)
+    }
+
+    /// Adds a face of a volume, counted from 1 as Exodus counts; returns its place.
+    pub(crate) fn push_exodus_face(&mut self, volume: u32, side: u64) -> Option<u32> {
+        let face = self.volumes.get(volume as usize)?.exodus_face(side)?;
+        self.push_corners(volume, face)
+    }
+
+    fn push_corners(&mut self, volume: u32, face: [u32; 4]) -> Option<u32> {
         let volume = self.volumes.get(volume as usize)?;
-        let face = volume.face(side)?;
         let kind = if face[2] == face[3] { ElementKind::Triangle3 } else { ElementKind::Quad4 };
         self.cells.push(MeshCell::new(volume.number, kind, &face));
         Some(self.cells.len() as u32 - 1)

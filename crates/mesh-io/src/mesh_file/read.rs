@@ -1,6 +1,6 @@
 //! From bytes to a [`MeshFile`]: the file's format is recognised by its content, not by its name.
 
-use super::{Includes, MeshFault, MeshFile, MeshFileError, MeshPlace, abaqus, first_bytes, gmsh};
+use super::{Includes, MeshFault, MeshFile, MeshFileError, MeshPlace, abaqus, exodus, first_bytes, gmsh};
 use crate::links::BrokenLink;
 use sha2::{Digest, Sha256};
 use std::io::{self, Read};
@@ -55,7 +55,7 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
     let name = path.to_string_lossy();
     let fault = |found: String| {
         MeshFileError::new(MeshFault::Format, &name, MeshPlace::File, found)
-            .expected("Gmsh's MSH 1, 2 or 4, or an Abaqus-style input deck (.inp)")
+            .expected("Gmsh's MSH 1, 2 or 4, an Abaqus-style input deck (.inp), or Exodus II (.e, .exo, .g)")
     };
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let text = text.trim_ascii_start();
@@ -64,6 +64,13 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
         None => Err(fault("the file holds nothing but blanks".to_owned())),
         Some(b'$') => gmsh::parse(bytes, &name),
         Some(b'*') => abaqus::parse(bytes, path, include),
+        Some(_) if bytes.starts_with(exodus::CLASSIC) => exodus::parse(bytes, &name),
+        Some(_) if bytes.starts_with(exodus::HDF5) => {
+            let error = fault("this is an HDF5 file, as netCDF-4 is".to_owned());
+            Err(error.help(
+                "of an Exodus file: nccopy -k classic FILE new.e (nccopy -k cdf5 if it has 64-bit integers)",
+            ))
+        }
         Some(b'<') => {
             let found = format!("the file begins with {}", first_bytes(text));
             Err(fault(found).help("this looks like a web page or XML: download the mesh file itself"))

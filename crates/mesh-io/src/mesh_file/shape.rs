@@ -22,6 +22,14 @@ impl MeshCell {
         Some(self.faces().get(side)?.map(|corner| self.corners[corner]))
     }
 
+    /// Returns the corners of a face that is counted from 1 as Exodus counts: its caps, of which a hexahedron and a prism have two, are last.
+    pub(super) fn exodus_face(&self, side: u64) -> Option<[u32; 4]> {
+        let faces = self.faces().len();
+        let caps = if self.kind.corners() < 6 { 1 } else { 2 };
+        let side = usize::try_from(side).ok().filter(|side| (1..=faces).contains(side))?;
+        self.face((side - 1 + caps) % faces)
+    }
+
     fn faces(&self) -> &'static [Face] {
         match (self.kind.dimension(), self.kind.corners()) {
             (3, 4) => TETRAHEDRON,
