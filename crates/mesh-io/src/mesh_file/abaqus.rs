@@ -2,8 +2,8 @@
 //!
 //! The format follows the keyword reference of the CalculiX manual, <https://www.dhondt.de>, chapter "Input deck
 //! format", which is Abaqus's as far as it goes. What is read: `*NODE`, `*ELEMENT` of plane kinds (`CPS`, `CPE`,
-//! `M3D`, `S` with 3, 4, 6, 8 or 9 nodes) and of lines (`T2D`, `T3D`, `B2`, `B3`), `*NSET` and `*ELSET` with
-//! `GENERATE`, `*SURFACE` of elements (`S1` … `S4`) and of nodes, `*INCLUDE`. Keywords and set names may be written in
+//! `M3D`, `S` with 3, 4, 6, 8 or 9 nodes), of volumes (`C3D` with 4, 5, 6, 8, 10, 13, 15, 20 or 27 nodes) and of lines (`T2D`, `T3D`, `B2`, `B3`), `*NSET` and `*ELSET` with
+//! `GENERATE`, `*SURFACE` of elements (`S1` … `S6`) and of nodes, `*INCLUDE`. Keywords and set names may be written in
 //! any case; a keyword line that ends with a comma continues in the next one; lines with `**` are comments.
 //!
 //! - Parts are read once for each `*INSTANCE` of the `*ASSEMBLY`, at its place. All cells of an instance are a region of its name; a set

@@ -209,7 +209,7 @@ impl MeshFile {
         let cells: Vec<[u32; 3]> = made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
         let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
         let edges: Vec<[u32; 2]> = cells.iter().flat_map(keys_of).collect();
-        let facets = Facets { all: &edges, nodes: points.len(), word: "edge", dimension: 1 };
+        let facets = Facets { all: &edges, nodes: points.len(), word: "edge", dimension: 1, halves: &[] };
         let facets_of = |edge: u32| {
             let [a, b] = self.edges[edge as usize].nodes.map(|n| local[n as usize]);
             vec![key(a, b)]

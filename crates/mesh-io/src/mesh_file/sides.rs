@@ -24,6 +24,8 @@ pub(super) struct Facets<'a, const N: usize> {
     pub(super) word: &'static str,
     /// The dimension of a group of them.
     pub(super) dimension: u8,
+    /// Halves of quadrilaterals, each with the corner that it lacks; ascending.
+    pub(super) halves: &'a [([u32; N], u32)],
 }
 
 impl MeshFile {
@@ -83,7 +85,7 @@ impl MeshFile {
         sides
     }
 
-    /// Makes sides of the sets of nodes: the free facets all of whose nodes are in a set.
+    /// Makes sides of the sets of nodes: the free facets all of whose nodes are in a set, of a quadrilateral's halves those of all four.
     fn node_sides<const N: usize>(
         &self,
         local: &[u32],
@@ -105,15 +107,15 @@ impl MeshFile {
                 mark[*node as usize] = number;
             }
             let is_marked = |n: &u32| mark[*n as usize] == number;
+            let is_whole = |facet: &[u32; N]| {
+                let half = facets.halves.binary_search_by(|(half, _)| half.cmp(facet));
+                facet.iter().all(is_marked) && half.map_or(true, |k| is_marked(&facets.halves[k].1))
+            };
             // The free facets whose first node is one of the set; they are in ascending order.
             let first = |node: u32| free.partition_point(|facet| facet[0] < node);
             let of_node = |node: &u32| free[first(*node)..first(*node + 1)].iter();
-            let of_set: Vec<[u32; N]> = members
-                .iter()
-                .flat_map(of_node)
-                .filter(|facet| facet.iter().all(is_marked))
-                .copied()
-                .collect();
+            let of_set: Vec<[u32; N]> =
+                members.iter().flat_map(of_node).filter(|facet| is_whole(facet)).copied().collect();
             if !of_set.is_empty() {
                 sides.push((set.name.clone(), of_set));
             }

@@ -43,7 +43,7 @@ impl MeshFile {
         let target = self.join(&mut used, &points, options, &title, (&mut notes, &mut warnings));
         let local = self.local_numbers(&used, &target);
         let points: Vec<_> = used.iter().map(place).collect();
-        let made = Tetrahedra::of(cells, &|n| local[n as usize], &|n| points[n as usize]);
+        let made = Tetrahedra::of(cells.clone(), &|n| local[n as usize], &|n| points[n as usize]);
         if let Some(cell) = &made.first_degenerate {
             return Err(self.degenerate(
                 cell,
@@ -54,14 +54,11 @@ impl MeshFile {
         }
         notes.extend(made.describe(&title));
         let faces: Vec<[u32; 3]> = made.corners.iter().flat_map(faces_of).collect();
-        let facets = Facets { all: &faces, nodes: used.len(), word: "face", dimension: 2 };
+        let halves = if self.group_names(0).next().is_none() { Vec::new() } else { halves(cells, &local) };
+        let facets = Facets { all: &faces, nodes: used.len(), word: "face", dimension: 2, halves: &halves };
         let facets_of = |face: u32| {
             let corners = self.cells[face as usize].first_four().map(|n| local[n as usize]);
-            let sorted = |mut face: [u32; 3]| {
-                face.sort_unstable();
-                face
-            };
-            triangles_of(corners).map(sorted).collect()
+            triangles_of(corners).map(ascending).collect()
         };
         let groups = self.sides(&local, &facets, &facets_of, &title, &mut warnings);
         let mut region = Region {
@@ -182,13 +179,28 @@ impl Region<Solid> {
     }
 }
 
+/// Lists the triangles into which the quadrilaterals of volumes are cut, each with the corner that it lacks; ascending.
+fn halves<'a>(cells: impl Iterator<Item = &'a MeshCell>, local: &[u32]) -> Vec<([u32; 3], u32)> {
+    let mut halves = Vec::new();
+    for face in cells.flat_map(|cell| (0..).map_while(|side| cell.face(side))) {
+        let corners = face.map(|n| local[n as usize]);
+        for half in triangles_of(corners) {
+            halves.extend(corners.into_iter().find(|n| !half.contains(n)).map(|n| (ascending(half), n)));
+        }
+    }
+    halves.sort_unstable();
+    halves.dedup();
+    halves
+}
+
+fn ascending(mut face: [u32; 3]) -> [u32; 3] {
+    face.sort_unstable();
+    face
+}
+
 /// The faces of a tetrahedron, each by its nodes in ascending order.
 pub(super) fn faces_of(corners: &[u32; 4]) -> [[u32; 3]; 4] {
-    std::array::from_fn(|k| {
-        let mut face = Solid::facet(k).map(|corner| corners[corner]);
-        face.sort_unstable();
-        face
-    })
+    std::array::from_fn(|k| ascending(Solid::facet(k).map(|corner| corners[corner])))
 }
 
 #[cfg(test)]

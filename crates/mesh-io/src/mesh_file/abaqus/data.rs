@@ -198,7 +198,7 @@ pub(super) fn advice(name: &str) -> &'static str {
     if begins(&["CAX", "CGAX", "MAX", "SAX", "ACAX", "DCAX", "COHAX"]) {
         "these are axisymmetric elements: if a plane problem is meant, write CPE in place of CAX"
     } else if begins(&["C3D", "AC3D", "DC3D", "COH3D", "F3D", "SC"]) {
-        "of volumes C3D4 and C3D10 are read: mesh it with tetrahedra, or for a plane body its section with CPE or CPS elements"
+        "write C3D in front of the number of nodes, as in C3D8, if the elements are those of a solid"
     } else {
         "write a plane type with as many nodes in its place, or take these elements out of the deck"
     }
@@ -222,18 +222,31 @@ pub(super) fn kind(name: &str) -> Option<ElementKind> {
     if let Some((_, kind)) = lines.iter().find(|(line, _)| *line == bare) {
         return Some(*kind);
     }
+    let (volume, rest) = match name.strip_prefix("C3D") {
+        Some(rest) => (true, rest),
+        None => {
+            (false, ["CPS", "CPE", "M3D", "US", "S"].iter().find_map(|family| name.strip_prefix(family))?)
+        }
+    };
     // Letters behind the number of nodes tell the formulation.
-    let volume = name.strip_prefix("C3D").map(|rest| rest.trim_end_matches(char::is_alphabetic));
-    match volume {
-        Some("4") => return Some(ElementKind::Tetra4),
-        Some("10") => return Some(ElementKind::Tetra10),
-        _ => {}
-    }
-    let rest = ["CPS", "CPE", "M3D", "US", "S"].iter().find_map(|family| name.strip_prefix(family))?;
     let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
     let (nodes, letters) = rest.split_at(digits);
     if !letters.chars().all(|c| c.is_ascii_alphabetic()) {
         return None;
+    }
+    if volume {
+        return Some(match nodes {
+            "4" => ElementKind::Tetra4,
+            "5" => ElementKind::Pyramid5,
+            "6" => ElementKind::Prism6,
+            "8" => ElementKind::Hexa8,
+            "10" => ElementKind::Tetra10,
+            "13" => ElementKind::Pyramid13,
+            "15" => ElementKind::Prism15,
+            "20" => ElementKind::Hexa20,
+            "27" => ElementKind::Hexa27,
+            _ => return None,
+        });
     }
     Some(match nodes {
         "3" => ElementKind::Triangle3,

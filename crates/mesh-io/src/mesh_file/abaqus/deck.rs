@@ -315,7 +315,8 @@ impl Deck {
                 let mut error = self.syntax(spot, format!("{} of type {name}", counted(count, "element")));
                 error.fault = MeshFault::Format;
                 let error = error.expected(
-                    "plane elements (CPS3, CPE3, CPS4, CPE4, CPS6, CPE6, CPS8, CPE8 and the like) or line elements",
+                    "plane elements (CPS3, CPE4, CPS6, CPE8 and the like), volumes (C3D4, C3D6, C3D8, C3D10, C3D15, C3D20 and the like) or \
+                     line elements",
                 );
                 Err(error.help(data::advice(&name)))
             }

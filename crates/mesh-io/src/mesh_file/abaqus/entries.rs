@@ -50,7 +50,7 @@ pub(super) fn surface_entry(row: &DataLine<'_>, of_nodes: bool) -> Result<(Targe
         Some(face) => Ok((target, face)),
         None => Err(data::Fault::new(
             format!("the face of a surface is {}", face.map_or("missing".to_owned(), |f| format!("`{f}`"))),
-            "S1 to S4 after the element or set, for shells also E1 to E4",
+            "S1 to S6 after the element or set, for shells also E1 to E4",
         )),
     }
 }

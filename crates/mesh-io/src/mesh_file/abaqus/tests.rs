@@ -136,7 +136,7 @@ fn every_element_type_of_the_plane_is_known_and_no_other() {
     {
         assert!(kind(name).is_some(), "{name}");
     }
-    for name in ["C3D8", "CAX4", "CPS5", "SPRINGA", "MASS", "S", "CPS", "CPS4-1", "R2D2", ""] {
+    for name in ["C3D7", "CAX4", "CPS5", "SPRINGA", "MASS", "S", "CPS", "CPS4-1", "R2D2", ""] {
         assert!(kind(name).is_none(), "{name}");
     }
 }
@@ -216,8 +216,8 @@ fn wrong_parts_and_instances_are_found() {
     expect("instance=Plate-2", "instance=Plate-3", "there is no instance \"Plate-3\"");
     expect(
         "1., 0., 0., 1., 0., 1., 90.",
-        "1., 0., 0., 2., 0., 1., 90.",
-        "p.inp:28: the axis of an instance's rotation is not along z",
+        "1., 0., 0., 1., 0., 0., 90.",
+        "p.inp:28: the axis of an instance's rotation has no direction",
     );
     expect(
         "0., 2.\n",
@@ -296,4 +296,132 @@ fn numbers_of_an_instance_do_not_reach_into_another_one() {
     let plate = parse_text(first.as_bytes(), "p.inp").unwrap();
     let plate = plate.region(Some("Plate-1"), RegionOptions::default()).unwrap().mesh().unwrap();
     assert_eq!(plate.points().len(), 4);
+}
+
+/// A cube with corners 1 to 8, and the nodes from 9 on inside of it; the elements use their corners and as many other nodes as they need.
+fn volumes(elements: &str) -> String {
+    let mut text = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n".to_owned();
+    (9..=40).for_each(|k| text += &format!("{k}, 0.5, 0.5, 0.{k}\n"));
+    text + elements
+}
+
+fn solid(text: &str) -> (fem_core::mesh::TetMesh, Vec<String>) {
+    let file = parse_text(text.as_bytes(), "v.inp").unwrap();
+    let region = file.solid_regions(&[], RegionOptions::default()).unwrap();
+    (region.mesh().unwrap(), region.notes().to_vec())
+}
+
+/// The nodes of a side, with their numbers in the deck.
+fn nodes_of(mesh: &fem_core::mesh::TetMesh, name: &str) -> Vec<[f64; 3]> {
+    let faces = mesh.group(name).unwrap_or_else(|| panic!("{name}"));
+    let mut nodes: Vec<[f64; 3]> = faces
+        .iter()
+        .flat_map(|face| mesh.topology().facets()[*face])
+        .map(|node| mesh.points()[node.index()].into())
+        .collect();
+    nodes.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    nodes.dedup();
+    nodes
+}
+
+#[test]
+fn every_volume_is_read_with_its_faces() {
+    // Corners of each face by the tables of the manual.
+    let tetrahedron: &[&[usize]] = &[&[1, 2, 3], &[1, 4, 2], &[2, 4, 3], &[3, 4, 1]];
+    let pyramid: &[&[usize]] = &[&[1, 2, 3, 4], &[1, 5, 2], &[2, 5, 3], &[3, 5, 4], &[4, 5, 1]];
+    let prism: &[&[usize]] = &[&[1, 2, 3], &[4, 6, 5], &[1, 4, 5, 2], &[2, 5, 6, 3], &[3, 6, 4, 1]];
+    let hexahedron: &[&[usize]] =
+        &[&[1, 2, 3, 4], &[5, 8, 7, 6], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 8, 4], &[4, 8, 5, 1]];
+    let kinds: [(&str, usize, &[usize], &[&[usize]]); 11] = [
+        ("C3D4", 4, &[1, 2, 3, 5], tetrahedron),
+        ("C3D10M", 10, &[1, 2, 3, 5], tetrahedron),
+        ("C3D10MH", 10, &[1, 2, 3, 5], tetrahedron),
+        ("C3D5", 5, &[1, 2, 3, 4, 5], pyramid),
+        ("C3D6", 6, &[1, 2, 3, 5, 6, 7], prism),
+        ("C3D15", 15, &[1, 2, 3, 5, 6, 7], prism),
+        ("C3D8", 8, &[1, 2, 3, 4, 5, 6, 7, 8], hexahedron),
+        ("C3D8RH", 8, &[1, 2, 3, 4, 5, 6, 7, 8], hexahedron),
+        ("C3D8I", 8, &[1, 2, 3, 4, 5, 6, 7, 8], hexahedron),
+        ("C3D20R", 20, &[1, 2, 3, 4, 5, 6, 7, 8], hexahedron),
+        ("C3D27", 27, &[1, 2, 3, 4, 5, 6, 7, 8], hexahedron),
+    ];
+    for (name, count, corners, faces) in kinds {
+        let others = 9..9 + count - corners.len();
+        let mut row: Vec<String> =
+            [77].iter().chain(corners).copied().chain(others).map(|n| n.to_string()).collect();
+        // Data of one element in two lines.
+        row[corners.len() / 2] += ",\n";
+        let row = row.join(", ").replace(",\n,", ",\n");
+        let surfaces: String =
+            (1..=faces.len()).map(|k| format!("*SURFACE, NAME=face{k}, TYPE=ELEMENT\nall, S{k}\n")).collect();
+        let text = volumes(&format!("*ELEMENT, TYPE={name}, ELSET=all\n{row}\n{surfaces}"));
+        let (mesh, notes) = solid(&text);
+        assert_eq!(mesh.points().len(), corners.len(), "{name}");
+        assert_eq!(
+            notes.iter().filter(|n| n.contains("quadratic cell")).count(),
+            usize::from(count > 8),
+            "{name}"
+        );
+        for (k, face) in faces.iter().enumerate() {
+            let place = |corner: &usize| {
+                let n = corners[corner - 1] - 1;
+                [
+                    f64::from(u8::from([1, 2, 5, 6].contains(&n))),
+                    f64::from(u8::from([2, 3, 6, 7].contains(&n))),
+                    (n / 4) as f64,
+                ]
+            };
+            let mut expected: Vec<[f64; 3]> = face.iter().map(place).collect();
+            expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            assert_eq!(nodes_of(&mesh, &format!("face{}", k + 1)), expected, "{name} S{}", k + 1);
+            assert_eq!(
+                mesh.group(&format!("face{}", k + 1)).unwrap().len(),
+                face.len() - 2,
+                "{name} S{}",
+                k + 1
+            );
+        }
+        let beyond = text + &format!("*SURFACE, NAME=none\n77, S{}\n", faces.len() + 1);
+        if faces.len() < 6 {
+            let told = parse_text(beyond.as_bytes(), "v.inp").unwrap_err().to_string();
+            assert!(told.contains("takes the face S") && told.contains("of element 77"), "{told}");
+        }
+    }
+}
+
+#[test]
+fn a_set_of_nodes_takes_whole_quadrilaterals_only() {
+    let cube = "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n";
+    let sets = "*NSET, NSET=top\n5, 6, 7, 8\n*NSET, NSET=three\n1, 2, 3\n*NSET, NSET=two\n1, 2, 3, 4, 7, 8\n";
+    let (mesh, _) = solid(&volumes(&format!("{cube}{sets}")));
+    assert_eq!(mesh.group("top").map(<[_]>::len), Some(2));
+    assert_eq!(mesh.group("three"), None);
+    assert_eq!(mesh.group("two").map(<[_]>::len), Some(4));
+}
+
+#[test]
+fn instances_of_solids_are_turned_about_any_axis() {
+    let part = format!(
+        "*PART, NAME=cube\n{}*SURFACE, NAME=top\n1, S2\n*END PART\n",
+        volumes("*ELEMENT, TYPE=C3D8R\n1, 1, 2, 3, 4, 5, 6, 7, 8\n")
+    );
+    // About the x axis by a right angle, and by 120 degrees about the diagonal, which exchanges the axes; moved before.
+    let instances = "*INSTANCE, NAME=a, PART=cube\n*END INSTANCE\n*INSTANCE, NAME=b, PART=cube\n3, 0, 0\n0, 0, 0, 5, 0, 0, 90\n*END INSTANCE\n\
+        *INSTANCE, NAME=c, PART=cube\n0, 0, 4\n1, 1, 1, 2, 2, 2, 120\n*END INSTANCE\n";
+    let text = format!("{part}*ASSEMBLY, NAME=x\n{instances}*END ASSEMBLY\n");
+    let file = parse_text(text.as_bytes(), "p.inp").unwrap();
+    assert_eq!(file.group_names(3).collect::<Vec<_>>(), ["a", "b", "c"]);
+    let top = |name: &str| {
+        let region = file.solid_regions(&[name], RegionOptions::default()).unwrap();
+        nodes_of(&region.mesh().unwrap(), &format!("{name}.top"))
+    };
+    assert_eq!(top("a"), [[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0]]);
+    assert_eq!(top("b"), [[3.0, -1.0, 0.0], [3.0, -1.0, 1.0], [4.0, -1.0, 0.0], [4.0, -1.0, 1.0]]);
+    // (x, y, z) goes to (z, x, y): the top at z = 5 to x = 5.
+    let turned = top("c");
+    let expected = [[5.0, 0.0, 0.0], [5.0, 0.0, 1.0], [5.0, 1.0, 0.0], [5.0, 1.0, 1.0]];
+    for corner in expected {
+        let near = |p: &[f64; 3]| (0..3).all(|k| (p[k] - corner[k]).abs() < 1e-14);
+        assert!(turned.iter().any(near), "{corner:?} in {turned:?}");
+    }
 }

@@ -9,8 +9,10 @@ use super::super::keyword::{Keyword, upper};
 use super::super::sets::{Entry, Target};
 use super::{Block, Deck};
 use crate::mesh_file::{Includes, MeshFileError, Spot};
-use fem_core::geometry::Vector;
+use fem_core::space::{Solid, Space};
 use std::path::{Path, PathBuf};
+
+type Vector = <Solid as Space>::Vector;
 
 /// Bytes of parts that instances may repeat: this number, and this multiple of the deck. A few lines could ask for any number of copies.
 const MOST_REPEATED: usize = 1 << 26;
@@ -19,8 +21,6 @@ const MOST_TIMES: usize = 8;
 const SPACE: u64 = 1_000_000_000_000;
 /// The space of the assembly. The first instance has space 0 if nothing lies outside the parts; other instances have a space above 1.
 const OF_ASSEMBLY: u64 = 1;
-/// An axis of rotation is along z if it turns away by at most this.
-const ALONG: f64 = 1e-9;
 
 /// The lines of a part.
 pub(super) struct Part {
@@ -32,7 +32,7 @@ pub(super) struct Part {
     pub(super) used: bool,
 }
 
-/// How an instance moves its part: a translation, and a rotation about an axis along z after it.
+/// How an instance moves its part: a translation, and a rotation about an axis after it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Motion {
     shift: [f64; 3],
@@ -42,6 +42,8 @@ pub(super) struct Motion {
 #[derive(Clone, Copy)]
 struct Turn {
     centre: Vector,
+    /// Of length 1.
+    axis: Vector,
     cosine: f64,
     sine: f64,
 }
@@ -74,10 +76,12 @@ impl Motion {
     }
 
     fn applied(&self, point: [f64; 3]) -> [f64; 3] {
-        let moved: [f64; 3] = std::array::from_fn(|k| point[k] + self.shift[k]);
-        let Some(Turn { centre, cosine, sine }) = self.turn else { return moved };
-        let [x, y] = (Vector::new(moved[0], moved[1]) - centre).into();
-        [centre[0] + cosine * x - sine * y, centre[1] + sine * x + cosine * y, moved[2]]
+        let moved = Vector::from(point) + Vector::from(self.shift);
+        let Some(Turn { centre, axis, cosine, sine }) = self.turn else { return moved.into() };
+        let arm = moved - centre;
+        // The part along the axis stays, the rest is turned.
+        let along = axis * axis.dot(&arm);
+        (centre + along + (arm - along) * cosine + axis.cross(&arm) * sine).into()
     }
 }
 
@@ -86,13 +90,12 @@ fn turn(a: [f64; 3], b: [f64; 3], angle: f64) -> Result<Option<Turn>, data::Faul
     if angle == 0.0 {
         return Ok(None);
     }
-    let along = b[2] - a[2];
-    let away = (b[0] - a[0]).abs().max((b[1] - a[1]).abs());
-    if along == 0.0 || away > ALONG * along.abs() {
-        let found = "the axis of an instance's rotation is not along z".to_owned();
-        return Err(data::Fault::new(found, "two points with the same x and y: the mesh is plane"));
+    let (centre, axis) = (Vector::from(a), Vector::from(b) - Vector::from(a));
+    let length = axis.norm();
+    if !(length > 0.0 && length.is_finite()) {
+        let found = "the axis of an instance's rotation has no direction".to_owned();
+        return Err(data::Fault::new(found, "two different points"));
     }
-    let angle = if along > 0.0 { angle } else { -angle };
     // Right angles are exact.
     let quarters = angle / 90.0;
     let (sine, cosine) = match (quarters == quarters.round()).then(|| quarters.rem_euclid(4.0)) {
@@ -102,7 +105,7 @@ fn turn(a: [f64; 3], b: [f64; 3], angle: f64) -> Result<Option<Turn>, data::Faul
         Some(3.0) => (-1.0, 0.0),
         _ => angle.to_radians().sin_cos(),
     };
-    Ok(Some(Turn { centre: Vector::new(a[0], a[1]), cosine, sine }))
+    Ok(Some(Turn { centre, axis: axis / length, cosine, sine }))
 }
 
 /// The assembly, or the instance, to which the numbers, names and points of the lines that are read belong.
