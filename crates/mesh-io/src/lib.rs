@@ -4,7 +4,8 @@
 //! .msh ─ gmsh ──┐
 //!               ├─► MeshFile ─ region(), solid_regions() ─► Region ─ mesh() ─► fem_core::{TriMesh, TetMesh}
 //! .inp ─ abaqus ┤       └─ summary() ─► Summary
-//! .e ─── exodus ┘
+//! .e ─── exodus ┤
+//! .vtu ─ vtk ───┘
 //! VtuMesh, VtuData ─ vtu ─► .vtu, .pvd, .vtu.series
 //! ```
 //! | to | use |
@@ -47,4 +48,5 @@ pub use links::BrokenLink;
 pub use mesh_file::{
     ElementKind, GroupSummary, LARGEST_MESH_FILE, MeshArrays, MeshFault, MeshFile, MeshFileError, MeshPlace,
     Problem, Quality, Region, RegionOptions, Remedy, Summary, abaqus, exodus, glued_nodes, gmsh, parse, read,
+    vtk,
 };

@@ -1,6 +1,6 @@
 //! Mesh files: what one holds, and the bodies that can be taken from it.
 //!
-//! `gmsh`, `abaqus` and `exodus` fill a `Collector`, whose checked contents are the [`MeshFile`]; `arrays` makes one of a program's arrays.
+//! `gmsh`, `abaqus`, `exodus` and `vtk` fill a `Collector`, whose checked contents are the [`MeshFile`]; `arrays` makes one of a program's arrays.
 //! `region`, `sides` and `flat`, for volumes `solid` and `shape`, take a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
 
 pub mod abaqus;
@@ -20,6 +20,7 @@ mod shape;
 mod sides;
 mod solid;
 mod summary;
+pub mod vtk;
 
 #[cfg(test)]
 mod tests;

@@ -4,9 +4,11 @@
 //! Vectors have three components and symmetric tensors six, in VTK's order XX, YY, ZZ, XY, YZ, XZ.
 
 mod collection;
+mod document;
 mod fields;
 
 pub use collection::{PvdEntry, pvd, series};
+pub(crate) use document::{Document, VTK_AXES};
 pub(crate) use fields::point_vectors;
 pub use fields::{FieldError, PointVectors};
 

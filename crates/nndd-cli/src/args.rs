@@ -169,7 +169,7 @@ pub(crate) struct Sweep {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Mesh {
-    /// The mesh file: Gmsh MSH 1, 2 or 4, an Abaqus-style input deck, or Exodus II.
+    /// The mesh file: Gmsh MSH 1, 2 or 4, an Abaqus-style input deck, Exodus II, or VTK XML (.vtu).
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
     /// How to print.

@@ -1,6 +1,8 @@
 //! From bytes to a [`MeshFile`]: the file's format is recognised by its content, not by its name.
 
-use super::{Includes, MeshFault, MeshFile, MeshFileError, MeshPlace, abaqus, exodus, first_bytes, gmsh};
+use super::{
+    Includes, MeshFault, MeshFile, MeshFileError, MeshPlace, abaqus, exodus, first_bytes, gmsh, vtk,
+};
 use crate::links::BrokenLink;
 use sha2::{Digest, Sha256};
 use std::io::{self, Read};
@@ -8,6 +10,9 @@ use std::path::Path;
 
 /// The largest mesh file that is read, in bytes, included files counted as well.
 pub const LARGEST_MESH_FILE: u64 = 8 << 30;
+
+/// Bytes within which a file of VTK XML says what it is.
+const HEAD: usize = 1000;
 
 /// Reads a mesh file from disk, and the files it includes, which are looked for beside it.
 ///
@@ -55,7 +60,7 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
     let name = path.to_string_lossy();
     let fault = |found: String| {
         MeshFileError::new(MeshFault::Format, &name, MeshPlace::File, found)
-            .expected("Gmsh's MSH 1, 2 or 4, an Abaqus-style input deck (.inp), or Exodus II (.e, .exo, .g)")
+            .expected("Gmsh's MSH 1, 2 or 4, an Abaqus-style input deck (.inp), Exodus II (.e, .exo, .g), or a grid of VTK XML (.vtu)")
     };
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let text = text.trim_ascii_start();
@@ -70,6 +75,9 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
             Err(error.help(
                 "of an Exodus file: nccopy -k classic FILE new.e (nccopy -k cdf5 if it has 64-bit integers)",
             ))
+        }
+        Some(b'<') if text[..text.len().min(HEAD)].windows(7).any(|word| word == b"VTKFile") => {
+            vtk::parse(bytes, &name)
         }
         Some(b'<') => {
             let found = format!("the file begins with {}", first_bytes(text));

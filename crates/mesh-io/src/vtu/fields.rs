@@ -1,15 +1,9 @@
-//! Nodal fields of grids that other programs wrote: VTK XML with text, base64 or raw data, also compressed by zlib.
+//! Nodal fields of grids that other programs wrote.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
+use super::document::{Array, Document, VTK_AXES, fault};
 use fem_core::geometry::Coordinates;
 use fem_core::space::{Plane, Space};
-use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
-use std::collections::HashMap;
 use thiserror::Error;
-
-/// The coordinates of a point in files of VTK.
-const VTK_AXES: usize = 3;
 
 /// A vector at each point of a grid.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,10 +60,6 @@ pub enum FieldError {
     },
 }
 
-fn fault(reason: impl Into<String>) -> FieldError {
-    FieldError::File { reason: reason.into() }
-}
-
 /// Reads a vector at each point from the bytes of a `.vtu` file.
 ///
 /// * `names`: of the array; the first that is there is read. In the plane a third component is left out.
@@ -80,7 +70,7 @@ pub(crate) fn point_vectors<S: Space>(bytes: &[u8], names: &[&str]) -> Result<Po
     let file = Document::new(bytes)?;
     let mut all = PointVectors::<S>::default();
     for piece in &file.pieces {
-        let points = piece.points.as_ref().ok_or_else(|| fault("a piece has no points"))?;
+        let points = piece.points()?;
         let fits = |array: &&Array| (S::DIM..=VTK_AXES).contains(&array.components);
         let named =
             |name: &&str| piece.arrays.iter().filter(fits).find(|a| a.name.eq_ignore_ascii_case(name));
@@ -93,7 +83,7 @@ pub(crate) fn point_vectors<S: Space>(bytes: &[u8], names: &[&str]) -> Result<Po
             });
         };
         let expected = [VTK_AXES, array.components].map(|each| piece.count.saturating_mul(each));
-        let (places, values) = (file.numbers(points, expected[0])?, file.numbers(array, expected[1])?);
+        let (places, values) = (file.reals(points, expected[0])?, file.reals(array, expected[1])?);
         if [places.len(), values.len()] != expected {
             let found = format!("{} coordinates and {} values", places.len(), values.len());
             return Err(fault(format!("it has {found} for {} points", piece.count)));
@@ -111,231 +101,12 @@ pub(crate) fn point_vectors<S: Space>(bytes: &[u8], names: &[&str]) -> Result<Po
     Ok(all)
 }
 
-/// One array of numbers, not yet decoded.
-struct Array {
-    name: String,
-    /// Such as `Float64`.
-    kind: String,
-    components: usize,
-    source: Source,
-}
-
-enum Source {
-    Text(String),
-    Base64(String),
-    Appended(usize),
-}
-
-#[derive(Default)]
-struct Piece {
-    count: usize,
-    points: Option<Array>,
-    arrays: Vec<Array>,
-}
-
-/// A file with the appended bytes behind its `_`.
-struct Document<'a> {
-    pieces: Vec<Piece>,
-    big_endian: bool,
-    /// Bytes of the numbers in front of data: 4 or 8.
-    header: usize,
-    compressed: bool,
-    appended: &'a [u8],
-    appended_is_raw: bool,
-}
-
-/// Attributes of a tag.
-type Attributes = HashMap<String, String>;
-
-/// Splits a tag without its brackets into its name and its attributes.
-fn tag(text: &str) -> (&str, Attributes) {
-    let (name, mut rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-    let mut attributes = Attributes::new();
-    while let Some((key, after)) = rest.split_once('=') {
-        let after = after.trim_start();
-        let Some(quote) = after.chars().next().filter(|c| matches!(c, '"' | '\'')) else { break };
-        let Some((value, after)) = after[1..].split_once(quote) else { break };
-        attributes.insert(key.trim().to_owned(), value.to_owned());
-        rest = after;
-    }
-    (name.trim_end_matches('/'), attributes)
-}
-
-fn position(bytes: &[u8], word: &[u8]) -> Option<usize> {
-    bytes.windows(word.len()).position(|w| w == word)
-}
-
-impl<'a> Document<'a> {
-    fn new(bytes: &'a [u8]) -> Result<Self, FieldError> {
-        let start = position(bytes, b"<AppendedData");
-        let (head, tail) = bytes.split_at(start.unwrap_or(bytes.len()));
-        let begin = position(tail, b"_").map_or(tail.len(), |k| k + 1);
-        let raw = position(&tail[..begin], b"raw").is_some();
-        let mut file = Self {
-            pieces: Vec::new(),
-            big_endian: false,
-            header: 4,
-            compressed: false,
-            appended: &tail[begin..],
-            appended_is_raw: raw,
-        };
-        let text = String::from_utf8_lossy(head);
-        let mut section = String::new();
-        let mut known = false;
-        for part in text.split('<').skip(1) {
-            let Some((inside, content)) = part.split_once('>') else { continue };
-            let (name, attributes) = tag(inside.trim());
-            let get = |key: &str| attributes.get(key).map(String::as_str).unwrap_or_default();
-            match name {
-                "VTKFile" => {
-                    known = get("type") == "UnstructuredGrid";
-                    file.big_endian = get("byte_order") == "BigEndian";
-                    file.header = if get("header_type") == "UInt64" { 8 } else { 4 };
-                    file.compressed = match get("compressor") {
-                        "" => false,
-                        "vtkZLibDataCompressor" => true,
-                        other => {
-                            return Err(fault(format!("it is compressed by {other}, and only zlib is read")));
-                        }
-                    };
-                }
-                "Piece" => {
-                    let count = get("NumberOfPoints")
-                        .parse()
-                        .map_err(|_| fault("a piece without a number of points"))?;
-                    file.pieces.push(Piece { count, ..Piece::default() });
-                }
-                "Points" | "PointData" | "CellData" | "Cells" => section = name.to_owned(),
-                "DataArray" => {
-                    let source = match get("format") {
-                        "appended" => Source::Appended(
-                            get("offset").parse().map_err(|_| fault("an array without an offset"))?,
-                        ),
-                        "binary" => Source::Base64(content.split_whitespace().collect()),
-                        _ => Source::Text(content.to_owned()),
-                    };
-                    let components = get("NumberOfComponents").parse().unwrap_or(1);
-                    let array = Array {
-                        name: get("Name").to_owned(),
-                        kind: get("type").to_owned(),
-                        components,
-                        source,
-                    };
-                    if let Some(piece) = file.pieces.last_mut() {
-                        match section.as_str() {
-                            "Points" => piece.points = Some(array),
-                            "PointData" => piece.arrays.push(array),
-                            _ => {}
-                        }
-                    }
-                }
-                _ => {}
-            }
-        }
-        if known { Ok(file) } else { Err(fault("it is not an unstructured grid of VTK XML")) }
-    }
-
-    /// Decodes an array.
-    ///
-    /// * `expected`: how many numbers; compressed data that are longer are not inflated further.
-    fn numbers(&self, array: &Array, expected: usize) -> Result<Vec<f64>, FieldError> {
-        let most = expected.saturating_mul(size_of::<f64>());
-        let bytes = match &array.source {
-            Source::Text(text) => {
-                let number =
-                    |word: &str| word.parse().map_err(|_| fault(format!("\"{word}\" is not a number")));
-                return text.split_whitespace().map(number).collect();
-            }
-            Source::Base64(text) => self.payload(&decoded(text.as_bytes())?, most)?,
-            Source::Appended(offset) => {
-                let rest = self
-                    .appended
-                    .get(*offset..)
-                    .ok_or_else(|| fault("an array begins behind the end of the file"))?;
-                if self.appended_is_raw {
-                    self.payload(rest, most)?
-                } else {
-                    self.payload(&decoded(rest)?, most)?
-                }
-            }
-        };
-        let words = |size: usize| bytes.chunks_exact(size).map(|word| self.whole(word));
-        match array.kind.as_str() {
-            "Float64" => Ok(words(8).map(f64::from_bits).collect()),
-            "Float32" => Ok(words(4).map(|bits| f64::from(f32::from_bits(bits as u32))).collect()),
-            other => Err(fault(format!(
-                "the array \"{}\" is of type {other}; Float32 or Float64 are read",
-                array.name
-            ))),
-        }
-    }
-
-    /// Reads a number in front of data.
-    fn size(&self, bytes: &[u8], at: usize) -> Result<usize, FieldError> {
-        let word = bytes
-            .get(at * self.header..(at + 1) * self.header)
-            .ok_or_else(|| fault("the data are cut off"))?;
-        usize::try_from(self.whole(word)).map_err(|_| fault("the data are cut off"))
-    }
-
-    /// Returns the whole number that up to eight bytes are.
-    fn whole(&self, bytes: &[u8]) -> u64 {
-        let join = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
-        if self.big_endian { bytes.iter().fold(0, join) } else { bytes.iter().rev().fold(0, join) }
-    }
-
-    /// Takes the data behind their sizes, and inflates them.
-    ///
-    /// * `most`: how many bytes compressed data may become.
-    fn payload(&self, bytes: &[u8], most: usize) -> Result<Vec<u8>, FieldError> {
-        let cut = || fault("the data are cut off");
-        if !self.compressed {
-            let size = self.size(bytes, 0)?;
-            let end = self.header.checked_add(size).ok_or_else(cut)?;
-            return Ok(bytes.get(self.header..end).ok_or_else(cut)?.to_vec());
-        }
-        let blocks = self.size(bytes, 0)?;
-        // Each block has at least one byte.
-        if blocks > bytes.len() {
-            return Err(cut());
-        }
-        let mut at = (3 + blocks) * self.header;
-        let mut data = Vec::new();
-        for block in 0..blocks {
-            let end = at.checked_add(self.size(bytes, 3 + block)?).ok_or_else(cut)?;
-            let packed = bytes.get(at..end).ok_or_else(cut)?;
-            let inflated = decompress_to_vec_zlib_with_limit(packed, most - data.len());
-            data.extend(
-                inflated.map_err(|error| fault(format!("its compressed data are damaged: {error}")))?,
-            );
-            at = end;
-        }
-        Ok(data)
-    }
-}
-
-/// Decodes base64 text up to the first other character; parts that are encoded for themselves follow each other.
-fn decoded(text: &[u8]) -> Result<Vec<u8>, FieldError> {
-    let is_code = |b: &&u8| b.is_ascii_alphanumeric() || matches!(b, b'+' | b'/' | b'=');
-    let code: Vec<u8> = text.iter().take_while(is_code).copied().collect();
-    let mut bytes = Vec::with_capacity(code.len() / 4 * 3);
-    let mut rest = code.as_slice();
-    while !rest.is_empty() {
-        // A part ends with its padding.
-        let end = rest.iter().position(|b| *b == b'=').map_or(rest.len(), |k| (k + 4) / 4 * 4);
-        let (part, after) = rest.split_at(end.min(rest.len()));
-        let found =
-            STANDARD.decode(part).map_err(|error| fault(format!("its base64 data are damaged: {error}")))?;
-        bytes.extend(found);
-        rest = after;
-    }
-    Ok(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, three, write};
+    use base64::Engine;
+    use base64::engine::general_purpose::STANDARD;
     use fem_core::geometry::Vector;
 
     fn read(bytes: &[u8]) -> Result<PointVectors, FieldError> {
