@@ -5,6 +5,7 @@ use crate::console;
 use case_io::diagnostic::Diagnostic;
 use mesh_io::{GroupSummary, MeshFile, Summary};
 use nndd_report::Failure;
+use nndd_report::mesh_file::{self, MeshContact, MeshSide};
 use nndd_report::words::{components, seven, short};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -12,9 +13,18 @@ use std::fmt::Write as _;
 pub(crate) fn command(options: &Mesh) -> Result<u8, Failure> {
     let file = mesh_io::read(&options.file)?;
     let summary = file.summary();
+    let (sides, contacts) = mesh_file::sides(&file);
     match options.format {
-        Format::Human => console::print(&human(&file, &summary))?,
-        Format::Json => console::print_json(&object(&file, &summary))?,
+        Format::Human => {
+            let all = [human(&file, &summary), sides_in_words(&sides), contacts_in_words(&contacts)];
+            console::print(&(all.concat() + &remarks(&summary)))?;
+        }
+        Format::Json => {
+            let mut found = object(&file, &summary);
+            found["sides"] = sides.iter().map(side_object).collect();
+            found["facing"] = contacts.iter().map(contact_object).collect();
+            console::print_json(&found)?;
+        }
     }
     Ok(0)
 }
@@ -52,6 +62,7 @@ fn human(file: &MeshFile, summary: &Summary) -> String {
     if let Some(q) = &summary.quality {
         let (angle, cell, at) = (q.smallest_angle, q.cell, components(&q.at, seven));
         let _ = writeln!(text, "  smallest angle  {angle:.3} degrees, in element {cell} at {at}");
+        let _ = writeln!(text, "  flattest cell   height / longest edge = {:.3}", q.height_ratio);
     }
     if !summary.groups.is_empty() {
         let width = summary.groups.iter().map(|g| g.name.chars().count()).max().unwrap_or(0).clamp(4, 40);
@@ -66,6 +77,72 @@ fn human(file: &MeshFile, summary: &Summary) -> String {
             );
         }
     }
+    text
+}
+
+/// Lists the sides of the bodies that the regions make.
+fn sides_in_words(sides: &[MeshSide]) -> String {
+    let mut text = String::new();
+    if sides.is_empty() {
+        return text;
+    }
+    let width = |name: fn(&MeshSide) -> &str| {
+        sides.iter().map(|side| name(side).chars().count()).max().unwrap_or(0).clamp(6, 40)
+    };
+    let (regions, names) = (width(|side| &side.region), width(|side| &side.side));
+    let _ = writeln!(
+        text,
+        "\n  {:<regions$}  {:<names$}  {:>9}  {:>13}  mean outward normal",
+        "region", "side", "facets", "size"
+    );
+    for side in sides {
+        // A zero of round-off says nothing.
+        let normal: Vec<f64> = side.normal.iter().map(|x| (x * 1e3).round() / 1e3 + 0.0).collect();
+        let _ = writeln!(
+            text,
+            "  {:<regions$}  {:<names$}  {:>9}  {:>13}  {}",
+            side.region,
+            side.side,
+            side.facets,
+            seven(side.measure),
+            components(&normal, short)
+        );
+    }
+    text
+}
+
+/// Contacts that are written out.
+const MOST_CONTACTS: usize = 20;
+
+/// Writes a table of a case file for each pair of sides that face each other.
+fn contacts_in_words(contacts: &[MeshContact]) -> String {
+    let mut text = String::new();
+    if !contacts.is_empty() {
+        text += "\n  surfaces that face each other within a tenth of a facet, for bodies with the names of their regions:\n";
+    }
+    for MeshContact { regions, sides, apart, .. } in contacts.iter().take(MOST_CONTACTS) {
+        let _ = writeln!(text, "\n[[contact]]\nbodies   = {}\nsurfaces = {}", json!(regions), json!(sides));
+        if let Some(distance) = apart {
+            let _ = writeln!(text, "gap      = \"geometric\"   # up to {} apart", seven(*distance));
+        }
+    }
+    if let Some(more) = contacts.len().checked_sub(MOST_CONTACTS).filter(|more| *more > 0) {
+        let _ = writeln!(text, "\n  and {more} more");
+    }
+    text
+}
+
+fn side_object(side: &MeshSide) -> Value {
+    json!({ "region": side.region, "side": side.side, "facets": side.facets, "size": side.measure, "normal": side.normal })
+}
+
+fn contact_object(contact: &MeshContact) -> Value {
+    json!({ "regions": contact.regions, "sides": contact.sides, "apart": contact.apart })
+}
+
+/// Writes notes and problems.
+fn remarks(summary: &Summary) -> String {
+    let mut text = String::new();
     for (head, lines) in [("note", &summary.notes), ("problem", &problems(summary))] {
         if !lines.is_empty() {
             text.push('\n');
@@ -103,7 +180,7 @@ fn object(file: &MeshFile, summary: &Summary) -> Value {
         "groups": groups,
         "bounding_box": summary.bounding_box,
         "quality": summary.quality.as_ref().map(|q| json!({
-            "smallest_angle": q.smallest_angle, "cell": q.cell, "at": q.at,
+            "smallest_angle": q.smallest_angle, "cell": q.cell, "at": q.at, "height_ratio": q.height_ratio,
         })),
         "notes": summary.notes,
         "problems": problems(summary),

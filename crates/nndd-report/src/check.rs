@@ -187,7 +187,8 @@ pub fn facing<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> Ve
         let name = |k: usize| case.bodies[bodies[k]].name.clone();
         CheckedSides { sides: [(name(0), first), (name(1), second)], contact }
     };
-    facing_sides(&problem.bodies).into_iter().map(of).collect()
+    let meshes: Vec<_> = problem.bodies.iter().map(Body::mesh).collect();
+    facing_sides(&meshes, 1.0).into_iter().map(of).collect()
 }
 
 /// Makes one object of what a check found.

@@ -9,6 +9,7 @@
 //! |---|---|
 //! | read a case file with its meshes | [`run::read_case`] |
 //! | look at it without solving | [`run::build`], [`check::check`], [`notes`], [`memory::estimate`] |
+//! | look at the sides of a mesh file, and which face each other | [`mesh_file::sides`] |
 //! | choose the directory, or resume an adaptive run | [`RunDirectory::open`], [`RunDirectory::resume`] |
 //! | solve, adaptively if the case has a target | [`run::solve`] |
 //! | write everything, the report last | [`files::write`] |
@@ -67,6 +68,7 @@ mod host;
 mod html;
 pub mod memory;
 pub mod memory_limit;
+pub mod mesh_file;
 mod motion;
 mod nodal;
 pub mod notes;

@@ -1,13 +1,13 @@
 //! A summary of a mesh file, for people who want to look before they use it.
 
-use super::flat::{coincident, smallest_angle};
+use super::flat::coincident;
 use super::region::{WHOLE, title_of};
 use super::sides::{Key, free_facets, key, keys_of};
 use super::solid::Tetrahedra;
 use super::{ElementKind, MeshCell, MeshFile, Problem, Remedy};
 use crate::words::{counted, listed};
-use fem_core::geometry;
-use fem_core::space::{Solid, Space};
+use fem_core::geometry::{self, Coordinates};
+use fem_core::space::{Plane, Solid, Space};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The most problems of one kind that are listed one by one.
@@ -37,6 +37,29 @@ pub struct Quality {
     pub cell: u64,
     /// The centre of the triangle or tetrahedron: two coordinates or three.
     pub at: Vec<f64>,
+    /// The smallest ratio of a height to the longest edge of its triangle or tetrahedron.
+    pub height_ratio: f64,
+}
+
+/// Keeps the cell with the smallest angle, and the smallest ratio of a height to the longest edge.
+fn keep_worst<S: Space>(worst: &mut Option<Quality>, corners: &S::Corners<S::Vector>, cell: u64) {
+    let angle = S::smallest_angle(corners);
+    let points = corners.as_ref();
+    let longest = points.iter().flat_map(|a| points.iter().map(|b| (*a - *b).length())).fold(0.0, f64::max);
+    let facet = |k: usize| S::facet_measure(&S::axes(|j| corners[S::facet(k)[j]]));
+    let largest = (0..=S::DIM).map(facet).fold(0.0, f64::max);
+    let ratio = S::DIM as f64 * S::measure(corners).abs() / (largest * longest);
+    let at = || points.iter().fold(S::Vector::ZERO, |sum, p| sum + *p * (1.0 / points.len() as f64));
+    let worst = worst.get_or_insert_with(|| Quality {
+        smallest_angle: f64::INFINITY,
+        cell,
+        at: Vec::new(),
+        height_ratio: ratio,
+    });
+    worst.height_ratio = worst.height_ratio.min(ratio);
+    if angle < worst.smallest_angle {
+        (worst.smallest_angle, worst.cell, worst.at) = (angle, cell, at().entries().to_vec());
+    }
 }
 
 /// The content of a mesh file in numbers, with its problems.
@@ -136,10 +159,8 @@ impl MeshFile {
         let mut worst: Option<Quality> = None;
         for (t, cell) in made.corners.iter().zip(&made.cells) {
             let p = t.map(|n| self.xy(n));
-            let angle = smallest_angle(p);
-            if geometry::sure_area(p).is_some() && worst.as_ref().is_none_or(|w| angle < w.smallest_angle) {
-                let at = p[0] / 3.0 + p[1] / 3.0 + p[2] / 3.0;
-                worst = Some(Quality { smallest_angle: angle, cell: *cell, at: at.as_slice().to_vec() });
+            if geometry::sure_area(p).is_some() {
+                keep_worst::<Plane>(&mut worst, &p, *cell);
             }
         }
         self.edge_problems(&made.corners, notes, problems);
@@ -257,13 +278,7 @@ impl MeshFile {
         }
         let mut worst: Option<Quality> = None;
         for (cell, number) in made.corners.iter().zip(&made.cells) {
-            let corners = cell.map(|n| self.xyz(n));
-            // The angle does not depend on the order of the corners.
-            let angle = Solid::smallest_angle(&corners);
-            if worst.as_ref().is_none_or(|worst| angle < worst.smallest_angle) {
-                let at: <Solid as Space>::Vector = corners.iter().map(|p| p / 4.0).sum();
-                worst = Some(Quality { smallest_angle: angle, cell: *number, at: at.as_slice().to_vec() });
-            }
+            keep_worst::<Solid>(&mut worst, &cell.map(|n| self.xyz(n)), *number);
         }
         worst
     }

@@ -332,7 +332,8 @@ fn every_volume_is_read_with_its_faces() {
     let prism: &[&[usize]] = &[&[1, 2, 3], &[4, 6, 5], &[1, 4, 5, 2], &[2, 5, 6, 3], &[3, 6, 4, 1]];
     let hexahedron: &[&[usize]] =
         &[&[1, 2, 3, 4], &[5, 8, 7, 6], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 8, 4], &[4, 8, 5, 1]];
-    let kinds: [(&str, usize, &[usize], &[&[usize]]); 11] = [
+    type Kind<'a> = (&'a str, usize, &'a [usize], &'a [&'a [usize]]);
+    let kinds: [Kind<'_>; 11] = [
         ("C3D4", 4, &[1, 2, 3, 5], tetrahedron),
         ("C3D10M", 10, &[1, 2, 3, 5], tetrahedron),
         ("C3D10MH", 10, &[1, 2, 3, 5], tetrahedron),
