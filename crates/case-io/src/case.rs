@@ -51,7 +51,7 @@ pub use matching::Notes;
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};
-pub use side::{Circle, SideCase};
+pub use side::{Circle, Cylinder, SideCase};
 pub use steps::{Factors, StepCase};
 pub use units::Units;
 

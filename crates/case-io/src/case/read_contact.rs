@@ -3,7 +3,7 @@
 use super::body::file_stem;
 use super::contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
 use super::dimension::{Keys, refuse_foreign};
-use super::side::{has_point, joined, up};
+use super::side::{Cylinder, cylinder_keys, has_point, joined, up};
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};
@@ -329,16 +329,10 @@ fn circle<S: Keys>(r: &mut Reader<'_>) -> Option<Shape<S>> {
 }
 
 fn cylinder<S: Keys>(r: &mut Reader<'_>) -> Option<Shape<S>> {
-    r.require(&["point", "axis", "radius"]);
-    let (point, axis) = (r.axes::<S>("point"), r.axes::<S>("axis"));
-    if axis == Some(S::axes(|_| 0.0)) {
-        let message = format!("`{}` has no direction", r.path_of("axis"));
-        let fix = format!("write it as in `axis = {}`", up::<S>());
-        r.refuse("axis", message, "a direction along the axis of the cylinder", &fix);
-    }
-    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
+    let read = cylinder_keys::<S>(r);
     let side = r.choice("side", SIDES).unwrap_or_default();
-    Some(Shape::Cylinder { point: point?, axis: axis?, radius: radius?, side })
+    let Cylinder { point, axis, radius } = read?;
+    Some(Shape::Cylinder { point, axis, radius, side })
 }
 
 /// Reads the motion and the load of something rigid.

@@ -15,8 +15,10 @@ use std::collections::BTreeSet;
 
 /// Default of `within`, degrees.
 const WITHIN: f64 = 30.0;
-/// Nodes are on a circle or a sphere if they are closer to it than this fraction of its radius.
+/// Nodes are on a circle, a sphere or a cylinder if they are closer to it than this fraction of its radius.
 const ON_CIRCLE: f64 = 1e-3;
+/// The key of a cylinder.
+const CYLINDER: &str = "cylinder";
 
 /// `[[body.side]]`: the boundary facets that satisfy all given conditions, or a single boundary node.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +36,8 @@ pub struct SideCase<S: Dimension = Plane> {
     pub within: Option<f64>,
     /// All corners lie on this circle, in space a sphere.
     pub circle: Option<Circle<S>>,
+    /// All corners lie on this cylinder, in space.
+    pub cylinder: Option<Cylinder<S>>,
     /// The boundary node at this place, m, and no facet: for a `[[body.displacement]]` with components or `fixed`.
     pub point: Option<S::Axes<f64>>,
 }
@@ -51,6 +55,27 @@ impl<S: Dimension> Serialize for Circle<S> {
     fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("centre", self.centre.as_ref())?;
+        map.serialize_entry("radius", &self.radius)?;
+        map.end()
+    }
+}
+
+/// `cylinder` of a side in space, without ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder<S: Dimension = Plane> {
+    /// A point of its axis, m.
+    pub point: S::Axes<f64>,
+    /// The direction of its axis, of any length but zero.
+    pub axis: S::Axes<f64>,
+    /// Its radius, m.
+    pub radius: f64,
+}
+
+impl<S: Dimension> Serialize for Cylinder<S> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("point", self.point.as_ref())?;
+        map.serialize_entry("axis", self.axis.as_ref())?;
         map.serialize_entry("radius", &self.radius)?;
         map.end()
     }
@@ -75,6 +100,9 @@ impl<S: Dimension> Serialize for SideCase<S> {
         if let Some(circle) = &self.circle {
             map.serialize_entry(S::CIRCLE, circle)?;
         }
+        if let Some(cylinder) = &self.cylinder {
+            map.serialize_entry(CYLINDER, cylinder)?;
+        }
         if let Some(point) = &self.point {
             map.serialize_entry("point", point.as_ref())?;
         }
@@ -86,7 +114,8 @@ impl<S: Dimension> SideCase<S> {
     /// Joins sides under one name.
     pub(super) fn union(names: Vec<String>) -> Self {
         let name = names.join(" + ");
-        Self { name, of: names, part: Part::default(), facing: None, within: None, circle: None, point: None }
+        let part = Part::default();
+        Self { name, of: names, part, facing: None, within: None, circle: None, cylinder: None, point: None }
     }
 }
 
@@ -142,8 +171,10 @@ fn side<S: Keys>(r: &mut Reader<'_>) -> SideCase<S> {
         r.refuse("within", "`within` is the angle about `facing`", expected, &fix);
     }
     let circle = r.table(S::CIRCLE).and_then(circle);
+    let cylinder = if S::CYLINDERS { r.table(CYLINDER).and_then(cylinder) } else { None };
     let point = r.axes::<S>("point");
-    let of_edges: Vec<&str> = ["box", "facing", S::CIRCLE].into_iter().filter(|key| r.has(key)).collect();
+    let of_edges: Vec<&str> =
+        ["box", "facing", S::CIRCLE, CYLINDER].into_iter().filter(|key| r.has(key)).collect();
     if of_edges.is_empty() && !r.has("point") {
         let (round, axes) = (S::CIRCLE, S::COORDINATES.join(", "));
         let expected = format!(
@@ -156,7 +187,7 @@ fn side<S: Keys>(r: &mut Reader<'_>) -> SideCase<S> {
         let message = format!("`point` is a single node, and `{key}` takes {}", S::WORDS.facets);
         r.refuse("point", message, "one of the two", &format!("take `{key}` out"));
     }
-    SideCase { name, of: Vec::new(), part, facing, within, circle, point }
+    SideCase { name, of: Vec::new(), part, facing, within, circle, cylinder, point }
 }
 
 /// Writes the direction along the last axis.
@@ -171,6 +202,25 @@ fn circle<S: Keys>(mut r: Reader<'_>) -> Option<Circle<S>> {
     let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
     r.finish();
     Some(Circle { centre: centre?, radius: radius? })
+}
+
+fn cylinder<S: Keys>(mut r: Reader<'_>) -> Option<Cylinder<S>> {
+    let read = cylinder_keys::<S>(&mut r);
+    r.finish();
+    read
+}
+
+/// Reads point, axis and radius of a cylinder.
+pub(super) fn cylinder_keys<S: Keys>(r: &mut Reader<'_>) -> Option<Cylinder<S>> {
+    r.require(&["point", "axis", "radius"]);
+    let (point, axis) = (r.axes::<S>("point"), r.axes::<S>("axis"));
+    if axis == Some(S::axes(|_| 0.0)) {
+        let message = format!("`{}` has no direction", r.path_of("axis"));
+        let fix = format!("write it as in `axis = {}`", up::<S>());
+        r.refuse("axis", message, "a direction along the axis of the cylinder", &fix);
+    }
+    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
+    Some(Cylinder { point: point?, axis: axis?, radius: radius? })
 }
 
 impl<S: Dimension> Case<S> {
@@ -201,7 +251,7 @@ impl<S: Dimension> Case<S> {
                 let fault = self.diagnostic(code::CONDITION, &path, message);
                 let (round, facets) = (S::CIRCLE, S::WORDS.facets);
                 let fault = fault.expected(format!("a box, a direction or a {round} with boundary {facets}"));
-                return Err(fault.help(nearest_to_circle(mesh, side)).fix("widen it").into());
+                return Err(fault.help(nearest_to_round(mesh, side)).fix("widen it").into());
             }
             mesh.add_group(&side.name, edges);
         }
@@ -235,12 +285,13 @@ fn select<S: Dimension>(mesh: &Mesh<S>, side: &SideCase<S>) -> Vec<FacetId> {
         let d = S::vector(&d);
         d * (1.0 / norm(d))
     });
-    let on_circle = |point: S::Vector| {
+    let on_round = |point: S::Vector| {
         side.circle.is_none_or(|circle| off_circle(point, &circle) <= ON_CIRCLE * circle.radius)
+            && side.cylinder.is_none_or(|of| off_cylinder(point, &of) <= ON_CIRCLE * of.radius)
     };
     let belongs = |edge: &FacetId| {
         let ends = mesh.facet_corners(*edge);
-        ends.into_iter().all(|point| inside(point) && on_circle(point))
+        ends.into_iter().all(|point| inside(point) && on_round(point))
             && direction.is_none_or(|d| d.times(&mesh.facet_normal(*edge)) >= cosine)
     };
     mesh.topology().boundary_facets().iter().copied().filter(belongs).collect()
@@ -251,13 +302,22 @@ fn off_circle<S: Dimension>(point: S::Vector, circle: &Circle<S>) -> f64 {
     (norm(point - S::vector(&circle.centre)) - circle.radius).abs()
 }
 
-/// Says how far the nearest boundary edge is from the circle of a side.
-fn nearest_to_circle<S: Dimension>(mesh: &Mesh<S>, side: &SideCase<S>) -> Option<String> {
-    let circle = side.circle?;
-    let farther = |facet: &FacetId| {
-        mesh.facet_corners(*facet).into_iter().map(|p| off_circle::<S>(p, &circle)).fold(0.0, f64::max)
+/// Computes the distance of a point from a cylinder, m.
+fn off_cylinder<S: Dimension>(point: S::Vector, cylinder: &Cylinder<S>) -> f64 {
+    let (arm, axis) = (point - S::vector(&cylinder.point), S::vector(&cylinder.axis));
+    let axis = axis * (1.0 / norm(axis));
+    (norm(arm - axis * arm.times(&axis)) - cylinder.radius).abs()
+}
+
+/// Says how far the nearest boundary facet is from the circle, sphere or cylinder of a side.
+fn nearest_to_round<S: Dimension>(mesh: &Mesh<S>, side: &SideCase<S>) -> Option<String> {
+    let (round, off): (_, Box<dyn Fn(S::Vector) -> f64>) = match (side.circle, side.cylinder) {
+        (Some(circle), _) => (S::CIRCLE, Box::new(move |p| off_circle::<S>(p, &circle))),
+        (None, Some(cylinder)) => (CYLINDER, Box::new(move |p| off_cylinder::<S>(p, &cylinder))),
+        (None, None) => return None,
     };
+    let farther = |facet: &FacetId| mesh.facet_corners(*facet).into_iter().map(&off).fold(0.0, f64::max);
     let nearest = mesh.topology().boundary_facets().iter().map(farther).fold(f64::INFINITY, f64::min);
-    let (facet, round) = (S::WORDS.facet, S::CIRCLE);
+    let facet = S::WORDS.facet;
     Some(format!("the nearest boundary {facet} has {} {} off the {round}", S::CORNER, significant(nearest)))
 }

@@ -354,11 +354,6 @@ impl Keys for Solid {
             "a circle belongs to the plane",
             "write `sphere = { centre = […], radius = … }`",
         ),
-        later(
-            "side.cylinder",
-            "sides on a cylinder are not selected yet",
-            "select them by `box` and `facing`",
-        ),
         plane_word("block"),
         plane_word("ring"),
         plane_word("disc"),

@@ -1,7 +1,9 @@
 //! Sides by their place, and lists of names.
 
 use crate::Case;
+use crate::case::AnyCase;
 use fem_core::mesh::TriMesh;
+use fem_core::space::Solid;
 
 fn case(body: &str, contact: &str) -> String {
     format!(
@@ -107,4 +109,53 @@ fn faults_of_sides_have_their_places() {
     assert!(off.contains("no boundary edge") && off.contains("off the circle"), "{off}");
     let unknown = refused(&format!("{BLOCK}[[body.traction]]\non = [\"top\", \"lft\"]\npressure = 1.0\n"));
     assert!(unknown.contains("there is no side \"lft\"") && unknown.contains("\"left\""), "{unknown}");
+}
+
+/// A tube around the z axis, with other conditions.
+fn tube(sides: &str) -> String {
+    format!(
+        "schema = 1\ncontact = []\n[materials.m]\nyoung = 1.0\npoisson = 0.3\n[[body]]\nname = \"a\"\nmaterial = \"m\"\n\
+         generator = {{ kind = \"tube\", origin = [1, 2, 0], radii = [1, 1.8], length = 2, angles = [0, 360], cells = [12, 1, 2] }}\n\
+         {sides}[[body.displacement]]\non = \"bottom\"\nfixed = true\n"
+    )
+}
+
+fn solid(text: &str) -> Result<Case<Solid>, crate::CaseError> {
+    match AnyCase::parse(text, "case.toml", &[])? {
+        AnyCase::Solid(case) => Ok(*case),
+        AnyCase::Plane(_) => panic!("a plane case"),
+    }
+}
+
+#[test]
+fn sides_of_solids_are_selected_by_every_shape() {
+    let text = tube(
+        "[[body.side]]\nname = \"bore\"\ncylinder = { point = [1, 2, 7], axis = [0, 0, -2], radius = 1.0 }\n\
+         [[body.side]]\nname = \"half\"\ncylinder = { point = [1, 2, 0], axis = [0, 0, 1], radius = 1.8 }\nbox = { z = [0, 1] }\n\
+         [[body.side]]\nname = \"up\"\nfacing = [0, 0, 1]\nwithin = 1\n\
+         [[body.side]]\nname = \"rim\"\nsphere = { centre = [1, 2, 0], radius = 1.8 }\nbox = { z = [-1, 1] }\n",
+    );
+    // No face has all its corners on the sphere.
+    let found = solid(&text).unwrap().build_bodies().unwrap_err().to_string();
+    assert!(found.contains("\"rim\"") && found.contains("off the sphere"), "{found}");
+    let text = text.split("[[body.side]]\nname = \"rim\"").next().unwrap().to_owned()
+        + "[[body.displacement]]\non = \"bottom\"\nfixed = true\n";
+    let case = solid(&text).unwrap();
+    let bodies = case.build_bodies().unwrap();
+    let mesh = bodies[0].mesh();
+    let same = |a: &str, b: &str| assert_eq!(mesh.group(a), mesh.group(b), "{a} {b}");
+    same("bore", "inner");
+    same("up", "top");
+    let [half, outer] = ["half", "outer"].map(|name| mesh.group(name).unwrap());
+    assert_eq!(2 * half.len(), outer.len());
+    assert!(half.iter().all(|facet| outer.contains(facet)));
+    let written = serde_json::to_value(&case.bodies[0].sides[0]).unwrap();
+    assert_eq!(written["cylinder"]["radius"], 1.0);
+    let wrong = |side: &str| {
+        let text = tube(&format!("[[body.side]]\nname = \"x\"\ncylinder = {{ {side} }}\n"));
+        solid(&text).and_then(|case| case.build_bodies().map(|_| ())).unwrap_err().to_string()
+    };
+    assert!(wrong("point = [0, 0, 0], axis = [0, 0, 0], radius = 1").contains("has no direction"));
+    assert!(wrong("point = [0, 0, 0], axis = [0, 0, 1]").contains("radius"));
+    assert!(wrong("point = [0, 2, 0], axis = [0, 0, 1], radius = 1").contains("off the cylinder"));
 }
