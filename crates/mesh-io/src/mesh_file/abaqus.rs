@@ -37,6 +37,9 @@ use crate::mesh_file::{Includes, MeshFile, MeshFileError, Unreadable};
 use deck::Deck;
 use std::path::Path;
 
+/// A comment with a mark in front of it, as some decks of CalculiX have it.
+pub(super) const QUOTED_COMMENT: &[u8] = b">**";
+
 /// Reads a mesh from the text of a deck that includes no other file.
 ///
 /// * `name`: what messages call it.

@@ -119,9 +119,11 @@ impl Collector {
         let mut used = vec![false; node_numbers.len()];
         let (mut edges, mut cells, mut volumes) = (Vec::new(), Vec::new(), Vec::new());
         let (mut edge_sets, mut cell_sets, mut volume_sets) = (Vec::new(), Vec::new(), Vec::new());
+        let mut loops = 0;
         for element in &self.elements {
             let corners = self.resolve(element, &index, &mut used)?;
             match element.kind.dimension() {
+                1 if corners[0] == corners[1] => loops += 1,
                 1 => {
                     edges.push(Edge { number: element.number, nodes: [corners[0], corners[1]] });
                     edge_sets.push(element.set);
@@ -138,7 +140,7 @@ impl Collector {
             }
         }
         let points = self.nodes.iter().map(|n| n.point).collect();
-        let mesh = MeshFile {
+        let mut mesh = MeshFile {
             name: self.files.swap_remove(0),
             format,
             node_numbers,
@@ -149,6 +151,9 @@ impl Collector {
             volumes,
             ..MeshFile::default()
         };
+        if loops > 0 {
+            mesh.push_note(format!("{} from a node to itself: left out", counted(loops, "edge")));
+        }
         Ok(Collected { mesh, edge_sets, cell_sets, volume_sets })
     }
 
@@ -190,8 +195,8 @@ impl Collector {
             }
         }
         let different = |k: usize| (0..k).all(|j| corners[j] != corners[k]);
-        // Other volumes may be collapsed: a hexahedron with one edge for a face is a prism.
-        if kind.corners() <= 4 && !(1..kind.corners()).all(different) {
+        // Other volumes may be collapsed, a hexahedron with one edge for a face is a prism; edges from a node to itself are left out.
+        if matches!(kind.corners(), 3 | 4) && !(1..kind.corners()).all(different) {
             let listed: Vec<String> = nodes.iter().take(kind.corners()).map(u64::to_string).collect();
             let found = format!(
                 "element {} ({}) has the corners {}: one node twice",

@@ -69,6 +69,7 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
         None => Err(fault("the file holds nothing but blanks".to_owned())),
         Some(b'$') => gmsh::parse(bytes, &name),
         Some(b'*') => abaqus::parse(bytes, path, include),
+        Some(_) if text.starts_with(abaqus::QUOTED_COMMENT) => abaqus::parse(bytes, path, include),
         Some(_) if bytes.starts_with(exodus::CLASSIC) => exodus::parse(bytes, &name),
         Some(_) if bytes.starts_with(exodus::HDF5) => {
             let error = fault("this is an HDF5 file, as netCDF-4 is".to_owned());

@@ -187,9 +187,10 @@ pub(super) fn is_shell(name: &str) -> bool {
     ["S", "US", "M3D"].iter().any(|family| name.starts_with(family))
 }
 
-/// Says whether elements of a type, in upper case, are springs, dashpots or masses: part of a model, not of its mesh.
+/// Says whether elements of a type, in upper case, are springs, dashpots, masses, couplings or networks: part of a model, not of its mesh.
 pub(super) fn is_no_cell(name: &str) -> bool {
-    ["SPRING", "DASHPOT", "MASS", "ROTARYI", "GAP"].iter().any(|family| name.starts_with(family))
+    let families = ["SPRING", "DASHPOT", "MASS", "ROTARYI", "GAP", "DCOUP", "CONN"];
+    name == "D" || families.iter().any(|family| name.starts_with(family))
 }
 
 /// Says what to do about elements of a type that is not read.
@@ -197,7 +198,7 @@ pub(super) fn advice(name: &str) -> &'static str {
     let begins = |families: &[&str]| families.iter().any(|family| name.starts_with(family));
     if begins(&["CAX", "CGAX", "MAX", "SAX", "ACAX", "DCAX", "COHAX"]) {
         "these are axisymmetric elements: if a plane problem is meant, write CPE in place of CAX"
-    } else if begins(&["C3D", "AC3D", "DC3D", "COH3D", "F3D", "SC"]) {
+    } else if begins(&["C3D", "COH3D", "SC"]) {
         "write C3D in front of the number of nodes, as in C3D8, if the elements are those of a solid"
     } else {
         "write a plane type with as many nodes in its place, or take these elements out of the deck"
@@ -222,7 +223,9 @@ pub(super) fn kind(name: &str) -> Option<ElementKind> {
     if let Some((_, kind)) = lines.iter().find(|(line, _)| *line == bare) {
         return Some(*kind);
     }
-    let (volume, rest) = match name.strip_prefix("C3D") {
+    // Elements of heat conduction, acoustics and fluids have the same nodes.
+    let volumes = ["C3D", "DC3D", "AC3D", "F3D"];
+    let (volume, rest) = match volumes.iter().find_map(|family| name.strip_prefix(family)) {
         Some(rest) => (true, rest),
         None => {
             (false, ["CPS", "CPE", "M3D", "US", "S"].iter().find_map(|family| name.strip_prefix(family))?)

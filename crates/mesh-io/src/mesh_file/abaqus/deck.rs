@@ -19,6 +19,8 @@ const MOST_FILES: usize = 1000;
 /// Names of ignored keywords that are kept, and those that a note gives.
 const MOST_IGNORED: usize = 50;
 const MOST_NAMED: usize = 6;
+/// Numbers of an element that fit in one line of most programs.
+const LONGEST: usize = 11;
 /// Keywords that make, move or rename nodes and elements.
 const REFUSED: [&str; 10] = [
     "SYSTEM",
@@ -142,7 +144,7 @@ impl Deck {
             let spot = Spot { line: number, ..first };
             let line = line.trim_ascii();
             match line {
-                [] | [b'*', b'*', ..] => {}
+                [] | [b'*', b'*', ..] | [b'>', b'*', b'*', ..] => {}
                 [b'*', rest @ ..] => {
                     let mut text = String::from_utf8_lossy(rest).into_owned();
                     // A comma at the end of a line whose data follow is a slip, not a continuation.
@@ -342,7 +344,9 @@ impl Deck {
         let shell = data::is_shell(name);
         let name = if len == needed { String::new() } else { name.clone() };
         more.map_err(|fault| fault.at(self.syntax(spot, "")))?;
-        if len > needed || (len < needed && !row.continues()) {
+        // Not all programs write the comma at the end of a line that is not the last one of an element.
+        let continues = row.continues() || needed > LONGEST;
+        if len > needed || (len < needed && !continues) {
             let found = format!("an element of type {name} has {} nodes", len.saturating_sub(1));
             return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
         }

@@ -391,6 +391,30 @@ fn every_volume_is_read_with_its_faces() {
 }
 
 #[test]
+fn decks_of_calculix_have_their_ways() {
+    // A comment with a mark before it, no comma at the end of a line, couplings beside volumes, elements of other physics, a loop.
+    let nodes: Vec<String> = (1..=20).map(|n| n.to_string()).collect();
+    let text = format!(
+        "*ELEMENT, TYPE=DC3D20\n1, {}\n{}\n*ELEMENT, TYPE=DCOUP3D, ELSET=c\n2, 1\n*ELEMENT, TYPE=D\n3, 1, 2, 3\n\
+         *ELEMENT, TYPE=T3D2\n4, 1, 1\n",
+        nodes[..10].join(", "),
+        nodes[10..].join(", ")
+    );
+    let text = format!(">** A cube\n{}", volumes(&text));
+    let file = crate::parse(text.as_bytes(), "ccx.inp").unwrap();
+    assert!(
+        file.notes().contains(&"1 edge from a node to itself: left out".to_owned()),
+        "{:?}",
+        file.notes()
+    );
+    let region = file.solid_regions(&[], RegionOptions::default()).unwrap();
+    assert_eq!((region.cells().len(), region.points().len()), (6, 8));
+    let short = text.replace(", 19, 20", "");
+    let told = crate::parse(short.as_bytes(), "ccx.inp").unwrap_err().to_string();
+    assert!(told.contains("the data of element 1 (DC3D20) ended after 19 numbers"), "{told}");
+}
+
+#[test]
 fn a_set_of_nodes_takes_whole_quadrilaterals_only() {
     let cube = "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n";
     let sets = "*NSET, NSET=top\n5, 6, 7, 8\n*NSET, NSET=three\n1, 2, 3\n*NSET, NSET=two\n1, 2, 3, 4, 7, 8\n";
