@@ -1,9 +1,11 @@
 //! Reads hostile bytes with every parser: shared by the fuzz targets and by the test that replays their finds.
 
+use case_io::case::Dimension;
 use case_io::case_file::split_override;
 use case_io::diagnostic::Diagnostic;
 use case_io::{Case, Expression};
-use mesh_io::{MeshFile, MeshFileError, RegionOptions, abaqus, gmsh};
+use fem_core::space::{Plane, Solid};
+use mesh_io::{MeshFile, MeshFileError, RegionOptions, abaqus, exodus, gmsh, vtk};
 use peak_alloc::PeakAlloc;
 
 /// Bytes of memory that may be used per byte of input.
@@ -59,6 +61,16 @@ pub fn inp(bytes: &[u8]) {
     mesh(abaqus::parse_text(bytes, "mesh.inp"));
 }
 
+/// Reads an Exodus file and all that is made of it.
+pub fn exo(bytes: &[u8]) {
+    mesh(exodus::parse(bytes, "mesh.e"));
+}
+
+/// Reads a grid of VTK XML and all that is made of it.
+pub fn vtu(bytes: &[u8]) {
+    mesh(vtk::parse(bytes, "mesh.vtu"));
+}
+
 fn mesh(read: Result<MeshFile, MeshFileError>) {
     let refused = |error: MeshFileError| drop(Diagnostic::of_mesh_file(error, None).to_string());
     let file = match read {
@@ -66,11 +78,16 @@ fn mesh(read: Result<MeshFile, MeshFileError>) {
         Err(error) => return refused(error),
     };
     drop(file.summary());
-    let names: Vec<Option<&str>> =
-        std::iter::once(None).chain(file.group_names(2).take(MOST_REGIONS).map(Some)).collect();
-    for name in names {
+    regions::<Plane>(&file);
+    regions::<Solid>(&file);
+}
+
+fn regions<S: Dimension>(file: &MeshFile) {
+    let refused = |error: MeshFileError| drop(Diagnostic::of_mesh_file(error, None).to_string());
+    let groups = file.group_names(S::DIM as u8).take(MOST_REGIONS).map(|name| vec![name]);
+    for names in std::iter::once(Vec::new()).chain(groups) {
         for merge in [false, true] {
-            match file.region(name, RegionOptions::with_merge(merge)) {
+            match S::region(file, &names, RegionOptions::with_merge(merge)) {
                 Ok(region) => match region.mesh() {
                     Ok(mesh) => assert!((0..mesh.cells().len()).all(|t| mesh.measure(t) > 0.0)),
                     Err(error) => refused(error),

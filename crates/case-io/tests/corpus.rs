@@ -28,10 +28,12 @@ fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
 fn every_file_of_the_corpus_is_read_within_bounds() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let cases = here.join("../../tests/cases");
-    let targets: [(&str, &str, Target); 4] = [
+    let targets: [(&str, &str, Target); 6] = [
         ("case", ".toml", exercise::case),
         ("msh", ".msh", exercise::msh),
         ("inp", ".inp", exercise::inp),
+        ("exo", ".e", exercise::exo),
+        ("vtu", ".vtu", exercise::vtu),
         ("expression", ".txt", exercise::expression),
     ];
     for (name, ending, target) in targets {
