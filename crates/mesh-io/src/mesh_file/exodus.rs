@@ -180,7 +180,9 @@ fn kind(
         let found = format!("element block {number} has {word:?} elements of {}", counted(nodes, "node"));
         let mut error = data.fault_in(variable, found);
         error.fault = MeshFault::Format;
-        error.expected("TETRA, PYRAMID, WEDGE, HEX, TRI, QUAD, SHELL, BAR or SPHERE with all their corners")
+        let error = error
+            .expected("TETRA, PYRAMID, WEDGE, HEX, TRI, QUAD, SHELL, BAR or SPHERE with all their corners");
+        error.help("export the mesh with linear or quadratic elements")
     })
 }
 
