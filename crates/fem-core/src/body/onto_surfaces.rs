@@ -148,12 +148,13 @@ impl<'a> FinerBody<'a> {
 
 /// Moves the new nodes of bodies onto their surfaces, one after the other in the order of their creation, by 1, ½, ¼ or 0 of the way: no cell loses
 /// more than 70 % of its volume by one move. Nodes with one representative move by the same part of their ways. Nodes that an earlier
-/// refinement could not move are tried again.
+/// refinement could not move are tried again, and those that were inserted into the faces of a first mesh move as well.
 pub fn move_onto_surfaces(bodies: &mut [FinerBody<'_>], order: &EdgeOrder) {
     let mut classes: BTreeMap<u32, Vec<BodyNode>> = BTreeMap::new();
     for (b, body) in bodies.iter().enumerate() {
         let of = order.representatives(b);
-        for node in body.on.keys().filter(|node| !order.is_first((b, **node))) {
+        let moves = |node: &&NodeId| !order.is_first((b, **node)) || body.body.is_inserted(**node);
+        for node in body.on.keys().filter(moves) {
             classes.entry(of[node.index()]).or_default().push((b, *node));
         }
     }
