@@ -1,11 +1,13 @@
 //! A vector whose entries several threads write at the same time, each its own.
 
-use fem_core::norm::sum_over_cells;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Entries handled by one task.
 const CHUNK: usize = 4096;
+
+/// Sums of a scalar product that are added up side by side.
+const SUMS: usize = 8;
 
 /// A vector of numbers that can be written through a shared reference.
 ///
@@ -51,8 +53,37 @@ impl AtomicSlots {
         });
     }
 
+    /// Replaces every entry `x` by `f(x, y)`, with the entry `y` of another vector. Plain memory, unlike [`Self::update`], so that
+    /// several entries are computed at once.
+    pub(crate) fn combine(&mut self, other: &mut Self, f: impl Fn(f64, f64) -> f64 + Sync) {
+        let chunks = self.0.par_chunks_mut(CHUNK).zip(other.0.par_chunks_mut(CHUNK));
+        chunks.for_each(|(own, other)| {
+            for (x, y) in own.iter_mut().zip(other) {
+                let value = f(f64::from_bits(*x.get_mut()), f64::from_bits(*y.get_mut()));
+                *x.get_mut() = value.to_bits();
+            }
+        });
+    }
+
     /// Computes the scalar product, in an order that does not depend on the number of threads.
-    pub(crate) fn dot(&self, other: &Self) -> f64 {
-        sum_over_cells(self.len(), |i| self.get(i) * other.get(i))
+    pub(crate) fn dot(&mut self, other: &mut Self) -> f64 {
+        let chunks = self.0.par_chunks_mut(CHUNK).zip(other.0.par_chunks_mut(CHUNK));
+        let product = |(x, y): (&mut AtomicU64, &mut AtomicU64)| {
+            f64::from_bits(*x.get_mut()) * f64::from_bits(*y.get_mut())
+        };
+        let of_chunk = |(own, other): (&mut [AtomicU64], &mut [AtomicU64])| -> f64 {
+            let mut sums = [0.0; SUMS];
+            let pairs = own.chunks_exact_mut(SUMS).zip(other.chunks_exact_mut(SUMS));
+            for (own, other) in pairs {
+                for (sum, pair) in sums.iter_mut().zip(own.iter_mut().zip(other)) {
+                    *sum += product(pair);
+                }
+            }
+            let rest = own.chunks_exact_mut(SUMS).into_remainder().iter_mut();
+            let others = other.chunks_exact_mut(SUMS).into_remainder();
+            sums.iter().sum::<f64>() + rest.zip(others).map(product).sum::<f64>()
+        };
+        let sums: Vec<f64> = chunks.map(of_chunk).collect();
+        sums.iter().sum()
     }
 }

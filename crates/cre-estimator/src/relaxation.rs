@@ -98,44 +98,46 @@ impl RelaxationReport {
     }
 }
 
-/// A linear map of vectors: reads the first, overwrites the second.
-pub(crate) type Operator<'a> = &'a dyn Fn(&AtomicSlots, &AtomicSlots);
+/// A preconditioner with the product of its answer: reads `r`, overwrites `z = M⁻¹ r` and `A z`.
+pub(crate) type Operator<'a> = &'a dyn Fn(&AtomicSlots, &AtomicSlots, &AtomicSlots);
 
 /// Lowers `‖τ − σ̂‖²` by preconditioned conjugate gradients for `A x = r`. Returns x and the record.
 ///
+/// The directions `p = z + β p` and their products follow the same recurrence, `A p = A z + β A p`: a preconditioner that ends with exact
+/// solutions on some patches knows the rows of `A z` there.
+///
 /// * `r`: the negative gradient of half the energy, over the unit of `A`; it is overwritten.
 /// * `energies`: `‖τ − σ̂‖²` and `‖σ̂‖²`, J/m.
-/// * `operators`: the preconditioner, and A over its unit.
+/// * `operator`: the preconditioner and A, over its unit.
 pub(crate) fn conjugate_gradients(
     relaxation: Relaxation,
-    (r, unit): (&AtomicSlots, f64),
+    (mut r, unit): (AtomicSlots, f64),
     [energy, of_elements]: [f64; 2],
-    [precondition, multiply]: [Operator<'_>; 2],
+    operator: Operator<'_>,
 ) -> (AtomicSlots, RelaxationReport) {
     let mut report = RelaxationReport { energy_history: vec![energy], ..RelaxationReport::default() };
     let floor = ROUND_OFF * (energy + of_elements);
-    let [x, z, p] = std::array::from_fn(|_| AtomicSlots::zeros(r.len()));
+    let [mut x, mut z, mut product, mut p, mut q] = std::array::from_fn(|_| AtomicSlots::zeros(r.len()));
     let mut energy = energy;
     let mut descent = 0.0;
     while report.steps < relaxation.max_steps() {
-        precondition(r, &z);
-        let next = unit * r.dot(&z);
+        operator(&r, &z, &product);
+        let next = unit * r.dot(&mut z);
         // Also if it is NaN.
         if !(next > floor) {
             report.stationary = true;
             break;
         }
         let beta = if descent > 0.0 { next / descent } else { 0.0 };
-        p.update(|i, p| z.get(i) + beta * p);
+        p.combine(&mut z, |p, z| z + beta * p);
+        q.combine(&mut product, |q, product| product + beta * q);
         descent = next;
-        // z is no longer needed: its memory takes A p.
-        multiply(&p, &z);
-        let alpha = descent / (unit * p.dot(&z));
+        let alpha = descent / (unit * p.dot(&mut q));
         if !(alpha > 0.0 && alpha.is_finite()) {
             report.stationary = true;
             break;
         }
-        x.update(|i, x| x + alpha * p.get(i));
+        x.combine(&mut p, |x, p| x + alpha * p);
         energy = (energy - alpha * descent).max(0.0);
         report.steps += 1;
         report.energy_history.push(energy);
@@ -145,7 +147,7 @@ pub(crate) fn conjugate_gradients(
             break;
         }
         if report.steps < relaxation.max_steps() {
-            r.update(|i, r| r - alpha * z.get(i));
+            r.combine(&mut q, |r, q| r - alpha * q);
         }
     }
     (x, report)

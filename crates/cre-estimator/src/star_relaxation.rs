@@ -137,12 +137,10 @@ impl<'a> StarRelaxation<'a> {
         let unit = self.stars.unit();
         // The stars work with A and r divided by it.
         r.update(|_, r| r / unit);
-        let (x, report) = conjugate_gradients(
-            relaxation,
-            (&r, unit),
-            [energy, of_elements],
-            [&|r, z| self.stars.precondition(r, z), &|p, product| self.stars.multiply(p, product)],
-        );
+        let (x, report) =
+            conjugate_gradients(relaxation, (r, unit), [energy, of_elements], &|r, z, product| {
+                self.stars.precondition(r, z, product);
+            });
         if report.steps > 0 {
             self.space.add_moments(|i| x.get(i), stress);
         }

@@ -17,6 +17,7 @@ use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::mesh::TetMesh;
 use fem_core::mesh::id::{FacetId, NodeId};
+use fem_core::norm::sum_over_cells;
 use fem_core::parallel::{each_task, for_each_task};
 use fem_core::space::Solid;
 use fem_core::tensor::SymTensor3;
@@ -163,10 +164,11 @@ impl<'a> EdgeStars<'a> {
         self.residual(stress, &of_cells, &residual);
         let energies = [stress.distance_squared(self.body), stress.finite_element_energy(self.body)];
         let left = AtomicSlots::zeros(residual.len());
-        let precondition = |r: &AtomicSlots, z: &AtomicSlots| self.precondition((r, &left), z);
-        let multiply = |p: &AtomicSlots, to: &AtomicSlots| self.multiply((p, &of_cells), to);
         let (x, report) =
-            conjugate_gradients(relaxation, (&residual, self.unit), energies, [&precondition, &multiply]);
+            conjugate_gradients(relaxation, (residual, self.unit), energies, &|r, z, product| {
+                self.precondition((r, &left), z);
+                self.multiply((z, &of_cells), product);
+            });
         if report.steps > 0 {
             let moments = stress.facet_moments.par_iter_mut().enumerate().with_min_len(CHUNK);
             moments.for_each(|(face, moments)| {
@@ -194,7 +196,7 @@ impl<'a> EdgeStars<'a> {
     ///
     /// * `left`: memory for the residual that is left.
     fn precondition(&self, (r, left): (&AtomicSlots, &AtomicSlots), z: &AtomicSlots) {
-        let size = r.dot(r).sqrt();
+        let size = sum_over_cells(r.len(), |i| r.get(i) * r.get(i)).sqrt();
         let scale = if size > 0.0 { size } else { 1.0 };
         left.update(|i, _| r.get(i) / scale);
         z.update(|_, _| 0.0);

@@ -223,13 +223,21 @@ impl Band {
     /// Minimises over each star of a colour: `x_star = A_ss⁻¹ (r − A_so x_outside)`, with `A` and `r` divided by the unit of the stars.
     ///
     /// * `from_zero`: whether `x` is still zero everywhere.
-    pub(super) fn relax(&self, colour: usize, r: &AtomicSlots, x: &AtomicSlots, from_zero: bool) {
-        pulp::Arch::new().dispatch(Relaxation { band: self, colour, r, x, from_zero });
+    /// * `product`: takes the rows of `A x` of these stars, if what is outside of them does not change any more.
+    pub(super) fn relax(
+        &self,
+        colour: usize,
+        (r, x): (&AtomicSlots, &AtomicSlots),
+        from_zero: bool,
+        product: Option<&AtomicSlots>,
+    ) {
+        pulp::Arch::new().dispatch(Relaxation { band: self, colour, r, x, from_zero, product });
     }
 
-    /// Computes the rows of `A x`, divided by that unit, of each star's vertex and of the spokes of which it is the first node.
-    pub(super) fn multiply(&self, x: &AtomicSlots, y: &AtomicSlots) {
-        pulp::Arch::new().dispatch(Product { band: self, x, y });
+    /// Computes the rows of `A x`, divided by that unit, of all stars but those of the first colour: of each star's vertex, and of the spokes that
+    /// end at a higher colour.
+    pub(super) fn multiply(&self, x: &AtomicSlots, y: &AtomicSlots, colour_of: &[u32]) {
+        pulp::Arch::new().dispatch(Product { band: self, x, y, colour_of });
     }
 }
 
@@ -244,6 +252,8 @@ fn store(numbers: &[LaneRow], stored: &mut [Coefficients]) {
 #[derive(Default)]
 struct Side {
     rows: Vec<LaneRow>,
+    /// The rows that [`Self::outside`] has computed.
+    kept: Vec<LaneRow>,
     own: Vec<LaneRow>,
     /// The three unknowns of the ring vertex, and that of the outer edge after the spoke.
     beyond: Vec<[LaneRow; 4]>,
@@ -281,12 +291,26 @@ impl Side {
         }
     }
 
-    /// Computes the part of `A x` in the stars' rows that comes from the unknowns outside.
+    /// Writes the rows to the places of the stars' own unknowns.
     #[inline(always)]
-    fn outside<S: Simd>(&mut self, simd: S, outer: &[[Coefficients; COUPLINGS]]) {
+    fn write(&self, batch: &Batch, spokes: &[Spoke], to: &AtomicSlots) {
+        let [value, slope, other, of_spokes @ ..] = self.rows.as_slice() else { return };
+        for lane in 0..batch.stars as usize {
+            to.set_three(3 * batch.nodes[lane].index(), [value[lane], slope[lane], other[lane]]);
+            for (spoke, row) in spokes.iter().zip(of_spokes) {
+                to.set(spoke.own[lane] as usize, row[lane]);
+            }
+        }
+    }
+
+    /// Computes the part of `A x` in the stars' rows that comes from the unknowns outside.
+    ///
+    /// * `of_spokes`: whether in the rows of the spokes, too.
+    #[inline(always)]
+    fn outside<S: Simd>(&mut self, simd: S, outer: &[[Coefficients; COUPLINGS]], of_spokes: bool) {
         let Self { rows, beyond, .. } = self;
         rows.clear();
-        rows.resize(3 + outer.len(), LaneRow::default());
+        rows.resize(if of_spokes { 3 + outer.len() } else { 3 }, LaneRow::default());
         let last = outer.len() - 1;
         for part in 0..MOST_LANES / S::F64_LANES {
             let load = |row: &LaneRow| Lanes::load_part(simd, row, part);
@@ -305,6 +329,9 @@ impl Side {
                     }
                     total[row] = total[row].plus(c(9 + row), rim);
                 }
+                if !of_spokes {
+                    continue;
+                }
                 let mut sum = (c(21) * load(&before[3])).plus(c(22), rim);
                 for k in 0..3 {
                     sum = sum.plus(c(12 + k), near[k]);
@@ -318,11 +345,10 @@ impl Side {
         }
     }
 
-    /// Computes the product of the symmetric blocks with `own`, by its lower half, in the rows; added to what is there if `add`.
+    /// Computes the rows that there are of the product of the symmetric blocks with `own`, by its lower half; added to what is there if `add`.
     #[inline(always)]
     fn multiply_own<S: Simd>(&mut self, simd: S, lower: &[Coefficients], add: bool) {
         let Self { rows, own, .. } = self;
-        rows.resize(own.len(), LaneRow::default());
         for part in 0..MOST_LANES / S::F64_LANES {
             for (i, row) in rows.iter_mut().enumerate() {
                 let mut sum = if add { Lanes::load_part(simd, row, part) } else { Lanes::splat(simd, 0.0) };
@@ -343,6 +369,7 @@ struct Relaxation<'a> {
     r: &'a AtomicSlots,
     x: &'a AtomicSlots,
     from_zero: bool,
+    product: Option<&'a AtomicSlots>,
 }
 
 impl pulp::WithSimd for Relaxation<'_> {
@@ -350,7 +377,7 @@ impl pulp::WithSimd for Relaxation<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { band, colour, r, x, from_zero } = self;
+        let Self { band, colour, r, x, from_zero, product } = self;
         let mut side = Side::default();
         for batch in band.of_colour(colour) {
             let spokes = &band.spokes[batch.spokes()];
@@ -358,19 +385,23 @@ impl pulp::WithSimd for Relaxation<'_> {
             side.rows.resize(batch.size(), LaneRow::default());
             if !from_zero {
                 side.read_beyond(spokes, x);
-                side.outside(simd, &band.outer[batch.couplings()]);
+                side.outside(simd, &band.outer[batch.couplings()], true);
             }
             side.read_own(batch, spokes, r);
             for (own, row) in side.own.iter_mut().zip(&side.rows) {
                 own.iter_mut().zip(row).for_each(|(own, row)| *own -= row);
             }
+            if product.is_some() {
+                side.kept.clone_from(&side.rows);
+            }
             side.multiply_own(simd, &band.inverse[batch.entries()], false);
-            for lane in 0..batch.stars as usize {
-                let [value, slope, other, of_spokes @ ..] = side.rows.as_slice() else { continue };
-                x.set_three(3 * batch.nodes[lane].index(), [value[lane], slope[lane], other[lane]]);
-                for (spoke, row) in spokes.iter().zip(of_spokes) {
-                    x.set(spoke.own[lane] as usize, row[lane]);
-                }
+            side.write(batch, spokes, x);
+            if let Some(product) = product {
+                let Side { rows, kept, own, .. } = &mut side;
+                std::mem::swap(own, rows);
+                std::mem::swap(rows, kept);
+                side.multiply_own(simd, &band.inner[batch.entries()], true);
+                side.write(batch, spokes, product);
             }
         }
     }
@@ -381,6 +412,7 @@ struct Product<'a> {
     band: &'a Band,
     x: &'a AtomicSlots,
     y: &'a AtomicSlots,
+    colour_of: &'a [u32],
 }
 
 impl pulp::WithSimd for Product<'_> {
@@ -388,21 +420,26 @@ impl pulp::WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { band, x, y } = self;
+        let Self { band, x, y, colour_of } = self;
         let mut side = Side::default();
-        for batch in &band.batches {
-            let spokes = &band.spokes[batch.spokes()];
-            side.read_beyond(spokes, x);
-            side.outside(simd, &band.outer[batch.couplings()]);
-            side.read_own(batch, spokes, x);
-            side.multiply_own(simd, &band.inner[batch.entries()], true);
-            for lane in 0..batch.stars as usize {
-                let node = batch.nodes[lane];
-                let [value, slope, other, of_spokes @ ..] = side.rows.as_slice() else { continue };
-                y.set_three(3 * node.index(), [value[lane], slope[lane], other[lane]]);
-                for (spoke, row) in spokes.iter().zip(of_spokes) {
-                    if u32::from(node) < spoke.ring[lane] / 3 {
-                        y.set(spoke.own[lane] as usize, row[lane]);
+        let colours = band.starts.len() - 1;
+        for colour in 1..colours {
+            // No spoke ends at a higher colour than the last one.
+            let of_spokes = colour + 1 < colours;
+            for batch in band.of_colour(colour) {
+                let spokes = &band.spokes[batch.spokes()];
+                side.read_beyond(spokes, x);
+                side.outside(simd, &band.outer[batch.couplings()], of_spokes);
+                side.read_own(batch, spokes, x);
+                side.multiply_own(simd, &band.inner[batch.entries()], true);
+                let [value, slope, other, rows @ ..] = side.rows.as_slice() else { continue };
+                for lane in 0..batch.stars as usize {
+                    let first = 3 * batch.nodes[lane].index();
+                    y.set_three(first, [value[lane], slope[lane], other[lane]]);
+                    for (spoke, row) in spokes.iter().zip(rows) {
+                        if colour_of[spoke.ring[lane] as usize / 3] > colour as u32 {
+                            y.set(spoke.own[lane] as usize, row[lane]);
+                        }
                     }
                 }
             }

@@ -11,11 +11,11 @@ const PARTLY_FILLED: usize = 3;
 /// Counts the bytes of the stars of a mesh and of the vectors of a relaxation.
 ///
 /// A star of `s = valence + 3` unknowns has two packed blocks of `s (s+1)/2` numbers in single precision, and the couplings
-/// of each spoke; its batch has room for [`MOST_LANES`] of them. The conjugate gradients have four vectors of three unknowns per vertex and one
+/// of each spoke; its batch has room for [`MOST_LANES`] of them. The conjugate gradients have six vectors of three unknowns per vertex and one
 /// per edge. Each thread inverts a batch of the largest stars in double precision.
 pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
     const SPOKE: usize = 12 + 23 * size_of::<f32>();
-    const VECTORS: usize = 4 * size_of::<f64>();
+    const VECTORS: usize = 6 * size_of::<f64>();
     let topology = mesh.topology();
     let mut spokes = vec![0usize; mesh.points().len()];
     for n in topology.facets().as_flattened() {

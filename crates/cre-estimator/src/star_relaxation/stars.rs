@@ -67,22 +67,21 @@ impl Stars {
         self.unit
     }
 
-    /// Computes `y = A x`, divided by [`Self::unit`].
-    pub(super) fn multiply(&self, x: &AtomicSlots, y: &AtomicSlots) {
-        for_each_task(self.bands.len(), &|k| self.bands[k].multiply(x, y));
-    }
-
-    /// Computes `z = M⁻¹ r`: one sweep over all stars and one back, from zero.
+    /// Computes `z = M⁻¹ r`, one sweep over all stars and one back from zero, and `A z`.
     ///
-    /// * `r`: divided by [`Self::unit`].
+    /// * `r`: divided by [`Self::unit`], as is A.
     ///
-    /// The last colour is not repeated: its stars are at their minimum. So `M` is symmetric and positive.
-    pub(super) fn precondition(&self, r: &AtomicSlots, z: &AtomicSlots) {
+    /// The last colour is not repeated: its stars are at their minimum. So `M` is symmetric and positive. What is outside of a star of the colour
+    /// that ends the sweep does not change any more: its rows of `A z` cost little then. Each other edge belongs to its end of the lower colour.
+    pub(super) fn precondition(&self, r: &AtomicSlots, z: &AtomicSlots, product: &AtomicSlots) {
         z.update(|_, _| 0.0);
         let back = (0..self.colours).rev().skip(1);
+        let last = (2 * self.colours).saturating_sub(2);
         for (visit, colour) in (0..self.colours).chain(back).enumerate() {
-            for_each_task(self.bands.len(), &|k| self.bands[k].relax(colour, r, z, visit == 0));
+            let product = if visit == last { Some(product) } else { None };
+            for_each_task(self.bands.len(), &|k| self.bands[k].relax(colour, (r, z), visit == 0, product));
         }
+        for_each_task(self.bands.len(), &|k| self.bands[k].multiply(z, product, &self.colour_of));
     }
 }
 

@@ -373,12 +373,11 @@ fn equal_stars_share_coefficients_that_are_right_for_all_of_them() {
         let spokes = 2 * body.mesh().topology().facets().len();
         let stored = stars.stored_couplings();
         assert!(if share { stored < spokes / 2 } else { stored >= spokes }, "{stored} of {spokes}");
-        // x·A x, and the energy of every triangle by its own form.
+        // A x of the answer of the preconditioner, and the forms of all triangles.
         let space = &stars.space;
-        let x = AtomicSlots::zeros(space.len());
-        x.update(|i, _| (1.7 * i as f64).sin());
-        let y = AtomicSlots::zeros(space.len());
-        stars.stars.multiply(&x, &y);
+        let [r, x, y] = std::array::from_fn(|_| AtomicSlots::zeros(space.len()));
+        r.update(|i, _| (1.7 * i as f64).sin());
+        stars.stars.precondition(&r, &x, &y);
         let mut forms = Vec::new();
         triangle_energy::forms(space, &triangles, 1.0, &mut forms);
         let mut product = vec![0.0; space.len()];
