@@ -1,5 +1,7 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
+pub(crate) mod solid;
+
 use crate::corners;
 use crate::nodal::{self, NodalPatch};
 use crate::plot::{
@@ -9,18 +11,22 @@ use crate::plot::{
 use crate::solved::Fields;
 use crate::words::{certified_digits, contact_parts, one_line};
 use case_io::Case;
-use case_io::case::{BodyCase, Target};
+use case_io::case::{BodyCase, Dimension, Target};
 use case_io::report::{AdaptiveRow, Report, StepSummary};
 use case_io::table::ContactRow;
 use cre_estimator::{AdmissibleBody, Estimate};
 use fem_core::body::{Body, RigidSide};
 use fem_core::directions::Directions;
-use fem_core::geometry::{Vector, cross, norm};
+use fem_core::geometry::{Coordinates, Vector, cross, norm};
 use fem_core::interface::{ContactPair, NodePair, Partner};
 use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::mesh::topology::NONE;
 use fem_core::parallel::each_task;
+use fem_core::space::Space;
 use std::collections::BTreeSet;
+
+/// The rows of contact.csv of each pair, with its name.
+pub(crate) type NamedRows<'a> = [(&'a str, Vec<ContactRow>)];
 
 /// A named figure.
 pub struct Picture {
@@ -32,8 +38,8 @@ pub struct Picture {
     pub(crate) numbers: Option<&'static str>,
 }
 
-/// Computes the error density (squared error over area) in the triangles of a body.
-pub(crate) fn error_density(solution: &Fields<'_>, body: usize) -> Vec<f64> {
+/// Computes the error density (squared error over area or volume) in the cells of a body.
+pub(crate) fn error_density<S: Space>(solution: &Fields<'_, S>, body: usize) -> Vec<f64> {
     let mesh = solution.problem.bodies[body].mesh();
     let Some(estimate) = solution.estimate else { return vec![0.0; mesh.cells().len()] };
     estimate.cre.by_cell[body].iter().enumerate().map(|(t, e)| e / mesh.measure(t)).collect()
@@ -46,7 +52,7 @@ pub(crate) fn of_solve(
     contact: &[(&str, Vec<ContactRow>)],
     report: &Report,
 ) -> Vec<Picture> {
-    let labels = &Labels { units: case.units.clone() };
+    let labels = &Labels { units: case.units.clone(), of_solids: false };
     let drawn: [&(dyn Fn() -> Vec<Picture> + Sync); 8] = [
         &|| vec![problem(case, solution, labels)],
         &|| von_mises(case, solution, labels).into_iter().collect(),
@@ -55,15 +61,30 @@ pub(crate) fn of_solve(
         &|| density(case, solution, labels).into_iter().collect(),
         &|| convergence(case, report, labels).into_iter().collect(),
         &|| steps(contact, report, labels),
-        &|| adaptive(case, report).into_iter().collect(),
+        &|| adaptive(case, report, labels).into_iter().collect(),
     ];
     each_task(drawn.len(), |k| drawn[k]()).into_iter().flatten().collect()
 }
 
-/// At most this many contact lines are drawn.
-const MOST_LINES: usize = 32;
+/// At most this many contact lines or surfaces are drawn.
+const MOST_PAIRS: usize = 32;
 
-/// The pressure along each contact line; if there are several, of those under pressure, and of many those with the largest forces.
+/// Chooses the pairs that are drawn: if there are several, those under pressure, and of many those with the largest forces. Also returns the
+/// number of all pairs under pressure.
+fn drawn_pairs(contact: &NamedRows<'_>, report: &Report) -> (Vec<usize>, usize) {
+    let pressed = |k: &usize| contact.len() == 1 || contact[*k].1.iter().any(|row| row.pressure > 0.0);
+    let mut pairs: Vec<usize> = (0..contact.len()).filter(pressed).collect();
+    let count = pairs.len();
+    if count > MOST_PAIRS {
+        let force = |k: usize| report.contact[k].contact_force.unwrap_or(0.0);
+        pairs.sort_by(|a, b| force(*b).total_cmp(&force(*a)));
+        pairs.truncate(MOST_PAIRS);
+        pairs.sort_unstable();
+    }
+    (pairs, count)
+}
+
+/// The pressure along each contact line that is drawn.
 fn contact_lines(
     case: &Case,
     solution: &Fields<'_>,
@@ -72,16 +93,10 @@ fn contact_lines(
     labels: &Labels,
 ) -> Vec<Picture> {
     let digits = certified_digits(report.valid_certificate().and_then(|found| found.relative));
-    let pressed = |rows: &[ContactRow]| contact.len() == 1 || rows.iter().any(|row| row.pressure > 0.0);
-    let is_drawn = |k: &usize| solution.estimate.is_some() && pressed(&contact[*k].1);
-    let mut lines: Vec<usize> = (0..contact.len()).filter(is_drawn).collect();
-    let count = lines.len();
-    if count > MOST_LINES {
-        let force = |k: usize| report.contact[k].contact_force.unwrap_or(0.0);
-        lines.sort_by(|a, b| force(*b).total_cmp(&force(*a)));
-        lines.truncate(MOST_LINES);
-        lines.sort_unstable();
+    if solution.estimate.is_none() {
+        return Vec::new();
     }
+    let (lines, count) = drawn_pairs(contact, report);
     let names = contact_parts(case);
     let picture = |(place, k): (usize, usize)| {
         let ((pair, rows), of) = (&contact[k], &solution.problem.contacts[k]);
@@ -91,9 +106,9 @@ fn contact_lines(
         };
         let (rows, start) = opened(rows, of);
         let (svg, mut caption) = plot::contact(&title, &rows, start, digits, labels);
-        if place == 0 && count > MOST_LINES {
+        if place == 0 && count > MOST_PAIRS {
             caption +=
-                &format!(" {MOST_LINES} of {count} contact lines are drawn, those with the largest forces.");
+                &format!(" {MOST_PAIRS} of {count} contact lines are drawn, those with the largest forces.");
         }
         Picture { name: names[k].clone(), svg, caption, numbers: Some("contact.csv") }
     };
@@ -119,7 +134,7 @@ fn density(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<Pictur
 }
 
 /// Draws the errors against the iteration; `None` if there is a single solution, as with the exact method.
-fn convergence(case: &Case, report: &Report, labels: &Labels) -> Option<Picture> {
+fn convergence<S: Dimension>(case: &Case<S>, report: &Report, labels: &Labels) -> Option<Picture> {
     let title = match case.adapt {
         Some(_) => "Errors against the iteration, last mesh",
         None => "Errors against the iteration",
@@ -154,7 +169,7 @@ fn steps(contact: &[(&str, Vec<ContactRow>)], report: &Report, labels: &Labels) 
         caption: caption.into(),
         numbers: Some("report.json"),
     };
-    let caption = "The integral of the pressure over each contact line, and that of the friction on its second body. All other figures \
+    let caption = "The integral of the pressure over each contact interface, and that of the friction on its second body. All other figures \
                    show the last step.";
     let mut figures = vec![figure("steps", &Along::Step, caption)];
     if let Some((name, values)) = path(&report.steps) {
@@ -186,7 +201,7 @@ fn path(steps: &[StepSummary]) -> Option<(&str, Vec<f64>)> {
 }
 
 /// The error against the nodes of the meshes of an adaptive run.
-fn adaptive(case: &Case, report: &Report) -> Option<Picture> {
+fn adaptive<S: Dimension>(case: &Case<S>, report: &Report, labels: &Labels) -> Option<Picture> {
     let adapt = case.adapt.as_ref()?;
     let measured = |row: &AdaptiveRow| row.relative.or(row.relative_residual);
     let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, measured(row))).collect();
@@ -196,8 +211,11 @@ fn adaptive(case: &Case, report: &Report) -> Option<Picture> {
     };
     Some(Picture {
         name: "adaptive".into(),
-        svg: plot::adaptive(kind, &steps, adapt.target.value()),
-        caption: "On fine meshes the error of linear triangles falls at best like the dashed line.".into(),
+        svg: plot::adaptive(kind, &steps, adapt.target.value(), labels.of_solids),
+        caption: format!(
+            "On fine meshes the error of linear {} falls at best like the dashed line.",
+            S::WORDS.cells
+        ),
         numbers: Some("adaptive.csv"),
     })
 }
@@ -284,22 +302,26 @@ fn opened(rows: &[ContactRow], pair: &ContactPair) -> (Vec<ContactRow>, Option<f
 }
 
 /// The distances of the contact nodes at rest, and by how much the displacements bring them together.
-fn closing(solution: &Fields<'_>) -> Vec<Closing> {
+fn closing<S: Space>(solution: &Fields<'_, S>) -> Vec<Closing> {
     let Some(estimate) = solution.estimate else { return vec![] };
     let problem = &solution.problem;
     let displacements = estimate.pair.displacements();
-    let of_pair = |pair: &ContactPair| -> Vec<Closing> {
+    let of_pair = |pair: &ContactPair<S>| -> Vec<Closing> {
         let points = pair.partners().map(|of| match of {
             Partner::Body(body) => problem.bodies[body].mesh().points(),
             Partner::Obstacle(obstacle) => problem.obstacles[obstacle].points(),
         });
         let displacement = problem.places_of(pair).map(|b| displacements[b]);
-        let of_nodes = |nodes: &NodePair| {
-            let of = |field: [&[Vector]; 2]| {
+        let obstacle = problem.obstacle_of(pair);
+        let of_nodes = |nodes: &NodePair<S>| {
+            let of = |field: [&[S::Vector]; 2]| {
                 let [first, second] = [0, 1].map(|side: usize| field[side][nodes.nodes[side]]);
-                nodes.normal.dot(&(second - first))
+                nodes.normal.times(&(second - first))
             };
-            Closing { gap: of(points), approach: -of(displacement) }
+            // The points of a round obstacle are the nodes themselves once its normals are not of length one.
+            let node = points[0][nodes.nodes[0]];
+            let apart = obstacle.map(|obstacle| obstacle.line.distance(node).0 * nodes.normal_length());
+            Closing { gap: apart.unwrap_or_else(|| of(points)), approach: -of(displacement) }
         };
         pair.interface.pairs().iter().map(of_nodes).collect()
     };

@@ -77,6 +77,7 @@ mod outcome;
 mod paraview;
 mod plane;
 mod plot;
+mod render;
 pub mod report;
 mod resume;
 pub mod run;

@@ -1,8 +1,7 @@
 //! Values at the nodes for figures: von Mises' stress of the recovered stress, and means of values that are constant in the cells.
 
-use cre_estimator::RecoveredStress;
+use cre_estimator::{RecoveredStress, Recovery};
 use fem_core::body::Body;
-use fem_core::material::LinearElastic;
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 
@@ -33,21 +32,31 @@ pub(crate) fn averaged(
     sums.into_iter().map(|[sum, area]| sum / area).collect()
 }
 
-/// Lists von Mises' stress of the recovered stress for each material separately, since stresses jump between materials; `None` if
-/// the constants of a material do not say it.
+/// Lists von Mises' stress of the recovered stress at the nodes for each material separately, since stresses jump between materials; NaN at
+/// nodes of other materials. `None` if the constants of a material do not say it.
+pub(crate) fn von_mises_by_material<S: Recovery>(
+    body: &Body<S>,
+    stress: &RecoveredStress<S>,
+) -> Option<Vec<Vec<f64>>> {
+    let materials = body.materials().list();
+    let mut values = vec![vec![f64::NAN; body.mesh().points().len()]; materials.len()];
+    for (node, material, stress) in stress.values() {
+        values[material][node.index()] = S::von_mises(&materials[material], stress)?;
+    }
+    Some(values)
+}
+
+/// Makes a patch of [`von_mises_by_material`] for each material.
 pub(crate) fn von_mises(body: &Body, stress: &RecoveredStress) -> Option<Vec<NodalPatch>> {
     let mesh = body.mesh();
     let of_material =
         |material: usize| (0..mesh.cells().len()).filter(move |t| body.materials().index(*t) == material);
-    let patch = |(material, law): (usize, &LinearElastic)| {
-        let mut values = vec![f64::NAN; mesh.points().len()];
-        for (node, _, stress) in stress.values().filter(|(_, of, _)| *of == material) {
-            values[node.index()] = law.von_mises(stress)?;
-        }
-        Some(NodalPatch { triangles: of_material(material).map(|t| mesh.cells()[t]).collect(), values })
+    let patch = |(material, values): (usize, Vec<f64>)| NodalPatch {
+        triangles: of_material(material).map(|t| mesh.cells()[t]).collect(),
+        values,
     };
-    let used = body.materials().list().iter().enumerate().filter(|(m, _)| of_material(*m).next().is_some());
-    used.map(patch).collect()
+    let all = von_mises_by_material(body, stress)?.into_iter().enumerate();
+    Some(all.map(patch).filter(|patch| !patch.triangles.is_empty()).collect())
 }
 
 #[cfg(test)]

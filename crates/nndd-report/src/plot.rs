@@ -28,14 +28,16 @@ mod steps;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod views;
 
 pub(crate) use adaptive::{Measure, adaptive};
 pub(crate) use contact::contact;
 pub(crate) use convergence::convergence;
-pub(crate) use deformed::{Closing, deformed};
+pub(crate) use deformed::{Closing, deformed, magnified};
 pub(crate) use labels::Labels;
 pub(crate) use obstacle::{Motion, ObstaclePicture};
-pub(crate) use scale::{BodyPicture, Field, Quantity};
+pub(crate) use scale::{BodyPicture, Field, Quantity, Scale};
 pub(crate) use sketch::{Held, SketchBody, SketchEdge, SketchLoad, sketch};
 pub(crate) use steps::{Along, Forces, steps};
 pub(crate) use sweep::sweep;
+pub(crate) use views::{Entry, OUTLINE, Panel, Views, of_body, of_edges, views};

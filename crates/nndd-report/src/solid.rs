@@ -1,10 +1,11 @@
 //! Reports of solids.
 
-use crate::figures::Picture;
+use crate::figures::NamedRows;
+use crate::figures::{self, Picture};
 use crate::memory::{BODY, INTERFACE};
 use crate::notes::LOCKING_RATIO;
 use crate::solved::Fields;
-use crate::space::{DrawnFacets, NamedRows, ReportSpace};
+use crate::space::{DrawnFacets, ReportSpace};
 use case_io::Case;
 use case_io::case::MaterialLaw;
 use case_io::report::{
@@ -193,8 +194,13 @@ impl ReportSpace for Solid {
         None
     }
 
-    fn pictures(_: &Case<Self>, _: &Fields<'_, Self>, _: &NamedRows<'_>, _: &Report) -> Vec<Picture> {
-        Vec::new()
+    fn pictures(
+        case: &Case<Self>,
+        fields: &Fields<'_, Self>,
+        contact: &NamedRows<'_>,
+        report: &Report,
+    ) -> Vec<Picture> {
+        figures::solid::of_solve(case, fields, contact, report)
     }
 }
 

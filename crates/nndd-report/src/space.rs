@@ -1,22 +1,19 @@
 //! What reports of the plane and of solids have of their own. All else is written once.
 
-use crate::figures::Picture;
+use crate::figures::{NamedRows, Picture};
 use crate::solved::Fields;
 use case_io::Case;
 use case_io::case::Dimension;
 use case_io::report::{
     ContactLine, ContactSurface, FrictionLine, FrictionSurface, LineResults, Report, Spin,
 };
-use case_io::table::{ContactRow, FrictionRow};
+use case_io::table::FrictionRow;
 use certified_contact::{ContactSpace, FrictionResults, PairResults, Results};
 use cre_estimator::FieldCertificate;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::id::NodeId;
 use mesh_io::vtu::VtuCells;
-
-/// The rows of contact.csv of each pair, with its name.
-pub(crate) type NamedRows<'a> = [(&'a str, Vec<ContactRow>)];
 
 /// The facets of a contact interface as they are drawn.
 #[derive(Clone, Debug)]

@@ -77,7 +77,7 @@ pub(crate) fn map(
         field: Field::Cells(density),
     });
     let bodies: Vec<BodyPicture<'_>> = bodies.collect();
-    let labels = &Labels { units: case.units.clone() };
+    let labels = &Labels { units: case.units.clone(), of_solids: false };
     let svg = plot::deformed("Error density", Quantity::ErrorDensity, &bodies, &[], &[], false, labels);
     Picture {
         name: "deformed".into(),

@@ -26,6 +26,12 @@ type Place = [u32; 2];
 
 /// The colour of a band.
 pub(super) fn colour_of(band: usize) -> String {
+    let [r, g, b] = parts_of(band);
+    format!("#{r:02X}{g:02X}{b:02X}")
+}
+
+/// Red, green and blue of a band.
+pub(super) fn parts_of(band: usize) -> [u8; 3] {
     viridis((band as f64 + 0.5) / BANDS as f64)
 }
 

@@ -31,11 +31,16 @@ const VIRIDIS: [[f64; 3]; 10] = [
     [253.0, 231.0, 37.0],
 ];
 
-/// The viridis map between 0 and 1: dark violet at 0, yellow at 1.
-pub(super) fn viridis(t: f64) -> String {
+/// The viridis map between 0 and 1: dark violet at 0, yellow at 1; red, green and blue.
+pub(super) fn viridis(t: f64) -> [u8; 3] {
     let x = t * (VIRIDIS.len() - 1) as f64;
     let i = (x as usize).min(VIRIDIS.len() - 2);
     let f = x - i as f64;
-    let [r, g, b] = [0, 1, 2].map(|c| (VIRIDIS[i][c] * (1.0 - f) + VIRIDIS[i + 1][c] * f).round() as u8);
-    format!("#{r:02X}{g:02X}{b:02X}")
+    [0, 1, 2].map(|c| (VIRIDIS[i][c] * (1.0 - f) + VIRIDIS[i + 1][c] * f).round() as u8)
+}
+
+/// Reads a colour as this file writes it.
+pub(super) fn parts(colour: &str) -> [u8; 3] {
+    let part = |c: usize| colour.get(2 * c + 1..2 * c + 3).and_then(|text| u8::from_str_radix(text, 16).ok());
+    [0, 1, 2].map(|c| part(c).unwrap_or_default())
 }

@@ -71,7 +71,7 @@ pub(crate) fn deformed(
     let rest: Vec<Vector> = points(&[0.0]);
     let size = extents(rest.into_iter()).into_iter().flatten().fold(0.0, |m, (lo, hi)| f64::max(m, hi - lo));
     let largest = bodies.iter().map(largest_displacement).fold(0.0, f64::max);
-    let factor = nice_factor((LARGEST * size / largest).min(most_without_overlap(closing, size)));
+    let factor = magnified(size, largest, closing);
     let moved = |o: &ObstaclePicture<'_>| -> Vec<[Vector; 2]> {
         let line = o.near(size).into_iter().map(|[p, n]| [p + factor * o.motion.at(p), n]);
         line.filter(|[p, _]| p.iter().all(|v| drawable(*v))).collect()
@@ -170,6 +170,13 @@ pub(super) fn extents(points: impl Iterator<Item = Vector>) -> Option<[(f64, f64
 fn largest_displacement(body: &BodyPicture<'_>) -> f64 {
     let known = places(body, 0.0).zip(body.displacement).filter(|(p, _)| p.is_some());
     known.map(|(_, u)| norm(*u)).fold(0.0, f64::max)
+}
+
+/// Chooses the factor by which displacements are multiplied in a picture, see [`deformed`].
+///
+/// * `size`: of the bodies; `largest`: displacement.
+pub(crate) fn magnified(size: f64, largest: f64, closing: &[Closing]) -> f64 {
+    nice_factor((LARGEST * size / largest).min(most_without_overlap(closing, size)))
 }
 
 /// The largest factor at which no pair of contact nodes passes each other by more than a hair's breadth.

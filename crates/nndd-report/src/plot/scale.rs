@@ -40,6 +40,8 @@ pub(crate) enum Quantity {
     VonMises,
     /// The size of the displacement.
     Displacement,
+    /// The contact pressure.
+    Pressure,
 }
 
 impl Quantity {
@@ -48,13 +50,14 @@ impl Quantity {
             Self::ErrorDensity => "error density",
             Self::VonMises => "von Mises stress",
             Self::Displacement => "displacement",
+            Self::Pressure => "contact pressure",
         }
     }
 
     fn label(self, labels: &Labels) -> String {
         match self {
-            Self::ErrorDensity => labels.stress(self.name(), "energy / area"),
-            Self::VonMises => labels.stress(self.name(), "stress units"),
+            Self::ErrorDensity => labels.density(self.name()),
+            Self::VonMises | Self::Pressure => labels.stress(self.name(), "stress units"),
             Self::Displacement => labels.length(self.name()),
         }
     }
@@ -74,7 +77,7 @@ const LOGARITHMIC: [f64; 2] = [1e6, 10.0];
 /// Ticks of the colour bar.
 const TICKS: usize = 6;
 /// The colour scale, and what is special about it.
-pub(super) struct Scale {
+pub(crate) struct Scale {
     pub(super) axis: Axis,
     /// Some values are below the lower end.
     pub(super) cut: bool,
@@ -91,14 +94,27 @@ impl Scale {
     ///
     /// * `infinite`: the largest value grows with every refinement, so that the scale may end below it. That of an error density always does.
     pub(super) fn of(quantity: Quantity, bodies: &[BodyPicture<'_>], infinite: bool) -> Scale {
+        let of_bodies: Vec<Vec<[f64; 2]>> = each_task(bodies.len(), |b| samples(&bodies[b]));
+        Scale::new(quantity, &of_bodies, largest_value(bodies), infinite)
+    }
+
+    /// Chooses the scale for some values.
+    ///
+    /// * `of_bodies`: of each body the values, each with the area or volume that has it.
+    /// * `found`: the largest value that can be drawn, with its body and node.
+    pub(crate) fn new(
+        quantity: Quantity,
+        of_bodies: &[Vec<[f64; 2]>],
+        found: Option<(f64, Option<(usize, usize)>)>,
+        infinite: bool,
+    ) -> Scale {
         let logarithmic = quantity == Quantity::ErrorDensity;
         let usable = |v: f64| if logarithmic { drawable_log(v) } else { drawable(v) };
-        let of_bodies: Vec<Vec<[f64; 2]>> = each_task(bodies.len(), |b| samples(&bodies[b]));
         let known = |[value, area]: &[f64; 2]| usable(*value) && drawable(*area);
         let by_body: Vec<Vec<[f64; 2]>> =
             of_bodies.iter().map(|body| body.iter().copied().filter(known).collect()).collect();
         let samples = by_body.concat();
-        let found = largest_value(bodies).filter(|(value, ..)| usable(*value));
+        let found = found.filter(|(value, ..)| usable(*value));
         let Some((largest, place)) = found.filter(|(largest, _)| !samples.is_empty() && *largest > 0.0)
         else {
             let axis = if logarithmic { Axis::log(0.1, 10.0, TICKS) } else { Axis::linear(0.0, 1.0, TICKS) };
@@ -127,7 +143,7 @@ impl Scale {
         Scale { axis, cut, largest, peak: place.filter(|_| clipped), empty: false }
     }
 
-    pub(super) fn position(&self, value: f64) -> f64 {
+    pub(crate) fn position(&self, value: f64) -> f64 {
         let logarithmic = self.axis.kind() == Kind::Log;
         match value {
             _ if self.empty => 0.0,

@@ -53,7 +53,7 @@ pub(crate) fn steps(along: &Along<'_>, pairs: &[Forces<'_>], labels: &Labels) ->
             lines::linear_axis(range.map(|(lo, hi)| (lo.min(0.0), hi.max(0.0))))
         })
         .collect();
-    let label = labels.line_force("force");
+    let label = labels.force("force");
     let mut description = format!("Against the {what}.");
     for ((name, values), both) in pairs.iter().zip(&series) {
         let last =

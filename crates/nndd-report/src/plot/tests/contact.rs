@@ -68,8 +68,10 @@ fn a_peak_of_the_pressure_is_cut_and_its_value_written() {
 #[test]
 fn labels_have_the_units_of_the_case() {
     let units = [("units.length", "mm"), ("units.force", "N")].map(|(key, name)| (key.into(), name.into()));
-    let labels =
-        Labels { units: case_io::Case::parse(case_io::template::PAPER, "c.toml", &units).unwrap().units };
+    let labels = Labels {
+        of_solids: false,
+        units: case_io::Case::parse(case_io::template::PAPER, "c.toml", &units).unwrap().units,
+    };
     let row =
         |k: usize| ContactRow { s: Some(k as f64), pressure: 1.0, opening: 0.1, ..ContactRow::default() };
     let (svg, caption) = contact("Contact", &[row(0), row(1)], None, 2, &labels);

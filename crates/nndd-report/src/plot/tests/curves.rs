@@ -93,12 +93,12 @@ fn convergence_of_odd_rows() {
 #[test]
 fn adaptive_shows_the_rate_and_the_target() {
     let steps = [(380, Some(0.19)), (1000, Some(0.06)), (4000, Some(0.029))];
-    let svg = adaptive(Measure::CertifiedError, &steps, 0.03);
+    let svg = adaptive(Measure::CertifiedError, &steps, 0.03, false);
     assert_whole(&svg);
     for text in ["certified relative error", "N^(-1/2)", "target", "nodes of all bodies"] {
         assert!(svg.contains(text), "{text}");
     }
-    let svg = adaptive(Measure::Residual, &steps, 0.03);
+    let svg = adaptive(Measure::Residual, &steps, 0.03, false);
     assert!(
         svg.contains("relative residual, no bound") && !svg.to_lowercase().contains("certified"),
         "{svg}"
@@ -108,15 +108,20 @@ fn adaptive_shows_the_rate_and_the_target() {
 #[test]
 fn adaptive_of_odd_steps() {
     for steps in [vec![], vec![(10, None)], vec![(0, Some(0.1))]] {
-        let svg = adaptive(Measure::CertifiedError, &steps, 0.03);
+        let svg = adaptive(Measure::CertifiedError, &steps, 0.03, false);
         assert_whole(&svg);
         assert!(svg.contains("no data"));
     }
-    let one = adaptive(Measure::CertifiedError, &[(380, Some(0.2))], 0.1);
+    let one = adaptive(Measure::CertifiedError, &[(380, Some(0.2))], 0.1, false);
     assert_whole(&one);
     assert!(!one.contains("N^(-1/2)"), "a rate of one point");
     for bad in BAD.into_iter().chain([0.0, -1.0]) {
-        assert_whole(&adaptive(Measure::Residual, &[(100, Some(0.1)), (200, Some(bad)), (400, None)], bad));
+        assert_whole(&adaptive(
+            Measure::Residual,
+            &[(100, Some(0.1)), (200, Some(bad)), (400, None)],
+            bad,
+            false,
+        ));
     }
 }
 
@@ -135,7 +140,7 @@ fn words_are_large_enough_for_a_telephone() {
 
 #[test]
 fn forces_follow_the_factor_back_and_forth() {
-    let labels = Labels { units: None };
+    let labels = Labels::default();
     let forces: [Forces<'_>; 1] = [("line", [0.0, 2.0, 1.0].map(|f| [Some(4.0), Some(f)]).to_vec())];
     let svg = steps(&Along::Factor("push", &[0.0, 1.0, 0.0]), &forces, &labels);
     assert!(svg.contains("Forces against the factor of push"), "{svg}");

@@ -1,0 +1,377 @@
+//! The figures of solids: shaded views of the bodies, sections, and contact pressures on both sides.
+
+mod book;
+mod obstacles;
+mod problem;
+
+use super::{NamedRows, Picture, adaptive, closing, convergence, error_density, steps};
+use crate::nodal;
+use crate::plot::{self, Labels, OUTLINE, Panel, Quantity, Scale, Views, of_edges};
+use crate::render::{Cut, Face, Line, Paint, Scene, Skin, SkinFace, Vector, View};
+use crate::solved::Fields;
+use crate::words::{short, with_digits};
+use case_io::Case;
+use case_io::report::Report;
+use cre_estimator::Estimate;
+use fem_core::geometry::norm;
+use fem_core::mesh::id::NodeId;
+use fem_core::parallel::each_task;
+use fem_core::space::Solid;
+
+/// A cut that takes less away than this part of the size is not drawn: what it would show is on the surface.
+const LEAST: f64 = 0.01;
+/// Digits of numbers in titles and alternative texts.
+const DIGITS: usize = 3;
+
+/// Draws the figures of a solve.
+pub(crate) fn of_solve(
+    case: &Case<Solid>,
+    solution: &Fields<'_, Solid>,
+    contact: &NamedRows<'_>,
+    report: &Report,
+) -> Vec<Picture> {
+    let model = &Model::new(case, solution);
+    let labels = &model.labels;
+    let drawn: [&(dyn Fn() -> Vec<Picture> + Sync); 8] = [
+        &|| vec![model.problem(contact)],
+        &|| model.von_mises().into_iter().collect(),
+        &|| model.displacement().into_iter().collect(),
+        &|| model.books(contact, report),
+        &|| model.density().into_iter().collect(),
+        &|| convergence(case, report, labels).into_iter().collect(),
+        &|| steps(contact, report, labels),
+        &|| adaptive(case, report, labels).into_iter().collect(),
+    ];
+    each_task(drawn.len(), |k| drawn[k]()).into_iter().flatten().collect()
+}
+
+/// A field of all bodies.
+enum Field {
+    /// One value for each cell of each body.
+    Cells(Vec<Vec<f64>>),
+    /// One value for each node of each body, for each of its materials.
+    Nodes(Vec<Vec<Vec<f64>>>),
+}
+
+/// The heights on the scale at the corners of a cell, by the numbers of its body and its own.
+type Heights<'a> = dyn Fn(usize, usize) -> [f64; 4] + 'a;
+
+/// The bodies as they are drawn.
+struct Model<'a> {
+    case: &'a Case<Solid>,
+    solution: &'a Fields<'a, Solid>,
+    estimate: Option<&'a Estimate<Solid>>,
+    names: Vec<&'a str>,
+    labels: Labels,
+    skins: Vec<Skin>,
+    /// The largest extent of all bodies, m.
+    size: f64,
+    /// By which displacements are multiplied.
+    factor: f64,
+    /// From in front, above and to the right.
+    view: View,
+}
+
+impl<'a> Model<'a> {
+    fn new(case: &'a Case<Solid>, solution: &'a Fields<'a, Solid>) -> Self {
+        let bodies = &solution.problem.bodies;
+        let boxes = bodies.iter().map(|body| body.mesh().bounding_box());
+        let all = boxes.reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])]).unwrap_or_default();
+        let size = (all[1] - all[0]).max();
+        let displacements = solution.estimate.iter().flat_map(|estimate| &estimate.pair.bodies);
+        let largest = displacements.flat_map(|body| &body.displacement).map(|u| norm(*u)).fold(0.0, f64::max);
+        // The y axis is upright if bodies are pressed along it, otherwise the z axis.
+        let pairs = solution.problem.contacts.iter().flat_map(|pair| pair.interface.pairs());
+        let sums = pairs.fold(Vector::zeros(), |sum, pair| sum + pair.weight * pair.normal.abs());
+        let view = match sums.imax() {
+            1 if sums[1] > 0.0 => View::new(Vector::new(0.6, 0.5, 1.0), Vector::y()),
+            _ => View::new(Vector::new(0.6, -1.0, 0.5), Vector::z()),
+        };
+        Self {
+            case,
+            solution,
+            estimate: solution.estimate,
+            names: case.bodies.iter().map(|body| body.name.as_str()).collect(),
+            labels: Labels { units: case.units.clone(), of_solids: true },
+            skins: each_task(bodies.len(), |b| Skin::of(&bodies[b])),
+            size,
+            factor: plot::magnified(size, largest, &closing(solution)),
+            view,
+        }
+    }
+
+    /// Returns the place of a node at rest, m.
+    fn rest(&self, body: usize, node: NodeId) -> Vector {
+        self.solution.problem.bodies[body].mesh().points()[node]
+    }
+
+    /// Returns the place of a node in a picture: displaced by the factor.
+    fn place(&self, body: usize, node: NodeId) -> Vector {
+        let moved = self.estimate.map(|estimate| estimate.pair.bodies[body].displacement[node.index()]);
+        self.rest(body, node) + moved.map_or(Vector::zeros(), |u| self.factor * u)
+    }
+
+    /// Returns the values of a field at some nodes of a cell.
+    fn values<const N: usize>(
+        &self,
+        field: &Field,
+        body: usize,
+        cell: usize,
+        nodes: [NodeId; N],
+    ) -> [f64; N] {
+        match field {
+            Field::Cells(values) => [values[body][cell]; N],
+            Field::Nodes(values) => {
+                let material = self.solution.problem.bodies[body].materials().index(cell);
+                nodes.map(|node| values[body][material][node.index()])
+            }
+        }
+    }
+
+    /// Makes the scene of the displaced bodies, or of the parts of them behind a plane.
+    ///
+    /// * `paint`: of the faces of each body; `heights`: on the scale, of the corners of the cells of each body.
+    fn scene(
+        &self,
+        paint: &dyn Fn(usize, &SkinFace) -> Paint,
+        key: &dyn Fn(usize, &SkinFace) -> usize,
+        cut: Option<(&Cut, &Heights<'_>)>,
+    ) -> Scene {
+        let mut scene = Scene::default();
+        for (b, skin) in self.skins.iter().enumerate() {
+            let body = b as u16;
+            let corner = |node: NodeId, height: f64| (self.rest(b, node), self.place(b, node), height);
+            let edge = |ends: [Vector; 2]| Line { ends, colour: of_edges(), width: OUTLINE };
+            for face in &skin.faces {
+                let paint = paint(b, face);
+                let Some((cut, _)) = cut else {
+                    scene.faces.push(Face {
+                        corners: face.nodes.map(|node| self.place(b, node)),
+                        paint,
+                        body,
+                    });
+                    continue;
+                };
+                let heights = if let Paint::Heights(heights) = paint { heights } else { [0.0; 3] };
+                let corners = [0, 1, 2].map(|k: usize| corner(face.nodes[k], heights[k]));
+                for part in cut.face(corners) {
+                    let paint = match paint {
+                        Paint::Heights(_) => Paint::Heights(part.map(|(_, height)| height)),
+                        other => other,
+                    };
+                    scene.faces.push(Face { corners: part.map(|(at, _)| at), paint, body });
+                }
+                scene.lines.extend(cut.rim(corners).map(edge));
+            }
+            let lines = skin.edges(|k| key(b, &skin.faces[k])).into_iter().filter_map(|ends| {
+                let [from, to] = ends.map(|node| corner(node, 0.0));
+                cut.map_or(Some([from.1, to.1]), |(cut, _)| cut.line(from, to))
+            });
+            scene.lines.extend(lines.map(edge));
+            if let Some((cut, heights)) = cut {
+                let cells = self.solution.problem.bodies[b].mesh().cells().iter().enumerate();
+                for (cell, nodes) in cells {
+                    let heights = heights(b, cell);
+                    let corners = [0, 1, 2, 3].map(|k: usize| corner(nodes[k], heights[k]));
+                    for part in cut.cell(corners) {
+                        let paint = Paint::Heights(part.map(|(_, height)| height));
+                        scene.faces.push(Face { corners: part.map(|(at, _)| at), paint, body });
+                    }
+                }
+            }
+        }
+        scene
+    }
+
+    /// Draws the bodies coloured by a field, and below, if there is a point, their section through it.
+    fn coloured(
+        &self,
+        (name, title, quantity): (&str, &str, Quantity),
+        field: &Field,
+        scale: &Scale,
+        through: Option<Vector>,
+        description: String,
+    ) -> String {
+        let heights = |b: usize, face: &SkinFace| {
+            self.values(field, b, face.cell, face.nodes).map(|value| scale.position(value))
+        };
+        let material =
+            |b: usize, face: &SkinFace| self.solution.problem.bodies[b].materials().index(face.cell);
+        let paint = |b: usize, face: &SkinFace| Paint::Heights(heights(b, face));
+        let mut skin = self.scene(&paint, &material, None);
+        skin.lines.extend(self.obstacles());
+        let cut = through.map(|point| Cut { point, normal: self.to_cut() }).filter(|cut| self.opens(cut));
+        let section = cut.map(|cut| {
+            let cells = |b: usize, cell: usize| {
+                let nodes = self.solution.problem.bodies[b].mesh().cells()[cell];
+                self.values(field, b, cell, nodes).map(|value| scale.position(value))
+            };
+            self.scene(&paint, &material, Some((&cut, &cells)))
+        });
+        let panel =
+            |heading: String, scene| Panel { heading, scene, view: self.view, focus: &[], marks: vec![] };
+        let mut panels = vec![panel(if cut.is_some() { "surface".into() } else { String::new() }, &skin)];
+        if let (Some(cut), Some(section)) = (&cut, &section) {
+            let axis = cut.normal.abs().imax();
+            let place = with_digits(cut.point[axis], DIGITS);
+            panels.push(panel(format!("cut at {} = {place}", ["x", "y", "z"][axis]), section));
+        }
+        let magnified = match self.factor {
+            _ if self.estimate.is_none() => String::new(),
+            factor if name == "displacement" => format!(" (drawn × {})", short(factor)),
+            factor => format!(" (displacements × {})", short(factor)),
+        };
+        let figure = Views {
+            title: format!("{title}{magnified}"),
+            description,
+            legend: &[],
+            panels: &panels,
+            scale: Some((scale, quantity)),
+            names: &self.names,
+        };
+        plot::views(&figure, &self.labels)
+    }
+
+    /// Tells whether a cut takes something away that can be seen.
+    fn opens(&self, cut: &Cut) -> bool {
+        let boxes = self.solution.problem.bodies.iter().flat_map(|body| body.mesh().bounding_box());
+        let farthest = boxes.map(|corner| (corner - cut.point).dot(&cut.normal)).fold(0.0, f64::max);
+        farthest > LEAST * self.size
+    }
+
+    /// Returns the axis along which bodies are cut open, towards the viewer.
+    fn to_cut(&self) -> Vector {
+        let level = self.view.towards - self.view.towards.component_mul(&self.upright().abs());
+        let axis = level.abs().imax();
+        let mut normal = Vector::zeros();
+        normal[axis] = level[axis].signum();
+        normal
+    }
+
+    /// Returns the axis that is upright in the pictures.
+    fn upright(&self) -> Vector {
+        let mut upright = Vector::zeros();
+        upright[self.view.up.abs().imax()] = 1.0;
+        upright
+    }
+
+    /// Makes the samples of a scale from the faces: values at the corners, each with a third of the area.
+    fn on_skin(&self, field: &Field) -> Vec<Vec<[f64; 2]>> {
+        let of_body = |(b, skin): (usize, &Skin)| {
+            let mesh = self.solution.problem.bodies[b].mesh();
+            let of_face = |face: &SkinFace| {
+                let area = mesh.facet_measure(face.facet) / 3.0;
+                self.values(field, b, face.cell, face.nodes).map(|value| [value, area])
+            };
+            skin.faces.iter().flat_map(of_face).collect()
+        };
+        self.skins.iter().enumerate().map(of_body).collect()
+    }
+
+    /// The recovered von Mises stress; `None` without it.
+    fn von_mises(&self) -> Option<Picture> {
+        let results = self.solution.results.filter(|_| self.estimate.is_some())?;
+        let bodies = self.solution.problem.bodies.iter().zip(&results.recovered);
+        let values = bodies.map(|(body, stress)| nodal::von_mises_by_material(body, stress));
+        let field = Field::Nodes(values.collect::<Option<_>>()?);
+        let peak = results.peak_stress?;
+        let scale = Scale::new(
+            Quantity::VonMises,
+            &self.on_skin(&field),
+            Some((peak.von_mises, None)).filter(|(value, _)| value.is_finite()),
+            false,
+        );
+        let description = format!(
+            "Bodies coloured by the recovered von Mises stress, and cut open. The largest is {} in {} at {}.",
+            with_digits(peak.von_mises, DIGITS),
+            self.names[peak.body],
+            shown(peak.point)
+        );
+        let what = ("von_mises", "Von Mises stress", Quantity::VonMises);
+        let through = Some(peak.point);
+        Some(Picture {
+            name: "von_mises".into(),
+            svg: self.coloured(what, &field, &scale, through, description),
+            caption: "The recovered stress: a smooth picture of the stress in equilibrium, for each material. A cut goes through its largest value, unless that can be seen on the surface."
+                .into(),
+            numbers: None,
+        })
+    }
+
+    /// The size of the displacement.
+    fn displacement(&self) -> Option<Picture> {
+        let estimate = self.estimate?;
+        let of_body = |b: usize| {
+            let values: Vec<f64> = estimate.pair.bodies[b].displacement.iter().map(|u| norm(*u)).collect();
+            vec![values; self.solution.problem.bodies[b].materials().list().len()]
+        };
+        let values: Vec<Vec<Vec<f64>>> = (0..self.skins.len()).map(of_body).collect();
+        let sizes = |b: usize| values[b].first().into_iter().flatten().copied().enumerate();
+        let all = (0..values.len()).flat_map(|b| sizes(b).map(move |(node, value)| (value, b, node)));
+        let (largest, body, node) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let field = Field::Nodes(values);
+        let found = Some((largest, None)).filter(|(value, _)| value.is_finite());
+        let scale = Scale::new(Quantity::Displacement, &self.on_skin(&field), found, false);
+        let description = format!(
+            "Deformed bodies coloured by the size of the displacement, drawn {} times as large. The largest is {} in {} at {}.",
+            short(self.factor),
+            with_digits(largest, DIGITS),
+            self.names[body],
+            shown(self.solution.problem.bodies[body].mesh().points()[node])
+        );
+        let what = ("displacement", "Displacement", Quantity::Displacement);
+        Some(Picture {
+            name: "displacement".into(),
+            svg: self.coloured(what, &field, &scale, None, description),
+            caption: "The size of the displacement from the bodies at rest.".into(),
+            numbers: None,
+        })
+    }
+
+    /// The density of the error, or of the residual.
+    fn density(&self) -> Option<Picture> {
+        self.estimate?;
+        let meshes = || self.solution.problem.bodies.iter().map(|body| body.mesh());
+        let densities: Vec<Vec<f64>> =
+            (0..self.skins.len()).map(|b| error_density(self.solution, b)).collect();
+        let of_cells = |(values, mesh): (&Vec<f64>, &fem_core::mesh::Mesh<Solid>)| {
+            values.iter().enumerate().map(|(cell, value)| [*value, mesh.measure(cell)]).collect()
+        };
+        let samples: Vec<Vec<[f64; 2]>> = densities.iter().zip(meshes()).map(of_cells).collect();
+        let all = densities.iter().enumerate();
+        let all =
+            all.flat_map(|(b, values)| values.iter().enumerate().map(move |(cell, value)| (*value, b, cell)));
+        let (largest, body, cell) =
+            all.filter(|(value, ..)| value.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let scale = Scale::new(Quantity::ErrorDensity, &samples, Some((largest, None)), false);
+        let corners = self.solution.problem.bodies[body].mesh().corners(cell);
+        let middle = corners.iter().sum::<Vector>() / 4.0;
+        let (title, what) = match self.solution.is_residual() {
+            true => ("Density of the residual", "squared residual"),
+            false => ("Error density", "certified squared error"),
+        };
+        let description = format!(
+            "Bodies coloured by the {what} of each cell over its volume, and cut open. The largest is {} in {} at {}.",
+            with_digits(largest, DIGITS),
+            self.names[body],
+            shown(middle)
+        );
+        let field = Field::Cells(densities);
+        let quantity = ("deformed", title, Quantity::ErrorDensity);
+        let through = Some(middle);
+        Some(Picture {
+            name: "deformed".into(),
+            svg: self.coloured(quantity, &field, &scale, through, description),
+            caption: format!(
+                "The {what} of each cell over its volume. Large values show which cells to refine. A cut goes through the cell of the largest, unless that can be seen on the surface."
+            ),
+            numbers: None,
+        })
+    }
+}
+
+/// Writes a place.
+fn shown(point: Vector) -> String {
+    let all: Vec<String> = point.iter().map(|x| with_digits(*x, DIGITS)).collect();
+    format!("({})", all.join(", "))
+}
