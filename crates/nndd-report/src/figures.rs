@@ -23,6 +23,7 @@ use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::mesh::topology::NONE;
 use fem_core::parallel::each_task;
 use fem_core::space::Space;
+use serde_json::Value;
 use std::collections::BTreeSet;
 
 /// The rows of contact.csv of each pair, with its name.
@@ -36,6 +37,8 @@ pub struct Picture {
     pub(crate) caption: String,
     /// The file with its numbers.
     pub(crate) numbers: Option<&'static str>,
+    /// The data of a view that turns, which the page shows in place of the picture if it can.
+    pub(crate) view: Option<Value>,
 }
 
 /// Computes the error density (squared error over area or volume) in the cells of a body.
@@ -110,7 +113,7 @@ fn contact_lines(
             caption +=
                 &format!(" {MOST_PAIRS} of {count} contact lines are drawn, those with the largest forces.");
         }
-        Picture { name: names[k].clone(), svg, caption, numbers: Some("contact.csv") }
+        Picture { name: names[k].clone(), svg, caption, numbers: Some("contact.csv"), view: None }
     };
     lines.into_iter().enumerate().map(picture).collect()
 }
@@ -130,6 +133,7 @@ fn density(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<Pictur
         svg: of_bodies(case, solution, estimate, (title, Quantity::ErrorDensity, false), &fields, labels),
         caption: format!("{what} of each cell over its area. Large values show which cells to refine."),
         numbers: None,
+        view: None,
     })
 }
 
@@ -146,6 +150,7 @@ fn convergence<S: Dimension>(case: &Case<S>, report: &Report, labels: &Labels) -
                   with λ held fixed and may exceed e_cre, the bound of the whole error."
             .into(),
         numbers: Some("history.csv"),
+        view: None,
     })
 }
 
@@ -168,6 +173,7 @@ fn steps(contact: &[(&str, Vec<ContactRow>)], report: &Report, labels: &Labels) 
         svg: plot::steps(along, &forces, labels),
         caption: caption.into(),
         numbers: Some("report.json"),
+        view: None,
     };
     let caption = "The integral of the pressure over each contact interface, and that of the friction on its second body. All other figures \
                    show the last step.";
@@ -217,6 +223,7 @@ fn adaptive<S: Dimension>(case: &Case<S>, report: &Report, labels: &Labels) -> O
             S::WORDS.cells
         ),
         numbers: Some("adaptive.csv"),
+        view: None,
     })
 }
 
@@ -237,7 +244,7 @@ fn von_mises(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<Pict
     };
     let what = ("Von Mises stress", Quantity::VonMises, infinite);
     let svg = of_bodies(case, solution, estimate, what, &fields, labels);
-    Some(Picture { name: "von_mises".into(), svg, caption, numbers: None })
+    Some(Picture { name: "von_mises".into(), svg, caption, numbers: None, view: None })
 }
 
 /// The size of the displacement on the deformed bodies.
@@ -256,6 +263,7 @@ fn displacement(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<P
         svg: of_bodies(case, solution, estimate, what, &fields, labels),
         caption: "The size of the displacement from the bodies at rest.".into(),
         numbers: None,
+        view: None,
     })
 }
 
@@ -351,6 +359,7 @@ fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Pictur
         svg: plot::sketch("The problem", &bodies, &obstacles(solution), &contact, labels),
         caption: "Supports, loads and imposed displacements as the program read them.".into(),
         numbers: None,
+        view: None,
     }
 }
 

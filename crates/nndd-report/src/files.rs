@@ -116,9 +116,10 @@ fn write_files<S: ReportSpace>(
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
     }
+    let seen: Vec<Value> = solved.steps.iter().filter_map(|step| step.view.clone()).collect();
     // The figures need no file, the fields need no figure.
     let (pictures, fields) = rayon::join(
-        || S::pictures(case, solution, &contact, report),
+        || S::pictures(case, solution, (&contact, &seen), report),
         || write_fields(case, solved, report, directory),
     );
     fields?;

@@ -1,4 +1,4 @@
-//! report.html: one page with everything, for people. No network, no script.
+//! report.html: one page with everything, for people. No network; the only script turns the view of solids.
 
 mod results;
 
@@ -297,13 +297,34 @@ fn sentence(note: &str) -> String {
 fn figures(page: &mut String, pictures: &[Picture]) {
     page.push_str("<div class=\"figures\">\n");
     for picture in pictures {
-        let _ = write!(page, "<figure>{}<figcaption>{}", picture.svg, escape(&picture.caption));
+        page.push_str("<figure>");
+        if let Some(data) = &picture.view {
+            view(page, data);
+        }
+        let _ = write!(page, "{}<figcaption>{}", picture.svg, escape(&picture.caption));
         if let Some(file) = picture.numbers {
             let _ = write!(page, " Numbers: <a href=\"{file}\">{file}</a>.");
         }
         page.push_str("</figcaption></figure>\n");
     }
     page.push_str("</div>\n");
+}
+
+/// The script of the view that turns.
+const VIEWER: &str = include_str!("html/viewer.js");
+/// Its controls, which the style sheet hides until the script runs.
+const CONTROLS: &str = include_str!("html/viewer.html");
+
+/// Writes a view that turns, for browsers with script and WebGL; the others show the picture behind it.
+fn view(page: &mut String, data: &Value) {
+    // No text of the data ends the element.
+    let text = data.to_string().replace('<', "\\u003c");
+    let note = data["note"].as_str().unwrap_or_default();
+    let controls = CONTROLS.replace("{note}", &escape(note));
+    let _ = write!(
+        page,
+        "{controls}<script type=\"application/json\" id=\"skin\">{text}</script>\n<script>{VIEWER}</script>\n"
+    );
 }
 
 /// Writes the table of the parts of the bound.

@@ -24,6 +24,7 @@ use fem_core::mesh::id::NodeId;
 use fem_core::space::Plane;
 use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::VtuCells;
+use serde_json::Value;
 
 /// Bytes of the factor per n log₂ n; of mesh and fields per unknown.
 const FACTOR: f64 = 56.0;
@@ -189,7 +190,12 @@ impl ReportSpace for Plane {
         Some(certify::map(case, problem, found, densities))
     }
 
-    fn pictures(case: &Case, fields: &Fields<'_>, contact: &NamedRows<'_>, report: &Report) -> Vec<Picture> {
+    fn pictures(
+        case: &Case,
+        fields: &Fields<'_>,
+        (contact, _): (&NamedRows<'_>, &[Value]),
+        report: &Report,
+    ) -> Vec<Picture> {
         figures::of_solve(case, fields, contact, report)
     }
 }

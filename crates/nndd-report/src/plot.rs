@@ -40,4 +40,4 @@ pub(crate) use scale::{BodyPicture, Field, Quantity, Scale};
 pub(crate) use sketch::{Held, SketchBody, SketchEdge, SketchLoad, sketch};
 pub(crate) use steps::{Along, Forces, steps};
 pub(crate) use sweep::sweep;
-pub(crate) use views::{Entry, OUTLINE, Panel, Views, of_body, of_edges, views};
+pub(crate) use views::{Entry, OUTLINE, Panel, Views, of_body, of_edges, scale_colours, views};

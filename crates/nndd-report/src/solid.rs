@@ -12,7 +12,7 @@ use case_io::report::{
     ContactLine, ContactSurface, FrictionLine, FrictionSurface, LineResults, Report, Spin, SurfaceArea,
     SurfacePatch,
 };
-use case_io::table::FrictionRow;
+use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::{FrictionResults, PairResults, PatchResults, Results};
 use cre_estimator::FieldCertificate;
 use fem_core::body::Body;
@@ -26,6 +26,7 @@ use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
 use mesh_io::vtu::VtuCells;
 use mesh_io::words::{counted, listed};
+use serde_json::Value;
 
 type Vector = <Solid as Space>::Vector;
 
@@ -197,10 +198,20 @@ impl ReportSpace for Solid {
     fn pictures(
         case: &Case<Self>,
         fields: &Fields<'_, Self>,
-        contact: &NamedRows<'_>,
+        contact: (&NamedRows<'_>, &[Value]),
         report: &Report,
     ) -> Vec<Picture> {
         figures::solid::of_solve(case, fields, contact, report)
+    }
+
+    fn view_of_step(
+        case: &Case<Self>,
+        fields: &Fields<'_, Self>,
+        rows: &[Vec<ContactRow>],
+        step: (usize, usize),
+    ) -> Option<Value> {
+        let rows: Vec<&[ContactRow]> = rows.iter().map(Vec::as_slice).collect();
+        figures::solid::of_step(case, fields, &rows, step)
     }
 }
 

@@ -8,6 +8,7 @@ use cre_estimator::Estimate;
 use fem_core::interface::ContactProblem;
 use fem_core::space::{Plane, Space};
 use nndd::Iterate;
+use serde_json::Value;
 
 /// A solved case.
 #[derive(Clone, Debug)]
@@ -45,6 +46,8 @@ pub struct SolvedStep {
     pub rows: Vec<Vec<ContactRow>>,
     /// True if its fields were written for ParaView.
     pub has_fields: bool,
+    /// Its fields for the view that turns.
+    pub(crate) view: Option<Value>,
 }
 
 impl<S: Space> Solved<S> {

@@ -7,13 +7,14 @@ use case_io::case::Dimension;
 use case_io::report::{
     ContactLine, ContactSurface, FrictionLine, FrictionSurface, LineResults, Report, Spin,
 };
-use case_io::table::FrictionRow;
+use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::{ContactSpace, FrictionResults, PairResults, Results};
 use cre_estimator::FieldCertificate;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::material::LinearElastic;
 use fem_core::mesh::id::NodeId;
 use mesh_io::vtu::VtuCells;
+use serde_json::Value;
 
 /// The facets of a contact interface as they are drawn.
 #[derive(Clone, Debug)]
@@ -118,10 +119,24 @@ pub trait ReportSpace: ContactSpace + Dimension {
     ) -> Option<Picture>;
 
     /// Draws the figures of a solve.
+    ///
+    /// * `contact`: the rows of contact.csv, and what [`Self::view_of_step`] made of each load step.
     fn pictures(
         case: &Case<Self>,
         fields: &Fields<'_, Self>,
-        contact: &NamedRows<'_>,
+        contact: (&NamedRows<'_>, &[Value]),
         report: &Report,
     ) -> Vec<Picture>;
+
+    /// Makes the data of a load step for the view that turns; `None` in the plane, which has none.
+    ///
+    /// * `rows`: of contact.csv, of each pair; `step`: its number, from 1, and the number of all.
+    fn view_of_step(
+        _case: &Case<Self>,
+        _fields: &Fields<'_, Self>,
+        _rows: &[Vec<ContactRow>],
+        _step: (usize, usize),
+    ) -> Option<Value> {
+        None
+    }
 }

@@ -13,6 +13,7 @@ use crate::space::ReportSpace;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::report::Status;
+use case_io::table::ContactRow;
 use certified_contact::{LoadSteps, Observer};
 use fem_core::body::ConditionPlace;
 use fem_core::interface::ContactProblem;
@@ -75,9 +76,10 @@ pub(crate) fn solve<S: ReportSpace>(
             rows.iter_mut().for_each(|row| row.step = Some(k));
             rows
         });
-        let rows = rows.collect();
+        let rows: Vec<Vec<ContactRow>> = rows.collect();
+        let view = S::view_of_step(case, &fields, &rows, (k, increments.len()));
         drop(fields);
-        steps.push(SolvedStep { summary, rows, has_fields });
+        steps.push(SolvedStep { summary, rows, has_fields, view });
         solved.longest_step = follower.longest;
         if solved.status.code == 0 && k < increments.len() && Observer::<S>::should_stop(&mut follower) {
             solved.status = outcome::interrupted(follower.ended, &of(k));

@@ -86,6 +86,7 @@ pub(crate) fn map(
                   admissible is not in it. Large values show which cells to refine."
             .into(),
         numbers: None,
+        view: None,
     }
 }
 

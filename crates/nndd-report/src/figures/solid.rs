@@ -1,22 +1,26 @@
 //! The figures of solids: shaded views of the bodies, sections, and contact pressures on both sides.
 
 mod book;
+mod fields;
 mod obstacles;
 mod problem;
+mod viewer;
 
-use super::{NamedRows, Picture, adaptive, closing, convergence, error_density, steps};
-use crate::nodal;
-use crate::plot::{self, Labels, OUTLINE, Panel, Quantity, Scale, Views, of_edges};
+use super::{NamedRows, Picture, adaptive, closing, convergence, steps};
+use crate::plot::{self, Labels, OUTLINE, Panel, Quantity, Views, of_edges};
 use crate::render::{Cut, Face, Line, Paint, Scene, Skin, SkinFace, Vector, View};
 use crate::solved::Fields;
 use crate::words::{short, with_digits};
 use case_io::Case;
 use case_io::report::Report;
+use case_io::table::ContactRow;
 use cre_estimator::Estimate;
 use fem_core::geometry::norm;
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::each_task;
 use fem_core::space::Solid;
+use fields::{Coloured, Field};
+use serde_json::Value;
 
 /// A cut that takes less away than this part of the size is not drawn: what it would show is on the surface.
 const LEAST: f64 = 0.01;
@@ -24,20 +28,22 @@ const LEAST: f64 = 0.01;
 const DIGITS: usize = 3;
 
 /// Draws the figures of a solve.
+///
+/// * `steps_seen`: [`of_step`] of each load step.
 pub(crate) fn of_solve(
     case: &Case<Solid>,
     solution: &Fields<'_, Solid>,
-    contact: &NamedRows<'_>,
+    (contact, steps_seen): (&NamedRows<'_>, &[Value]),
     report: &Report,
 ) -> Vec<Picture> {
     let model = &Model::new(case, solution);
     let labels = &model.labels;
     let drawn: [&(dyn Fn() -> Vec<Picture> + Sync); 8] = [
+        &|| model.turning(contact, steps_seen).into_iter().collect(),
         &|| vec![model.problem(contact)],
-        &|| model.von_mises().into_iter().collect(),
-        &|| model.displacement().into_iter().collect(),
+        &|| model.picture_of(Quantity::VonMises).into_iter().collect(),
         &|| model.books(contact, report),
-        &|| model.density().into_iter().collect(),
+        &|| model.picture_of(Quantity::ErrorDensity).into_iter().collect(),
         &|| convergence(case, report, labels).into_iter().collect(),
         &|| steps(contact, report, labels),
         &|| adaptive(case, report, labels).into_iter().collect(),
@@ -45,12 +51,16 @@ pub(crate) fn of_solve(
     each_task(drawn.len(), |k| drawn[k]()).into_iter().flatten().collect()
 }
 
-/// A field of all bodies.
-enum Field {
-    /// One value for each cell of each body.
-    Cells(Vec<Vec<f64>>),
-    /// One value for each node of each body, for each of its materials.
-    Nodes(Vec<Vec<Vec<f64>>>),
+/// Makes the data of a load step for the view that turns.
+///
+/// * `rows`: of contact.csv, of each pair; `step`: its number and the number of all.
+pub(crate) fn of_step(
+    case: &Case<Solid>,
+    solution: &Fields<'_, Solid>,
+    rows: &[&[ContactRow]],
+    step: (usize, usize),
+) -> Option<Value> {
+    Model::new(case, solution).view_of_step(rows, step)
 }
 
 /// The heights on the scale at the corners of a cell, by the numbers of its body and its own.
@@ -98,6 +108,12 @@ impl<'a> Model<'a> {
             factor: plot::magnified(size, largest, &closing(solution)),
             view,
         }
+    }
+
+    /// Draws the displacement, with the view that turns in front of the picture.
+    fn turning(&self, contact: &NamedRows<'_>, steps: &[Value]) -> Option<Picture> {
+        let view = self.view(contact, steps);
+        self.picture_of(Quantity::Displacement).map(|picture| Picture { view, ..picture })
     }
 
     /// Returns the place of a node at rest, m.
@@ -183,15 +199,9 @@ impl<'a> Model<'a> {
         scene
     }
 
-    /// Draws the bodies coloured by a field, and below, if there is a point, their section through it.
-    fn coloured(
-        &self,
-        (name, title, quantity): (&str, &str, Quantity),
-        field: &Field,
-        scale: &Scale,
-        through: Option<Vector>,
-        description: String,
-    ) -> String {
+    /// Draws the bodies coloured by a field, and their section through its largest value.
+    fn coloured(&self, of: &Coloured, caption: &str) -> Picture {
+        let Coloured { field, scale, .. } = of;
         let heights = |b: usize, face: &SkinFace| {
             self.values(field, b, face.cell, face.nodes).map(|value| scale.position(value))
         };
@@ -200,7 +210,7 @@ impl<'a> Model<'a> {
         let paint = |b: usize, face: &SkinFace| Paint::Heights(heights(b, face));
         let mut skin = self.scene(&paint, &material, None);
         skin.lines.extend(self.obstacles());
-        let cut = through.map(|point| Cut { point, normal: self.to_cut() }).filter(|cut| self.opens(cut));
+        let cut = of.through.map(|point| Cut { point, normal: self.to_cut() }).filter(|cut| self.opens(cut));
         let section = cut.map(|cut| {
             let cells = |b: usize, cell: usize| {
                 let nodes = self.solution.problem.bodies[b].mesh().cells()[cell];
@@ -216,20 +226,27 @@ impl<'a> Model<'a> {
             let place = with_digits(cut.point[axis], DIGITS);
             panels.push(panel(format!("cut at {} = {place}", ["x", "y", "z"][axis]), section));
         }
-        let magnified = match self.factor {
-            _ if self.estimate.is_none() => String::new(),
-            factor if name == "displacement" => format!(" (drawn × {})", short(factor)),
-            factor => format!(" (displacements × {})", short(factor)),
-        };
+        let drawn = if of.quantity == Quantity::Displacement { "drawn" } else { "displacements" };
         let figure = Views {
-            title: format!("{title}{magnified}"),
-            description,
+            title: format!("{} ({drawn} × {})", of.title, short(self.factor)),
+            description: format!(
+                "{} Displacements are drawn {} times as large.",
+                of.said,
+                short(self.factor)
+            ),
             legend: &[],
             panels: &panels,
-            scale: Some((scale, quantity)),
+            scale: Some((scale, of.quantity)),
             names: &self.names,
         };
-        plot::views(&figure, &self.labels)
+        let cut = if cut.is_some() { " The cut goes through the largest value." } else { "" };
+        Picture {
+            name: of.name.into(),
+            svg: plot::views(&figure, &self.labels),
+            caption: format!("{caption}{cut}"),
+            numbers: None,
+            view: None,
+        }
     }
 
     /// Tells whether a cut takes something away that can be seen.
@@ -253,120 +270,6 @@ impl<'a> Model<'a> {
         let mut upright = Vector::zeros();
         upright[self.view.up.abs().imax()] = 1.0;
         upright
-    }
-
-    /// Makes the samples of a scale from the faces: values at the corners, each with a third of the area.
-    fn on_skin(&self, field: &Field) -> Vec<Vec<[f64; 2]>> {
-        let of_body = |(b, skin): (usize, &Skin)| {
-            let mesh = self.solution.problem.bodies[b].mesh();
-            let of_face = |face: &SkinFace| {
-                let area = mesh.facet_measure(face.facet) / 3.0;
-                self.values(field, b, face.cell, face.nodes).map(|value| [value, area])
-            };
-            skin.faces.iter().flat_map(of_face).collect()
-        };
-        self.skins.iter().enumerate().map(of_body).collect()
-    }
-
-    /// The recovered von Mises stress; `None` without it.
-    fn von_mises(&self) -> Option<Picture> {
-        let results = self.solution.results.filter(|_| self.estimate.is_some())?;
-        let bodies = self.solution.problem.bodies.iter().zip(&results.recovered);
-        let values = bodies.map(|(body, stress)| nodal::von_mises_by_material(body, stress));
-        let field = Field::Nodes(values.collect::<Option<_>>()?);
-        let peak = results.peak_stress?;
-        let scale = Scale::new(
-            Quantity::VonMises,
-            &self.on_skin(&field),
-            Some((peak.von_mises, None)).filter(|(value, _)| value.is_finite()),
-            false,
-        );
-        let description = format!(
-            "Bodies coloured by the recovered von Mises stress, and cut open. The largest is {} in {} at {}.",
-            with_digits(peak.von_mises, DIGITS),
-            self.names[peak.body],
-            shown(peak.point)
-        );
-        let what = ("von_mises", "Von Mises stress", Quantity::VonMises);
-        let through = Some(peak.point);
-        Some(Picture {
-            name: "von_mises".into(),
-            svg: self.coloured(what, &field, &scale, through, description),
-            caption: "The recovered stress: a smooth picture of the stress in equilibrium, for each material. A cut goes through its largest value, unless that can be seen on the surface."
-                .into(),
-            numbers: None,
-        })
-    }
-
-    /// The size of the displacement.
-    fn displacement(&self) -> Option<Picture> {
-        let estimate = self.estimate?;
-        let of_body = |b: usize| {
-            let values: Vec<f64> = estimate.pair.bodies[b].displacement.iter().map(|u| norm(*u)).collect();
-            vec![values; self.solution.problem.bodies[b].materials().list().len()]
-        };
-        let values: Vec<Vec<Vec<f64>>> = (0..self.skins.len()).map(of_body).collect();
-        let sizes = |b: usize| values[b].first().into_iter().flatten().copied().enumerate();
-        let all = (0..values.len()).flat_map(|b| sizes(b).map(move |(node, value)| (value, b, node)));
-        let (largest, body, node) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let field = Field::Nodes(values);
-        let found = Some((largest, None)).filter(|(value, _)| value.is_finite());
-        let scale = Scale::new(Quantity::Displacement, &self.on_skin(&field), found, false);
-        let description = format!(
-            "Deformed bodies coloured by the size of the displacement, drawn {} times as large. The largest is {} in {} at {}.",
-            short(self.factor),
-            with_digits(largest, DIGITS),
-            self.names[body],
-            shown(self.solution.problem.bodies[body].mesh().points()[node])
-        );
-        let what = ("displacement", "Displacement", Quantity::Displacement);
-        Some(Picture {
-            name: "displacement".into(),
-            svg: self.coloured(what, &field, &scale, None, description),
-            caption: "The size of the displacement from the bodies at rest.".into(),
-            numbers: None,
-        })
-    }
-
-    /// The density of the error, or of the residual.
-    fn density(&self) -> Option<Picture> {
-        self.estimate?;
-        let meshes = || self.solution.problem.bodies.iter().map(|body| body.mesh());
-        let densities: Vec<Vec<f64>> =
-            (0..self.skins.len()).map(|b| error_density(self.solution, b)).collect();
-        let of_cells = |(values, mesh): (&Vec<f64>, &fem_core::mesh::Mesh<Solid>)| {
-            values.iter().enumerate().map(|(cell, value)| [*value, mesh.measure(cell)]).collect()
-        };
-        let samples: Vec<Vec<[f64; 2]>> = densities.iter().zip(meshes()).map(of_cells).collect();
-        let all = densities.iter().enumerate();
-        let all =
-            all.flat_map(|(b, values)| values.iter().enumerate().map(move |(cell, value)| (*value, b, cell)));
-        let (largest, body, cell) =
-            all.filter(|(value, ..)| value.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let scale = Scale::new(Quantity::ErrorDensity, &samples, Some((largest, None)), false);
-        let corners = self.solution.problem.bodies[body].mesh().corners(cell);
-        let middle = corners.iter().sum::<Vector>() / 4.0;
-        let (title, what) = match self.solution.is_residual() {
-            true => ("Density of the residual", "squared residual"),
-            false => ("Error density", "certified squared error"),
-        };
-        let description = format!(
-            "Bodies coloured by the {what} of each cell over its volume, and cut open. The largest is {} in {} at {}.",
-            with_digits(largest, DIGITS),
-            self.names[body],
-            shown(middle)
-        );
-        let field = Field::Cells(densities);
-        let quantity = ("deformed", title, Quantity::ErrorDensity);
-        let through = Some(middle);
-        Some(Picture {
-            name: "deformed".into(),
-            svg: self.coloured(quantity, &field, &scale, through, description),
-            caption: format!(
-                "The {what} of each cell over its volume. Large values show which cells to refine. A cut goes through the cell of the largest, unless that can be seen on the surface."
-            ),
-            numbers: None,
-        })
     }
 }
 

@@ -54,7 +54,7 @@ impl Quantity {
         }
     }
 
-    fn label(self, labels: &Labels) -> String {
+    pub(crate) fn label(self, labels: &Labels) -> String {
         match self {
             Self::ErrorDensity => labels.density(self.name()),
             Self::VonMises | Self::Pressure => labels.stress(self.name(), "stress units"),
@@ -152,6 +152,12 @@ impl Scale {
             _ if !drawable(value) || (logarithmic && !drawable_log(value)) => f64::NAN,
             _ => self.axis.position(value),
         }
+    }
+
+    /// Lists the ticks: their positions, with their labels.
+    pub(crate) fn ticks(&self) -> Vec<(f64, &str)> {
+        let labelled = self.axis.major().iter().filter(|_| !self.empty);
+        labelled.map(|(value, label)| (self.axis.position(*value), label.as_str())).collect()
     }
 
     /// Draws the bar below a panel.

@@ -96,6 +96,11 @@ impl Entry {
     }
 }
 
+/// Lists the colours of the scale as style sheets write them.
+pub(crate) fn scale_colours() -> Vec<String> {
+    (0..BANDS).map(bands::colour_of).collect()
+}
+
 /// Returns the colour of a body, by its number.
 pub(crate) fn of_body(body: usize) -> Colour {
     colour::parts(BODIES[body % BODIES.len()])
@@ -111,7 +116,7 @@ pub(crate) struct Panel<'a> {
     pub(crate) heading: String,
     pub(crate) scene: &'a Scene,
     pub(crate) view: View,
-    /// The points that must be in the picture; all of the scene if there are none.
+    /// The points that must be in the picture; if the list is empty, all of the scene.
     pub(crate) focus: &'a [Vector],
     /// Points that a ring with a cross marks.
     pub(crate) marks: Vec<Vector>,
@@ -125,7 +130,7 @@ pub(crate) struct Views<'a> {
     pub(crate) legend: &'a [Entry],
     pub(crate) panels: &'a [Panel<'a>],
     pub(crate) scale: Option<(&'a Scale, Quantity)>,
-    /// Of the bodies; without them the views have no names.
+    /// The names of the bodies; the views show no names if the list is empty.
     pub(crate) names: &'a [&'a str],
 }
 

@@ -85,11 +85,12 @@ impl Model<'_> {
             svg: plot::views(&figure, &self.labels),
             caption: "Supports, loads and imposed displacements as the program read them.".into(),
             numbers: None,
+            view: None,
         }
     }
 
     /// Lists the faces of each body that are in a pair.
-    fn touching(&self) -> Vec<BTreeSet<FacetId>> {
+    pub(super) fn touching(&self) -> Vec<BTreeSet<FacetId>> {
         let problem = self.solution.problem;
         let mut touching = vec![BTreeSet::new(); problem.bodies.len()];
         for pair in &problem.contacts {
