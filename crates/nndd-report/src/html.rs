@@ -1,6 +1,8 @@
 //! report.html: one page with everything, for people. No network; the only script turns the view of solids.
 
+mod glance;
 mod results;
+mod view;
 
 use crate::convert;
 use crate::figures::Picture;
@@ -14,6 +16,7 @@ use cre_estimator::FieldCertificate;
 use fem_core::body::Body;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::ContactProblem;
+use glance::glance;
 use results::results;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -104,10 +107,11 @@ pub(crate) fn page<S: ReportSpace>(
 ) -> String {
     let mut page = head(case);
     verdict(&mut page, report);
-    notes(&mut page, report);
+    glance(&mut page, case, report);
     figures(&mut page, pictures);
+    notes(&mut page, report);
     if report.certificate.as_ref().is_some_and(|found| found.e_cre.is_some()) || report.coulomb.is_some() {
-        results(&mut page, case, report);
+        results(&mut page, case, problem, report);
     }
     let angles: Vec<f64> = problem.bodies.iter().map(|body| body.mesh().smallest_angle()).collect();
     bodies(&mut page, case, report, &angles);
@@ -269,6 +273,14 @@ fn verdict(page: &mut String, report: &Report) {
             page,
             "<p>The percentage is the bound over the energy norm of the computed displacements{exact}.</p>"
         );
+        let percent =
+            certificate.relative.map_or_else(String::new, |relative| words::rounded_up(100.0 * relative));
+        let _ = writeln!(
+            page,
+            "<p>What {percent} % means: the energy norm of a displacement is the root of twice its strain energy. For the difference between the \
+             computed and the exact displacements it is at most this part of its value for the computed ones. A stress at a point may be \
+             off by more. The guide says how the bound is found: ‘What the indicators mean’ in <code>tests/cases/GUIDE.md</code>.</p>"
+        );
     }
 }
 
@@ -299,7 +311,7 @@ fn figures(page: &mut String, pictures: &[Picture]) {
     for picture in pictures {
         page.push_str("<figure>");
         if let Some(data) = &picture.view {
-            view(page, data);
+            view::write(page, data);
         }
         let _ = write!(page, "{}<figcaption>{}", picture.svg, escape(&picture.caption));
         if let Some(file) = picture.numbers {
@@ -308,23 +320,6 @@ fn figures(page: &mut String, pictures: &[Picture]) {
         page.push_str("</figcaption></figure>\n");
     }
     page.push_str("</div>\n");
-}
-
-/// The script of the view that turns.
-const VIEWER: &str = include_str!("html/viewer.js");
-/// Its controls, which the style sheet hides until the script runs.
-const CONTROLS: &str = include_str!("html/viewer.html");
-
-/// Writes a view that turns, for browsers with script and WebGL; the others show the picture behind it.
-fn view(page: &mut String, data: &Value) {
-    // No text of the data ends the element.
-    let text = data.to_string().replace('<', "\\u003c");
-    let note = data["note"].as_str().unwrap_or_default();
-    let controls = CONTROLS.replace("{note}", &escape(note));
-    let _ = write!(
-        page,
-        "{controls}<script type=\"application/json\" id=\"skin\">{text}</script>\n<script>{VIEWER}</script>\n"
-    );
 }
 
 /// Writes the table of the parts of the bound.

@@ -7,6 +7,9 @@ use crate::words::{self, with_digits};
 use case_io::Case;
 use case_io::case::Units;
 use case_io::report::{ContactStretch, ContactSummary, ContactSurface, Report, Spin};
+use fem_core::body::Body;
+use fem_core::geometry::Coordinates;
+use fem_core::interface::ContactProblem;
 use fem_core::space::Words;
 use std::cmp::Ordering;
 use std::collections::HashMap;
@@ -14,9 +17,16 @@ use std::fmt::Write as _;
 
 /// Digits of a place, at least.
 const PLACE_DIGITS: usize = 4;
+/// Digits of loads and of the reactions to them, which agree but for the contact.
+const LOAD_DIGITS: usize = 4;
 
 /// Writes the table of results, and the sums of forces below it.
-pub(super) fn results<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
+pub(super) fn results<S: ReportSpace>(
+    page: &mut String,
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+    report: &Report,
+) {
     let r = &report.results;
     let thickness = S::thickness(&case.model);
     // Without a solution nothing of it is known.
@@ -197,6 +207,7 @@ pub(super) fn results<S: ReportSpace>(page: &mut String, case: &Case<S>, report:
         ),
         None => writeln!(page, "<p>All digits are in <a href=\"report.json\">report.json</a>.</p>"),
     };
+    loads(page, case, problem, report);
     balance(page, case, report);
 }
 
@@ -215,6 +226,46 @@ fn stretches<'a>(contacts: &[ContactSummary], all: &'a [ContactStretch]) -> Vec<
         own
     };
     contacts.iter().map(of_pair).collect()
+}
+
+/// The resultant of the loads on each body beside those of its supports.
+fn loads<S: ReportSpace>(page: &mut String, case: &Case<S>, problem: &ContactProblem<S>, report: &Report) {
+    let reactions = report.results.reactions.iter().flatten();
+    let rows = report.bodies.iter().zip(&problem.bodies).flat_map(|(summary, body)| {
+        let load = resultant(body);
+        let mut sums = [0.0; 3];
+        for reaction in reactions.clone().filter(|reaction| reaction.body == summary.name) {
+            let force = [reaction.fx, reaction.fy, reaction.fz.unwrap_or_default()];
+            (0..3).for_each(|c| sums[c] += force[c]);
+        }
+        let sides = summary.rigid_sides.iter().map(|side| &side.force);
+        sides.for_each(|force| force.iter().zip(&mut sums).for_each(|(force, sum)| *sum += force));
+        let size = load.largest().max(sums.iter().fold(0.0, |most, x| x.abs().max(most)));
+        let shown =
+            |x: f64| with_digits(if x.abs() <= words::ROUNDING * size { 0.0 } else { x }, LOAD_DIGITS);
+        let row = |what: &str, force: &[f64]| {
+            let mut cells = vec![summary.name.clone(), what.to_owned()];
+            cells.extend(force.iter().take(S::COORDINATES.len()).map(|x| shown(*x)));
+            cells
+        };
+        [row("loads", load.entries()), row("supports and rigid sides", &sums)]
+    });
+    let mut heads = vec!["body".to_owned(), "resultant of".to_owned()];
+    heads.extend(S::COORDINATES.iter().map(|axis| with_unit(case, &format!("force {axis}"), S::force_unit)));
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    table(page, "Loads and reactions", &heads, rows);
+}
+
+/// Computes the resultant of the tractions and of the body force; the forces on rigid sides are among those of the sides.
+fn resultant<S: ReportSpace>(body: &Body<S>) -> S::Vector {
+    let mesh = body.mesh();
+    let conditions = mesh.topology().boundary_facets().iter().filter_map(|facet| {
+        let traction = body.facet_condition(*facet)?.traction;
+        let nodes = traction.as_ref();
+        Some(nodes.iter().copied().sum::<S::Vector>() * (mesh.facet_measure(*facet) / nodes.len() as f64))
+    });
+    let volume: f64 = (0..mesh.cells().len()).map(|cell| mesh.measure(cell)).sum();
+    conditions.sum::<S::Vector>() + body.body_force() * volume
 }
 
 /// The forces on each body added up, which are round-off.
