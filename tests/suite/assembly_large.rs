@@ -8,6 +8,7 @@ use fem_core::interface::{ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
+use fem_core::mesh::id::NodeId;
 use nndd::{ExactSolution, solve_exactly};
 use tests::prepare;
 
@@ -27,7 +28,7 @@ fn row(count: usize) -> ContactProblem {
     let flat = block([0.0, 0.0], [2.0 * count as f64, 1.0], [4 * count, 1]).unwrap();
     let facets = flat.topology().facets();
     let ends = |side: &str| flat.group(side).unwrap().iter().map(|edge| facets[*edge]);
-    let middle = |[a, b]: &[_; 2]| 0.5 * (flat.points()[*a][0] + flat.points()[*b][0]);
+    let middle = |[a, b]: &[NodeId; 2]| 0.5 * (flat.points()[*a][0] + flat.points()[*b][0]);
     let mut groups = vec![("bottom".to_owned(), ends("bottom").collect::<Vec<_>>())];
     for k in 0..count {
         let under = (2 * k) as f64..(2 * k + 1) as f64;

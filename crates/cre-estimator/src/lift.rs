@@ -52,7 +52,15 @@ impl Lift {
     /// Returns the moved nodes of [`Self::body`] and their displacement `l`, m. A node of two stretches of the pair moves by the larger amount.
     ///
     /// * `interface`: of the pair.
-    pub(crate) fn field<S: Recovery>(
+    pub fn field<S: Recovery>(
+        &self,
+        problem: &ContactProblem<S>,
+        interface: &ContactInterface<S>,
+    ) -> Vec<(NodeId, S::Vector)> {
+        self.field_on(&NodeLines::new(problem), interface)
+    }
+
+    fn field_on<S: Recovery>(
         &self,
         lines: &NodeLines<'_, S>,
         interface: &ContactInterface<S>,
@@ -93,7 +101,7 @@ impl Lift {
         displacement: &[S::Vector],
     ) -> Vec<S::Vector> {
         let mut lifted = displacement.to_vec();
-        for (node, l) in self.field(lines, interface) {
+        for (node, l) in self.field_on(lines, interface) {
             lifted[node] += l;
         }
         lifted
@@ -114,7 +122,7 @@ pub(crate) fn joined<'a, S: Recovery>(
         let nodes = problem.bodies[lift.body].mesh().points().len();
         let all = joined[lift.body].get_or_insert_with(|| vec![S::Vector::ZERO; nodes]);
         let lines = lines.get_or_insert_with(|| NodeLines::new(problem));
-        for (node, l) in lift.field(lines, &pair.interface) {
+        for (node, l) in lift.field_on(lines, &pair.interface) {
             if l.times(&l) > all[node].times(&all[node]) {
                 all[node] = l;
             }
@@ -222,7 +230,7 @@ pub(crate) fn find<S: Recovery>(
         }
         let by_pair = sharpened(interface, &directions, (opening, middle), (&least, most));
         let mut lift = Lift { body, side, by_pair, energy: 0.0 };
-        lift.energy = energy(&lines.problem.bodies[body], &lift.field(lines, interface));
+        lift.energy = energy(&lines.problem.bodies[body], &lift.field_on(lines, interface));
         let opened = lifted_middle_openings(lines, pair, displacement, &lift);
         let ends: Vec<f64> = opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
         (lift, stuck.max(depth_between(interface, &ends, &opened)))

@@ -21,6 +21,8 @@ const RING: [f64; 3] = [0.0, 0.5, 0.8];
 const ON_SURFACE: f64 = 1e-12;
 /// Steps of Newton's method, at most.
 const ROUNDS: usize = 20;
+/// Cosine of the angle below which a side continues a declared surface: 20 degrees.
+const CONTINUES: f64 = 0.94;
 /// Two normals closer than this are one: that of the same side.
 const SAME_NORMAL: f64 = 1e-8;
 
@@ -78,7 +80,12 @@ impl<'a> FinerBody<'a> {
                     }
                     _ => false,
                 };
-                if !lines.iter().any(is_known) {
+                // A side that continues the surface gives way: in its plane the surface is far from the node.
+                let continues = |line: &RigidLine<Solid>| {
+                    !matches!(line, RigidLine::Plane { .. })
+                        && line.distance(self.points[node]).1.dot(&normal).abs() > CONTINUES
+                };
+                if !lines.iter().any(|line| is_known(line) || continues(line)) {
                     lines.push(RigidLine::Plane { point: corners[0], normal });
                 }
             }
