@@ -20,7 +20,7 @@
 //!
 //! A [`MeshFile`] keeps the file's own numbers of nodes and elements, so that every message can use them. Its
 //! groups are sets of nodes, edges, cells or volumes; a group of cells is a region that can become a body, a group of edges
-//! becomes a named side of the bodies it borders. In a mesh of tetrahedra groups of volumes become bodies, and groups of cells their sides. Files are taken to be hostile: memory is bounded by the size of
+//! becomes a named side of the bodies it borders. In a mesh of volumes groups of volumes become bodies, and groups of cells their sides. Files are taken to be hostile: memory is bounded by the size of
 //! the file, never by a count in it, and every fault is an error with its place.
 //!
 //! # Example

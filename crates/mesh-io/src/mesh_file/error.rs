@@ -39,9 +39,10 @@ impl MeshFault {
                 "a file that can be read",
                 "check the name: a file that another one includes is looked for beside that one",
             ),
-            Self::Format => {
-                ("a plane mesh", "convert the file: meshio convert FILE mesh.msh --output-format gmsh22")
-            }
+            Self::Format => (
+                "a mesh of a format that is read",
+                "convert the file: meshio convert FILE mesh.msh --output-format gmsh22",
+            ),
             Self::Syntax => {
                 ("what the format asks for", "export the mesh again, or correct this place by hand")
             }
