@@ -45,7 +45,7 @@ fn refusal(v: &Values<'_>, code: i32, count: u64, number: Option<u64>) -> MeshFi
         Some(what) => v
             .unsupported(format!("the file has {}{first}", counted(many, what)))
             .expected(expected)
-            .help("make the mesh linear: gmsh old.msh -order 1 -save -o new.msh"),
+            .help("mesh again with Mesh.ElementOrder = 1, or convert the file: gmsh old.msh -order 1 -save -o new.msh"),
         None => v.fault(format!("there is no element type {code}{first}")).expected(expected),
     }
 }
