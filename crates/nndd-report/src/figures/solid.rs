@@ -10,7 +10,7 @@ use super::{NamedRows, Picture, adaptive, closing, convergence, steps};
 use crate::plot::{self, Labels, OUTLINE, Panel, Quantity, Views, of_edges};
 use crate::render::{Cut, Face, Line, Paint, Scene, Skin, SkinFace, Vector, View};
 use crate::solved::Fields;
-use crate::words::{short, with_digits};
+use crate::words::{self, short, with_digits};
 use case_io::Case;
 use case_io::report::Report;
 use case_io::table::ContactRow;
@@ -209,7 +209,10 @@ impl<'a> Model<'a> {
             |b: usize, face: &SkinFace| self.solution.problem.bodies[b].materials().index(face.cell);
         let paint = |b: usize, face: &SkinFace| Paint::Heights(heights(b, face));
         let mut skin = self.scene(&paint, &material, None);
-        skin.lines.extend(self.obstacles());
+        // On the other figures their nets would hide colours.
+        if of.quantity == Quantity::Displacement {
+            skin.lines.extend(self.obstacles());
+        }
         let cut = of.through.map(|point| Cut { point, normal: self.to_cut() }).filter(|cut| self.opens(cut));
         let section = cut.map(|cut| {
             let cells = |b: usize, cell: usize| {
@@ -275,6 +278,5 @@ impl<'a> Model<'a> {
 
 /// Writes a place.
 fn shown(point: Vector) -> String {
-    let all: Vec<String> = point.iter().map(|x| with_digits(*x, DIGITS)).collect();
-    format!("({})", all.join(", "))
+    words::place(point.as_slice(), point.amax())
 }

@@ -8,17 +8,11 @@ use case_io::case::Units;
 use case_io::report::{ContactSummary, Report};
 use std::fmt::Write as _;
 
-/// Digits of a place, at least.
-const PLACE_DIGITS: usize = 3;
-
 /// Writes peaks and contact of solids; nothing in the plane, whose figures of contact lines say it.
 pub(super) fn glance<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
     let digits = words::certified_digits(certified(report));
     let shown = |x: Option<f64>| x.map_or_else(|| number(None), |x| with_digits(x, digits));
-    let place = |at: &[f64]| {
-        let all: Vec<String> = at.iter().map(|x| with_digits(*x, digits.max(PLACE_DIGITS))).collect();
-        format!("({})", all.join(", "))
-    };
+    let place = |at: &[f64]| words::place(at, at.iter().fold(0.0, |most, x| x.abs().max(most)));
     let surfaces = || report.contact.iter().filter_map(|pair| Some((pair, pair.surface.as_ref()?)));
     if let Some(peak) = &report.results.peak_stress
         && let Some(z) = peak.z
