@@ -423,7 +423,7 @@ mod tests {
                 let volume: f64 = (0..mesh.cells().len()).map(|cell| mesh.measure(cell)).sum();
                 assert!((volume - 1.0).abs() < 1e-12, "{volume}");
                 let points = mesh.points();
-                assert!(points.iter().all(|x| x[2] >= z && x[2] <= z + 1.0), "{cells:?}");
+                assert!(points.iter().all(|x| x[2] >= z - 1e-15 && x[2] <= z + 1.0 + 1e-15), "{cells:?}");
                 assert!((area(mesh, mesh.group("contact").unwrap()) - 1.0).abs() < 1e-12);
             }
         }
