@@ -130,9 +130,8 @@ impl Lines {
 fn flexibility(system: &ContactSystem<'_>) -> SymmetricMatrix {
     let n = system.rows.len();
     let inverses = each_body(system.bodies.len(), |b| system.bodies[b].flexibility());
-    let mut entries = entries(system.of_body.iter().map(Vec::len));
-    if n >= LARGE && is_full(n, entries) {
-        entries = 0;
+    let mut entries = 0;
+    if n >= LARGE {
         each_entry(system, &inverses, NEGLIGIBLE, |i, j, _| entries += if i == j { 1 } else { 2 });
     }
     if !is_full(n, entries) {
@@ -314,7 +313,7 @@ impl<'a> ForceQp<'a> {
         Ok((solution, start))
     }
 
-    /// Returns a first set for a problem without friction in which nodes have more rows against obstacles than unknowns; `None` if there is no such node. Of these rows only
+    /// Returns a first set for a problem without friction in which nodes have more rows than unknowns; `None` if there is no such node. Of these rows only
     /// the tightest one is closed: they depend on each other, and one obstacle of many is near.
     fn without_crowds(&self) -> Option<Vec<BoundState>> {
         let ContactSystem { rows, of_body, bodies, .. } = self.system;
@@ -323,9 +322,7 @@ impl<'a> ForceQp<'a> {
             let leaders = leaders(body.len(), of_body.iter().map(|row| &row.terms));
             let (mut unknowns, mut crowds) = (vec![0; body.len()], vec![Vec::new(); body.len()]);
             leaders.iter().for_each(|leader| unknowns[*leader] += 1);
-            // Rows between two bodies depend on each other in both, or not at all.
-            let alone = |of: &&BodyRow| rows.rows[of.row].obstacle.is_some() && !of.terms.is_empty();
-            for of in of_body.iter().filter(alone) {
+            for of in of_body.iter().filter(|row| !row.terms.is_empty()) {
                 crowds[leaders[of.terms[0].0]].push(of.row);
             }
             for (crowd, _) in crowds.iter().zip(unknowns).filter(|(crowd, unknowns)| crowd.len() > *unknowns)
