@@ -89,7 +89,6 @@ mod lanes;
 pub mod lift;
 pub mod marking;
 mod measures;
-mod node_lines;
 mod openings;
 pub mod parts;
 mod plane;

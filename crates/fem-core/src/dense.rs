@@ -2,7 +2,7 @@
 
 pub(crate) mod triangular;
 
-pub use triangular::{mirror, square};
+pub use triangular::square;
 
 use nalgebra::{DMatrix, DVector};
 
