@@ -192,7 +192,7 @@ impl<'a> NetCdf<'a> {
     }
 }
 
-/// Returns what stands before the first zero byte.
+/// Returns the bytes before the first zero byte.
 pub(super) fn until_zero(text: &[u8]) -> &[u8] {
     text.split(|byte| *byte == 0).next().unwrap_or_default()
 }

@@ -142,7 +142,7 @@ impl Model<'_> {
             let force = body.body_force();
             if force.norm() > 0.0 {
                 let [low, high] = body.mesh().bounding_box();
-                // Above the body, where it can be seen.
+                // Above the body: it would hide the arrow.
                 let upright = self.upright();
                 let at =
                     0.5 * (low + high) + (0.5 * (high - low).dot(&upright) + LONGEST * self.size) * upright;
