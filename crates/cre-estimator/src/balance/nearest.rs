@@ -3,16 +3,12 @@
 use super::tractions::{LineTractions, Tractions};
 use super::{Rows, admissible_limits};
 use crate::error::EstimatorError;
-use crate::pressure;
 use crate::recovery::Recovery;
 use contact_qp::{BoxQp, Disc, MatrixView, QpSettings, SparseRows, nearest_balanced, solve_box};
-use fem_core::interface::{ContactFacet, ContactPair, ContactState};
+use fem_core::interface::{ContactPair, ContactState};
+use fem_core::mesh::id::FacetId;
 use fem_core::prepared::PreparedProblem;
 use std::collections::BTreeMap;
-
-/// The nearest pressure in balance is looked for among the pairs that carry a force if on all pairs `∫ p o` would be this many
-/// times larger.
-const DEAR: f64 = 2.0;
 
 /// Limits of Coulomb friction that change by this fraction of the largest one agree, after at most this many changes.
 const AGREED: f64 = 1e-14;
@@ -64,11 +60,49 @@ pub(super) fn discs<S: Recovery>(
     contacts.iter().zip(&tractions.lines).zip(limits).flat_map(of_pair).collect()
 }
 
+/// Subtracts from pressures those that would close the openings `o`, about `E o/L` over the loaded length `L`. The pressure in balance that is nearest to
+/// the rest makes the energy of the change, about `L/E ∑ ℓ (p − t)²`, small together with the work on the openings, `2 ∑ ℓ p o`.
+///
+/// * `target`: pressure and friction, `t`, Pa.
+pub(super) fn less_openings<S: Recovery>(
+    prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
+    tractions: &Tractions,
+    target: &[f64],
+) -> Vec<f64> {
+    let mut wanted = target.to_vec();
+    for ((pair, of), line) in prepared.problem().contacts.iter().zip(&state.contacts).zip(&tractions.lines) {
+        let stiffness = stiffness(prepared, pair);
+        let own = line.start..line.start + line.count();
+        let (values, openings) = (&mut wanted[own], line.openings(&pair.interface, of.opening));
+        let loaded: f64 =
+            openings.iter().map(|(k, _)| if values[*k] > 0.0 { line.weights[*k] } else { 0.0 }).sum();
+        let least = line.weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let length = loaded.max(least).powf(1.0 / (S::DIM - 1) as f64);
+        openings.into_iter().for_each(|(k, opening)| values[k] -= stiffness * opening.max(0.0) / length);
+    }
+    wanted
+}
+
+/// Computes about the modulus of elasticity of the bodies of a pair together, Pa: `1/E` is the sum of theirs.
+fn stiffness<S: Recovery>(prepared: &PreparedProblem<S>, pair: &ContactPair<S>) -> f64 {
+    let bodies = &prepared.problem().bodies;
+    let flexibility = |body: usize, facet: FacetId| -> f64 {
+        let cell = bodies[body].mesh().topology().facet_cells()[facet][0] as usize;
+        let along = |k: usize| S::components(|i| if i == k { 1.0 } else { 0.0 }).into();
+        let material = bodies[body].material(cell);
+        (0..S::DIM).map(|k| material.complementary(along(k), along(k)) / S::DIM as f64).sum()
+    };
+    pair.interface.facets().first().map_or(0.0, |facet| {
+        let [own, other] = facet.facets;
+        1.0 / (flexibility(pair.body, own) + pair.partner.body().map_or(0.0, |body| flexibility(body, other)))
+    })
+}
+
 /// Finds tractions in balance within the cones of Coulomb friction of solids: again and again the nearest ones within the limits `μ p` of the pressures
 /// before, until these agree. `None` if they do not, or nothing is in balance.
 pub(super) fn nearest_in_round_cones<S: Recovery>(
     prepared: &PreparedProblem<S>,
-    state: &ContactState<'_, S>,
     tractions: &Tractions,
     near: (&[f64], &[f64]),
     rows: &Rows,
@@ -85,7 +119,7 @@ pub(super) fn nearest_in_round_cones<S: Recovery>(
             lines.map(of_line).collect()
         };
         let limits = limits_of(&values);
-        let Some(found) = nearest(prepared, state, tractions, near, rows, &limits)? else { return Ok(None) };
+        let Some(found) = nearest(prepared, tractions, near, rows, &limits)? else { return Ok(None) };
         let inside = limits_of(&found);
         let change = limits.iter().flatten().zip(inside.iter().flatten()).map(|(a, b)| (a - b).abs());
         let largest = inside.iter().flatten().fold(0.0f64, |most, s| most.max(*s));
@@ -100,7 +134,6 @@ pub(super) fn nearest_in_round_cones<S: Recovery>(
 /// Finds the nearest tractions in balance within given limits of friction, (31); `None` if nothing is in balance.
 pub(super) fn nearest<S: Recovery>(
     prepared: &PreparedProblem<S>,
-    state: &ContactState<'_, S>,
     tractions: &Tractions,
     (target, weights): (&[f64], &[f64]),
     Rows { independent: (matrix, loads), .. }: &Rows,
@@ -108,30 +141,9 @@ pub(super) fn nearest<S: Recovery>(
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let discs = discs(contacts, tractions, limits);
-    let near = |allowed: Option<&[bool]>| {
-        let [lower, upper] = bounds(prepared, tractions, limits, allowed);
-        nearest_balanced(target, weights, [&lower, &upper], &discs, matrix, loads)
-    };
-    let Some(mut found) = near(None)? else { return Ok(None) };
-    // A little pressure where the bodies are far apart costs much in 2∫ p o.
-    let cost = |values: &[f64]| -> f64 {
-        let of_pair = |(k, (line, values)): (usize, (&LineTractions, &[f64]))| -> f64 {
-            let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
-            let mean = |facet: &ContactFacet<S>| facet.mean_openings(opening);
-            let middle: Vec<f64> = interface.facets().iter().flat_map(mean).collect();
-            let (by_facet, _) = line.pressure(interface, values);
-            pressure::contact_terms(interface, &by_facet, opening, &middle).iter().sum()
-        };
-        tractions.split(values).enumerate().map(of_pair).sum()
-    };
-    let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
-    if cost(&found.values) > DEAR * cost(target)
-        && let Some(near) = near(Some(&loaded))?
-        && cost(&found.values) > DEAR * cost(&near.values)
-    {
-        found = near;
-    }
-    Ok(Some(found.values))
+    let [lower, upper] = bounds(prepared, tractions, limits, None);
+    let found = nearest_balanced(target, weights, [&lower, &upper], &discs, matrix, loads)?;
+    Ok(found.map(|found| found.values))
 }
 
 /// Finds the nearest tractions in balance within the cones of Coulomb friction: with `p = α + β`, `q = μ (α − β)` and `α, β ≥ 0` a

@@ -116,6 +116,21 @@ impl LineTractions {
         target
     }
 
+    /// Lists the unknown pressures, from the first unknown of the line, with the openings there, m: on a facet the mean.
+    ///
+    /// * `by_pair`: opening of each pair, m.
+    pub(super) fn openings<S: Recovery>(
+        &self,
+        interface: &ContactInterface<S>,
+        by_pair: &[f64],
+    ) -> Vec<(usize, f64)> {
+        let of_facet = |k: &usize| -> f64 {
+            interface.facets()[*k].openings(by_pair).as_ref().iter().sum::<f64>() / S::DIM as f64
+        };
+        let on_facets = (self.rows..).zip(self.facets.iter().map(of_facet));
+        (0..).zip(by_pair.iter().copied()).chain(on_facets).collect()
+    }
+
     /// Computes the pressure at the corners of each facet, and at each pair the mean of the facets around, Pa.
     ///
     /// * `values`: of the unknowns of this line.
