@@ -7,6 +7,7 @@ mod adversarial;
 mod assemblies;
 mod assemblies_nndd;
 mod assembly_cases;
+mod assembly_large;
 mod assembly_random;
 mod bound;
 mod bounds;

@@ -14,6 +14,7 @@ mod active_set;
 mod augmented;
 mod full;
 mod kept;
+mod weighted;
 
 use crate::bound_state::BoundState;
 use crate::error::QpError;

@@ -5,6 +5,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::cholesky::llt::solve::solve_in_place;
 use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Accum, MatMut, MatRef, Par};
 
 /// A pivot below this fraction of its diagonal entry may be round-off.
@@ -55,10 +56,26 @@ impl Factor {
 
     /// Overwrites the columns of `rhs`, each as long as `I`, with `P_II⁻¹ rhs`.
     pub(crate) fn solve(&self, rhs: &mut [f64]) {
-        let columns = rhs.len().checked_div(self.n).unwrap_or(0);
-        let rhs = MatMut::from_column_major_slice_mut(rhs, self.n, columns);
-        let lower = MatRef::from_column_major_slice(&self.lower, self.n, self.n);
+        let (lower, rhs) = self.with(rhs);
         solve_in_place(lower, rhs, Par::Seq, MemStack::new(&mut []));
+    }
+
+    /// Overwrites the columns of `rhs` with `L⁻¹ rhs`.
+    pub(crate) fn forward(&self, rhs: &mut [f64]) {
+        let (lower, rhs) = self.with(rhs);
+        solve_lower_triangular_in_place(lower, rhs, Par::Seq);
+    }
+
+    /// Overwrites the columns of `rhs` with `L⁻ᵀ rhs`.
+    pub(crate) fn backward(&self, rhs: &mut [f64]) {
+        let (lower, rhs) = self.with(rhs);
+        solve_upper_triangular_in_place(lower.transpose(), rhs, Par::Seq);
+    }
+
+    fn with<'a>(&'a self, rhs: &'a mut [f64]) -> (MatRef<'a, f64>, MatMut<'a, f64>) {
+        let columns = rhs.len().checked_div(self.n).unwrap_or(0);
+        let lower = MatRef::from_column_major_slice(&self.lower, self.n, self.n);
+        (lower, MatMut::from_column_major_slice_mut(rhs, self.n, columns))
     }
 }
 
@@ -74,24 +91,16 @@ pub(crate) fn subtract_square(matrix: &mut [f64], lower: &[f64], (height, first)
     matmul(matrix, Accum::Add, lower, top, -1.0, Par::Seq);
 }
 
-/// Returns `P⁻¹ C` and `Cᵀ P⁻¹ C`, column by column.
+/// Computes `AᵀB`, column by column.
 ///
-/// * `solve`: overwrites columns with `P⁻¹` of them.
-/// * `coupling`: C, column by column.
-/// * `columns`: of C, at least 1.
-pub(crate) fn eliminate(
-    solve: impl Fn(&mut [f64]),
-    coupling: &[f64],
-    columns: usize,
-) -> (Vec<f64>, Vec<f64>) {
-    let size = coupling.len() / columns;
-    let mut solved = coupling.to_vec();
-    solve(&mut solved);
+/// * `a`, `b`: column by column; `columns`: of each.
+pub(crate) fn products(a: &[f64], b: &[f64], columns: usize) -> Vec<f64> {
+    let size = a.len().checked_div(columns).unwrap_or(0);
     let mut product = vec![0.0; columns * columns];
-    let [c, right] = [coupling, &solved].map(|values| MatRef::from_column_major_slice(values, size, columns));
+    let [a, b] = [a, b].map(|values| MatRef::from_column_major_slice(values, size, columns));
     let to = MatMut::from_column_major_slice_mut(&mut product, columns, columns);
-    matmul(to, Accum::Replace, c.transpose(), right, 1.0, Par::Seq);
-    (solved, product)
+    matmul(to, Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
+    product
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@
 //! active set, with the violated bounds, is a few primal-dual steps from the right one.
 
 use crate::bound_state::BoundState;
-use crate::cholesky::{Factor, eliminate};
+use crate::cholesky::{Factor, products};
 use crate::error::QpError;
 use crate::interior_point;
 use crate::problem::MatrixView;
@@ -49,7 +49,9 @@ pub(crate) fn guess(
         kept.iter().flat_map(|k| rest.iter().map(move |i| values[k * n + i])).collect();
     coupling.extend(rest.iter().map(|i| qp.linear[*i]));
     let size = kept.len();
-    let (solved, product) = eliminate(|sides| factor.solve(sides), &coupling, size + 1);
+    let mut solved = coupling.clone();
+    factor.solve(&mut solved);
+    let product = products(&coupling, &solved, size + 1);
     let mut matrix = vec![0.0; size * size];
     for b in 0..size {
         for a in 0..=b {

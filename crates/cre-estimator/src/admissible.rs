@@ -7,6 +7,7 @@ use crate::error::EstimatorError;
 use crate::friction::{FacetFriction, OnFacets};
 use crate::lift::{self, Lift};
 use crate::measures::Accuracy;
+use crate::node_lines::NodeLines;
 use crate::openings;
 use crate::pressure;
 use crate::recovery::Recovery;
@@ -108,11 +109,9 @@ pub(crate) fn recovered_pair<S: Recovery>(
     let problem = prepared.problem();
     let Pressure { by_pair, by_facet, friction, limit, facet_friction, shift, imbalance } =
         balance::pressure(prepared, state)?;
-    let found = problem
-        .contacts
-        .iter()
-        .zip(&state.contacts)
-        .map(|(pair, given)| lift_of(problem, pair, state, given));
+    let lines = NodeLines::new(problem);
+    let all = problem.contacts.iter().zip(&state.contacts);
+    let found = all.map(|(pair, given)| lift_of((problem, &lines), pair, state, given));
     let (lifts, openings): (Vec<Lift>, Vec<Vec<f64>>) = found.unzip();
     let moved = lift::joined(problem, &lifts);
     let lift_energy = lift::total_energy(problem, &lifts, &moved);
@@ -135,7 +134,7 @@ pub(crate) fn recovered_pair<S: Recovery>(
 
 /// Finds the lift of a pair, and the middle openings without it.
 fn lift_of<S: Recovery>(
-    problem: &ContactProblem<S>,
+    (problem, lines): (&ContactProblem<S>, &NodeLines<'_, S>),
     pair: &ContactPair<S>,
     state: &ContactState<'_, S>,
     given: &PairState<'_>,
@@ -144,7 +143,7 @@ fn lift_of<S: Recovery>(
     let middle = S::middle_openings(&pair.interface, displacement);
     // The allowance for round-off covers what is smaller.
     let penetrates = openings::penetrate(pair, displacement, given);
-    (lift::find(problem, pair, displacement, (given.opening, penetrates, &middle)), middle)
+    (lift::find(lines, pair, displacement, (given.opening, penetrates, &middle)), middle)
 }
 
 /// The lifts of all nodes of each body, see [`lift::joined`].

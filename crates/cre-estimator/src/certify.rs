@@ -3,7 +3,7 @@
 use crate::admissible::{check_finite, check_length};
 use crate::error::EstimatorError;
 use crate::estimate::{Estimate, estimate_with};
-use crate::lift;
+use crate::node_lines::NodeLines;
 use crate::recovery::Recovery;
 use crate::relaxation::Relaxation;
 use crate::round_off::Noise;
@@ -221,7 +221,7 @@ fn opening<S: Recovery>(fields: [&Vec<S::Vector>; 2], p: &NodePair<S>) -> f64 {
 
 /// Moves the nodes of one body of each pair back until none penetrates; returns the largest penetration, m.
 fn part<S: Recovery>(problem: &ContactProblem<S>, fields: &mut [Vec<S::Vector>]) -> f64 {
-    let mut largest: f64 = 0.0;
+    let (mut largest, lines) = (0.0f64, NodeLines::new(problem));
     for round in 0..ROUNDS {
         let mut deepest: f64 = 0.0;
         for pair in &problem.contacts {
@@ -230,7 +230,7 @@ fn part<S: Recovery>(problem: &ContactProblem<S>, fields: &mut [Vec<S::Vector>])
                 pair.interface.pairs().iter().map(|p| (-opening(both, p)).max(0.0)).collect();
             deepest = depths.iter().copied().fold(deepest, f64::max);
             if depths.iter().any(|depth| *depth > 0.0) {
-                part_pair(problem, pair, fields, &depths);
+                part_pair((problem, &lines), pair, fields, &depths);
             }
         }
         if round == 0 {
@@ -245,7 +245,7 @@ fn part<S: Recovery>(problem: &ContactProblem<S>, fields: &mut [Vec<S::Vector>])
 
 /// Moves the nodes of the body of a pair in which that takes less energy; a node that one body holds is moved in the other.
 fn part_pair<S: Recovery>(
-    problem: &ContactProblem<S>,
+    (problem, lines): (&ContactProblem<S>, &NodeLines<'_, S>),
     pair: &ContactPair<S>,
     fields: &mut [Vec<S::Vector>],
     depths: &[f64],
@@ -254,7 +254,7 @@ fn part_pair<S: Recovery>(
     let moved = |side: usize, b: usize| -> Vec<S::Vector> {
         let mut field = vec![S::Vector::default(); fields[b].len()];
         for (p, depth) in pair.interface.pairs().iter().zip(depths) {
-            if let Some(direction) = lift::direction(problem, b, side, p) {
+            if let Some(direction) = lines.direction(b, side, p) {
                 field[p.nodes[side]] = direction * (side_sign(side) * depth);
             }
         }
@@ -268,9 +268,8 @@ fn part_pair<S: Recovery>(
     let mut order: Vec<(f64, (usize, usize))> = sides.iter().map(|of| (energy(of), *of)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (p, depth) in pair.interface.pairs().iter().zip(depths).filter(|(_, depth)| **depth > 0.0) {
-        let movable = order
-            .iter()
-            .find_map(|(_, (side, b))| Some((*side, *b, lift::direction(problem, *b, *side, p)?)));
+        let movable =
+            order.iter().find_map(|(_, (side, b))| Some((*side, *b, lines.direction(*b, *side, p)?)));
         if let Some((side, b, direction)) = movable {
             // A little more than needed, for the rounding of the sum.
             fields[b][p.nodes[side]] += direction * (side_sign(side) * (1.0 + 4.0 * f64::EPSILON) * *depth);
@@ -293,12 +292,13 @@ fn contact_forces<S: Recovery>(problem: &ContactProblem<S>, fields: &[Vec<S::Vec
     }
     let forces = problem.bodies.iter().zip(fields).map(|(body, field)| Noise::of(body).force(field));
     let forces: Vec<f64> = forces.collect();
+    let lines = NodeLines::new(problem);
     let noise = |pair: &ContactPair<S>| pair.elastic_sides().map(|(_, b)| forces[b]).fold(0.0, f64::max);
     let force = |pair: &ContactPair<S>, p: &NodePair<S>| {
         let of_side = |(side, b): (usize, usize)| {
             let node = p.nodes[side];
             // A support takes what is not along its free direction.
-            let along = lift::direction(problem, b, side, p)?;
+            let along = lines.direction(b, side, p)?;
             (uses[b][node] == 1).then(|| side_sign(side) * residuals[b][node].times(&along))
         };
         let found: Vec<f64> = pair.elastic_sides().filter_map(of_side).collect();

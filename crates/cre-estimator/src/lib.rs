@@ -89,6 +89,7 @@ mod lanes;
 pub mod lift;
 pub mod marking;
 mod measures;
+mod node_lines;
 mod openings;
 pub mod parts;
 mod plane;

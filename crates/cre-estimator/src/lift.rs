@@ -15,27 +15,18 @@
 //! ```
 //! All lines are tested on the final displacements by [`crate::check()`].
 
+use crate::node_lines::NodeLines;
 use crate::recovery::Recovery;
 use crate::side::side_sign;
 use crate::size::larger;
-use fem_core::body::{Body, NodeConstraint};
-use fem_core::directions::Directions;
+use fem_core::body::Body;
 use fem_core::element::Element;
-use fem_core::geometry::{Coordinates, norm};
-use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem, NodePair, Partner};
+use fem_core::geometry::Coordinates;
+use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem, NodePair};
 use fem_core::mesh::id::NodeId;
 use fem_core::space::Space;
 use std::collections::HashMap;
 
-/// A node whose motion opens one of its edges by less than this fraction is not moved; the checks reject a remaining
-/// penetration.
-const SMALLEST_GAIN: f64 = 0.1;
-/// A node that would have to move by more than this multiple of the opening is not moved.
-const LONGEST: f64 = 100.0;
-/// An opening below one by less than this is one.
-const ONE: f64 = 1e-9;
-/// Normals whose sine is smaller are one.
-const PARALLEL: f64 = 1e-9;
 /// The lift that makes all coefficients positive is twice the least one at most. From its half it grows by this factor.
 const GROWTH: f64 = 1.05;
 
@@ -66,12 +57,20 @@ impl Lift {
         problem: &ContactProblem<S>,
         interface: &ContactInterface<S>,
     ) -> Vec<(NodeId, S::Vector)> {
+        self.field_on(&NodeLines::new(problem), interface)
+    }
+
+    fn field_on<S: Recovery>(
+        &self,
+        lines: &NodeLines<'_, S>,
+        interface: &ContactInterface<S>,
+    ) -> Vec<(NodeId, S::Vector)> {
         let sign = side_sign(self.side);
         let pairs = interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
         let mut moved: Vec<(NodeId, S::Vector)> = Vec::new();
         let mut places = HashMap::new();
         for (pair, lift) in pairs {
-            let Some(direction) = direction(problem, self.body, self.side, pair) else { continue };
+            let Some(direction) = lines.direction(self.body, self.side, pair) else { continue };
             let (node, l) = (pair.nodes[self.side], direction * (sign * lift));
             let place = *places.entry(node).or_insert(moved.len());
             match moved.get_mut(place) {
@@ -92,8 +91,17 @@ impl Lift {
         interface: &ContactInterface<S>,
         displacement: &[S::Vector],
     ) -> Vec<S::Vector> {
+        self.lifted(&NodeLines::new(problem), interface, displacement)
+    }
+
+    fn lifted<S: Recovery>(
+        &self,
+        lines: &NodeLines<'_, S>,
+        interface: &ContactInterface<S>,
+        displacement: &[S::Vector],
+    ) -> Vec<S::Vector> {
         let mut lifted = displacement.to_vec();
-        for (node, l) in self.field(problem, interface) {
+        for (node, l) in self.field_on(lines, interface) {
             lifted[node] += l;
         }
         lifted
@@ -109,10 +117,12 @@ pub(crate) fn joined<'a, S: Recovery>(
     lifts: impl IntoIterator<Item = &'a Lift>,
 ) -> Vec<Option<Vec<S::Vector>>> {
     let mut joined: Vec<Option<Vec<S::Vector>>> = vec![None; problem.bodies.len()];
+    let mut lines = None;
     for (pair, lift) in problem.contacts.iter().zip(lifts).filter(|(_, lift)| lift.largest() > 0.0) {
         let nodes = problem.bodies[lift.body].mesh().points().len();
         let all = joined[lift.body].get_or_insert_with(|| vec![S::Vector::ZERO; nodes]);
-        for (node, l) in lift.field(problem, &pair.interface) {
+        let lines = lines.get_or_insert_with(|| NodeLines::new(problem));
+        for (node, l) in lift.field_on(lines, &pair.interface) {
             if l.times(&l) > all[node].times(&all[node]) {
                 all[node] = l;
             }
@@ -172,13 +182,13 @@ pub(crate) fn total_energy<S: Recovery>(
 /// Computes the middle openings of displacements with a lift, m.
 ///
 /// * `displacement`: of the first and the second body of the pair.
-pub(crate) fn lifted_middle_openings<S: Recovery>(
-    problem: &ContactProblem<S>,
+fn lifted_middle_openings<S: Recovery>(
+    lines: &NodeLines<'_, S>,
     pair: &ContactPair<S>,
     displacement: [&[S::Vector]; 2],
     lift: &Lift,
 ) -> Vec<f64> {
-    let lifted = lift.added_to(problem, &pair.interface, displacement[lift.side]);
+    let lifted = lift.lifted(lines, &pair.interface, displacement[lift.side]);
     let fields = if lift.side == 0 { [&lifted, displacement[1]] } else { [displacement[0], &lifted] };
     S::middle_openings(&pair.interface, fields)
 }
@@ -188,7 +198,7 @@ pub(crate) fn lifted_middle_openings<S: Recovery>(
 /// * `displacement`: of the first and the second body of the pair; `opening`: at its pairs of nodes, `middle`: the middle ones along its
 ///   edges, m; `penetrates`: whether openings at nodes are negative by more than round-off.
 pub(crate) fn find<S: Recovery>(
-    problem: &ContactProblem<S>,
+    lines: &NodeLines<'_, S>,
     pair: &ContactPair<S>,
     displacement: [&[S::Vector]; 2],
     (opening, penetrates, middle): (&[f64], bool, &[f64]),
@@ -209,7 +219,7 @@ pub(crate) fn find<S: Recovery>(
     let of_side = |(side, body): (usize, usize)| {
         let all = interface.pairs().iter().zip(&moves);
         let directions: Vec<Option<S::Vector>> =
-            all.map(|(of, moves)| if *moves { direction(problem, body, side, of) } else { None }).collect();
+            all.map(|(of, moves)| if *moves { lines.direction(body, side, of) } else { None }).collect();
         let mut stuck = 0.0f64;
         let mut most = by_pair(interface, &directions, middle);
         for ((lift, least), direction) in most.iter_mut().zip(&least).zip(&directions) {
@@ -220,8 +230,8 @@ pub(crate) fn find<S: Recovery>(
         }
         let by_pair = sharpened(interface, &directions, (opening, middle), (&least, most));
         let mut lift = Lift { body, side, by_pair, energy: 0.0 };
-        lift.energy = energy(&problem.bodies[body], &lift.field(problem, interface));
-        let opened = lifted_middle_openings(problem, pair, displacement, &lift);
+        lift.energy = energy(&lines.problem.bodies[body], &lift.field_on(lines, interface));
+        let opened = lifted_middle_openings(lines, pair, displacement, &lift);
         let ends: Vec<f64> = opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
         (lift, stuck.max(depth_between(interface, &ends, &opened)))
     };
@@ -245,81 +255,9 @@ fn depth_between<S: Recovery>(interface: &ContactInterface<S>, opening: &[f64], 
     facets.fold(0.0, |most, (facet, middle)| larger(most, S::depth(&facet.openings(opening), middle)))
 }
 
-/// Returns the direction `d` in which the node of a body moves to open its pair, `d·n ≥ 1`, with the sign of the normal: the shortest one
-/// that its supports leave free and that opens every pair of the node by at least one. `None` if it cannot move, or if that would close a bent
-/// edge of the node: nodes of rigid sides, and those held along the normal.
-pub(crate) fn direction<S: Recovery>(
-    problem: &ContactProblem<S>,
-    body: usize,
-    side: usize,
-    pair: &NodePair<S>,
-) -> Option<S::Vector> {
-    let node = pair.nodes[side];
-    let (mut normals, mut beside) = (Vec::new(), Vec::new());
-    for (k, side) in problem.sides_of(Partner::Body(body)) {
-        let interface = &problem.contacts[k].interface;
-        let (pairs, outward) = (interface.pairs(), -side_sign(side));
-        normals.extend(pairs.iter().filter(|of| of.nodes[side] == node).map(|of| of.normal * outward));
-        for edge in interface.facets().iter().filter(|edge| edge.bent) {
-            let corners = || (0..S::DIM).map(|corner| interface.corner_pair(edge, corner));
-            for (of, other) in corners().flat_map(|of| corners().map(move |other| (of, other))) {
-                if of.nodes[side] == node && other.nodes != of.nodes {
-                    beside.push(other.normal * outward);
-                }
-            }
-        }
-    }
-    let away = shortest(&normals, &problem.bodies[body].node_constraints()[node])?;
-    beside.iter().all(|n| away.times(n) > SMALLEST_GAIN).then(|| away * -side_sign(side))
-}
-
-/// Finds the shortest displacement that a support leaves free with a part of at least one along all normals.
-fn shortest<S: Space>(normals: &[S::Vector], constraint: &NodeConstraint<S>) -> Option<S::Vector> {
-    let free = constraint.held.complement();
-    let candidates: Vec<S::Vector> = match free.basis() {
-        [] => Vec::new(),
-        [free] => normals.iter().map(|n| *free * (1.0 / free.times(n))).collect(),
-        _ => {
-            let normals: Vec<S::Vector> = normals.iter().map(|n| free.project(*n)).collect();
-            let alone = normals.iter().map(|n| *n * (1.0 / n.times(n)));
-            alone.chain(crossings::<S>(&normals, free.count())).collect()
-        }
-    };
-    let opens = |d: &S::Vector| normals.iter().all(|n| n.times(d) >= 1.0 - ONE) && norm(*d) <= LONGEST;
-    candidates.into_iter().filter(opens).min_by(|a, b| a.times(a).total_cmp(&b.times(b)))
-}
-
-/// Computes the vectors with a part of one along two or more normals, up to the number of free directions, and no part beside these.
-fn crossings<S: Space>(normals: &[S::Vector], free: usize) -> Vec<S::Vector> {
-    let mut found = Vec::new();
-    let mut sets: Vec<Vec<usize>> = (0..normals.len()).map(|k| vec![k]).collect();
-    while let Some(set) = sets.pop() {
-        if set.len() >= 2 {
-            let span = set
-                .iter()
-                .fold(Directions::<S>::NONE, |span, k| span.with(normals[*k] / norm(normals[*k]), PARALLEL));
-            let beside = span.complement();
-            if span.count() == set.len() {
-                let vectors = S::axes(|k| match set.get(k) {
-                    Some(k) => normals[*k],
-                    None => beside.basis()[k - set.len()],
-                });
-                let across = S::across(&vectors);
-                let sum = (1..set.len()).fold(across[0], |sum, k| sum + across[k]);
-                found.push(sum * (1.0 / across[0].times(&vectors[0])));
-            }
-        }
-        if set.len() < free {
-            let last = set.last().copied().unwrap_or(0);
-            sets.extend((last + 1..normals.len()).map(|k| [set.as_slice(), &[k]].concat()));
-        }
-    }
-    found
-}
-
 /// Computes the added opening of each pair, `ε ≥ 0`, m, that makes all Bernstein coefficients non-negative. Zero on straight edges.
 ///
-/// * `directions`: in which the nodes move, see [`direction`].
+/// * `directions`: in which the nodes move, see [`NodeLines::direction`].
 fn by_pair<S: Recovery>(
     interface: &ContactInterface<S>,
     directions: &[Option<S::Vector>],
@@ -450,16 +388,16 @@ mod tests {
         let interface =
             contact_geometry::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
         let problem = ContactProblem::between(bodies, interface);
-        let pair = &problem.contacts[0];
+        let (pair, lines) = (&problem.contacts[0], NodeLines::new(&problem));
         let nodes = [0, 1].map(|b| vec![Vector::zeros(); problem.bodies[b].mesh().points().len()]);
         let edges = pair.interface.facets().len();
         for penetrating in 0..edges {
             let middle: Vec<f64> = (0..edges).map(|k| if k == penetrating { -1e-3 } else { 0.0 }).collect();
             for side in [0, 1] {
-                let all = pair.interface.pairs().iter().map(|of| direction(&problem, side, side, of));
+                let all = pair.interface.pairs().iter().map(|of| lines.direction(side, side, of));
                 let by_pair = by_pair(&pair.interface, &all.collect::<Vec<_>>(), &middle);
                 let lift = Lift { body: side, side, by_pair, energy: 0.0 };
-                let opened = lifted_middle_openings(&problem, pair, [&nodes[0], &nodes[1]], &lift);
+                let opened = lifted_middle_openings(&lines, pair, [&nodes[0], &nodes[1]], &lift);
                 assert!((opened[penetrating] - 1e-3).abs() < 1e-12, "{penetrating}: {opened:?}");
                 assert!(opened.iter().all(|o| *o >= -1e-15), "{penetrating}: {opened:?}");
                 let moved = lift.added_to(&problem, &pair.interface, &nodes[side]);
@@ -507,6 +445,7 @@ mod tests {
         let (mut corners, mut smaller) = (0, 0);
         for number in 0..200 {
             let (problem, u) = groove(&mut random, number % 2 == 0, number % 3 == 0);
+            let lines = NodeLines::new(&problem);
             let rest: Vec<Vec<Vector>> =
                 problem.obstacles.iter().map(|o| vec![Vector::zeros(); o.imposed().len()]).collect();
             let fields = |pair: &ContactPair, moved: &[Vector]| {
@@ -520,8 +459,8 @@ mod tests {
                     let middle = Plane::middle_openings(&pair.interface, [&a, &b]);
                     let of = |p: &NodePair| p.gap - u[p.nodes[0]].dot(&p.normal);
                     let opening: Vec<f64> = pair.interface.pairs().iter().map(|p| of(p).max(0.0)).collect();
-                    let lift = find(&problem, pair, [&a, &b], (&opening, false, &middle));
-                    let all = pair.interface.pairs().iter().map(|of| direction(&problem, 0, 0, of));
+                    let lift = find(&lines, pair, [&a, &b], (&opening, false, &middle));
+                    let all = pair.interface.pairs().iter().map(|of| lines.direction(0, 0, of));
                     let whole = by_pair(&pair.interface, &all.collect::<Vec<_>>(), &middle);
                     assert!(lift.by_pair.iter().zip(&whole).all(|(l, w)| *l <= *w && *l >= 0.5 * w));
                     smaller += usize::from(lift.by_pair.iter().zip(&whole).any(|(l, w)| *l < 0.9 * w));

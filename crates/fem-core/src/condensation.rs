@@ -254,6 +254,9 @@ mod tests {
         for (a, b) in body.displacement_from_nodal_forces(&nodes.collect::<Vec<_>>()).iter().zip(&u) {
             assert!((a[0] - b[0]).abs() < 1e-13 && (a[1] - b[1]).abs() < 1e-13);
         }
+        for (k, entry) in body.interface().diagonal().iter().enumerate() {
+            assert!((entry - body.interface().schur()[k * (n_c + 1)]).abs() < 1e-13);
+        }
         let mut w = vec![0.0; n_c];
         let mut back = vec![0.0; n_c];
         body.interface().trace_from_force(&r, &mut w);

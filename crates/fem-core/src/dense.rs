@@ -2,7 +2,7 @@
 
 pub(crate) mod triangular;
 
-pub use triangular::square;
+pub use triangular::{mirror, square};
 
 use nalgebra::{DMatrix, DVector};
 

@@ -18,14 +18,19 @@
 use crate::balance::{Balance, discs};
 use crate::error::NnddError;
 use crate::friction::{NodeState, PairFriction};
+use crate::skeleton::leaders;
 use contact_qp::{
     BoundState, BoxQp, DiscStart, IndependentRows, KktResiduals, QpPath, QpSettings, QpStatus, SparseRows,
     SymmetricMatrix, solve_discs,
 };
 use fem_core::contact_system::{
-    BodyField, BodyFields, ContactRow, ContactRows, ContactSystem, PairRows, RowLaw,
+    BodyField, BodyFields, BodyRow, ContactRow, ContactRows, ContactSystem, PairRows, RowLaw,
 };
+use fem_core::dense::mirror;
 use fem_core::{condensation::InterfaceOperator, each_body};
+
+/// A flexibility below this fraction of what its two rows have alone is negligible: far below the rounding of these, even if many add up.
+const NEGLIGIBLE: f64 = 1e-20;
 
 /// Smaller programmes have a full matrix.
 const LARGE: usize = 512;
@@ -120,34 +125,65 @@ impl Lines {
     }
 }
 
-/// Computes `F`, the sum of one full block per body: a sparse matrix if it is large and at most a quarter of its entries is not zero.
+/// Computes `F`, the sum of one block per body: a sparse matrix if it is large and at most a quarter of its entries is more than negligible, as in
+/// assemblies of many bodies, and in long bodies that are held all along.
 fn flexibility(system: &ContactSystem<'_>) -> SymmetricMatrix {
-    let (n, of_bodies) = (system.rows.len(), &system.of_body);
-    let entries = entries(of_bodies.iter().map(Vec::len));
-    let mut upper = Vec::with_capacity(entries / 2);
-    for (condensed, rows) in system.bodies.iter().zip(of_bodies) {
-        let (size, inverse) = (condensed.len(), condensed.flexibility());
-        for of_j in rows {
-            let mut column = vec![0.0; size];
-            for (q, b) in &of_j.terms {
-                column.iter_mut().zip(&inverse[q * size..(q + 1) * size]).for_each(|(c, v)| *c += b * v);
-            }
-            let below = rows.iter().filter(|of_i| of_i.row >= of_j.row);
-            // Only one of two equal entries, or round-off makes `F` unsymmetric.
-            upper.extend(below.map(|of_i| (of_j.row, of_i.row, of_i.of(&column))));
-        }
+    let n = system.rows.len();
+    let inverses = each_body(system.bodies.len(), |b| system.bodies[b].flexibility());
+    let mut entries = entries(system.of_body.iter().map(Vec::len));
+    if n >= LARGE && is_full(n, entries) {
+        entries = 0;
+        each_entry(system, &inverses, NEGLIGIBLE, |i, j, _| entries += if i == j { 1 } else { 2 });
     }
     if !is_full(n, entries) {
+        let mut upper = Vec::with_capacity(entries / 2 + n);
+        each_entry(system, &inverses, NEGLIGIBLE, |i, j, value| upper.push((i, j, value)));
         return SymmetricMatrix::sparse(n, upper);
     }
     let mut values = vec![0.0; n * n];
-    for (i, j, value) in upper {
-        values[j * n + i] += value;
-        if i != j {
-            values[i * n + j] = values[j * n + i];
+    each_entry(system, &inverses, 0.0, |i, j, value| values[i * n + j] += value);
+    drop(inverses);
+    mirror(&mut values, n);
+    SymmetricMatrix::Full { n, values }
+}
+
+/// Passes the entries of the blocks of all bodies to a function, by row and column, the row at most the column: only one of two equal ones, or round-off
+/// would make `F` unsymmetric.
+///
+/// * `inverses`: `S⁻¹` of each body; `negligible`: entries below this fraction of what their rows have alone are left out.
+fn each_entry(
+    system: &ContactSystem<'_>,
+    inverses: &[Vec<f64>],
+    negligible: f64,
+    mut add: impl FnMut(usize, usize, f64),
+) {
+    for ((condensed, inverse), rows) in system.bodies.iter().zip(inverses).zip(&system.of_body) {
+        let size = condensed.len();
+        let mut column = vec![0.0; size];
+        let fill = |of: &BodyRow, column: &mut [f64]| {
+            column.fill(0.0);
+            for (q, b) in &of.terms {
+                column.iter_mut().zip(&inverse[q * size..(q + 1) * size]).for_each(|(c, v)| *c += b * v);
+            }
+        };
+        let own = |of: &BodyRow| -> f64 {
+            let of_term = |(q, b): &(usize, f64)| {
+                b * of.terms.iter().map(|(p, a)| a * inverse[q * size + p]).sum::<f64>()
+            };
+            of.terms.iter().map(of_term).sum()
+        };
+        let roots: Vec<f64> = rows.iter().map(|of| own(of).max(0.0).sqrt()).collect();
+        for (of_j, root) in rows.iter().zip(&roots) {
+            fill(of_j, &mut column);
+            let least = negligible * root;
+            for (of_i, root) in rows.iter().zip(&roots).filter(|(of_i, _)| of_i.row >= of_j.row) {
+                let value = of_i.of(&column);
+                if value.abs() >= least * root {
+                    add(of_j.row, of_i.row, value);
+                }
+            }
         }
     }
-    SymmetricMatrix::Full { n, values }
 }
 
 /// Adds up the entries of the blocks of the bodies.
@@ -162,7 +198,7 @@ fn is_full(count: usize, entries: usize) -> bool {
     count < LARGE || 4 * entries > count * count
 }
 
-/// Counts the entries of the flexibility of an assembly as it is stored: of a full matrix, or of one block per body.
+/// Counts the entries of the flexibility of an assembly, at most, as it is stored: of a full matrix, or of one block per body.
 pub fn flexibility_entries(rows: &ContactRows) -> usize {
     let mut of_body = vec![0; rows.bodies];
     for pair in &rows.pairs {
@@ -243,6 +279,9 @@ impl<'a> ForceQp<'a> {
             rows: &self.lines.rows,
             right_side: &self.lines.loads,
         };
+        let first = if start.is_none() { self.without_crowds() } else { None };
+        let first = first.map(|states| DiscStart { states, ..DiscStart::default() });
+        let start = start.or(first.as_ref());
         let mut found = solve_discs(&qp, &discs, start, &settings.clone().active_sets_first())?;
         let start =
             DiscStart { x: found.x.clone(), multipliers: found.multipliers.clone(), states: found.states };
@@ -273,6 +312,31 @@ impl<'a> ForceQp<'a> {
             kkt: found.kkt,
         };
         Ok((solution, start))
+    }
+
+    /// Returns a first set for a problem without friction in which nodes have more rows against obstacles than unknowns; `None` if there is no such node. Of these rows only
+    /// the tightest one is closed: they depend on each other, and one obstacle of many is near.
+    fn without_crowds(&self) -> Option<Vec<BoundState>> {
+        let ContactSystem { rows, of_body, bodies, .. } = self.system;
+        let mut states = vec![BoundState::Free; rows.len()];
+        for (of_body, body) in of_body.iter().zip(bodies) {
+            let leaders = leaders(body.len(), of_body.iter().map(|row| &row.terms));
+            let (mut unknowns, mut crowds) = (vec![0; body.len()], vec![Vec::new(); body.len()]);
+            leaders.iter().for_each(|leader| unknowns[*leader] += 1);
+            // Rows between two bodies depend on each other in both, or not at all.
+            let alone = |of: &&BodyRow| rows.rows[of.row].obstacle.is_some() && !of.terms.is_empty();
+            for of in of_body.iter().filter(alone) {
+                crowds[leaders[of.terms[0].0]].push(of.row);
+            }
+            for (crowd, _) in crowds.iter().zip(unknowns).filter(|(crowd, unknowns)| crowd.len() > *unknowns)
+            {
+                let tightest = crowd.iter().min_by(|a, b| self.linear[**a].total_cmp(&self.linear[**b]));
+                let others = crowd.iter().filter(|row| Some(*row) != tightest);
+                others.for_each(|row| states[*row] = BoundState::Lower);
+            }
+        }
+        let has_friction = rows.pairs.iter().any(PairRows::has_friction);
+        (!has_friction && states.contains(&BoundState::Lower)).then_some(states)
     }
 
     /// Returns the limits that the programme has: none of imposed rows, which no force moves. In a disc that slips an imposed row counts.

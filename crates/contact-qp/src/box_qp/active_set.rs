@@ -57,7 +57,7 @@ impl<'a> System<'a> {
         };
         let finite = |v: &f64| if v.is_finite() { *v } else { 0.0 };
         let diagonal = |i: usize| match &algebra {
-            Algebra::Full(full) => full.matrix[i * n + i],
+            Algebra::Full(full) => full.matrix.diagonal(i),
             Algebra::Sparse(_) => qp.matrix.diagonal(i),
         };
         let alone = |i: usize| qp.linear[i] / diagonal(i).max(f64::MIN_POSITIVE);

@@ -1,11 +1,12 @@
 //! The equations of a set with a full matrix: a factor of `P_FF + c G_Fᵀ G_F` and the eigenvalues of the Schur complement of the rows.
 
 use super::kept::{DEPENDENT_COLUMN, Kept};
-use crate::cholesky::{Factor, PIVOT_FLOOR, eliminate, subtract_square};
+use super::weighted::Weighted;
+use crate::cholesky::{Factor, PIVOT_FLOOR, products, subtract_square};
 use crate::dense::{SemiDefinite, dot, largest};
 use crate::error::QpError;
 use crate::programme::BoxQp;
-use std::borrow::Cow;
+use crate::sparse::SparseRows;
 use std::cell::RefCell;
 
 /// Dependent rows contradict each other beyond this fraction of the right-hand side. A solution is judged as strictly.
@@ -23,39 +24,19 @@ const COLUMNS: usize = 64;
 pub(super) struct Full<'a> {
     qp: &'a BoxQp<'a>,
     /// `P + c GᵀG` with rows of length one.
-    pub(super) matrix: Cow<'a, [f64]>,
+    pub(super) matrix: Weighted<'a>,
     /// The block that was factorised last.
     kept: RefCell<Option<Kept>>,
-    /// `G` with rows of length one.
-    rows: Vec<f64>,
-    weight: f64,
 }
 
 impl<'a> Full<'a> {
     /// * `values`: `P`; `trace`: of it; `lengths`: of the rows.
     pub(super) fn new(qp: &'a BoxQp<'a>, values: &'a [f64], trace: f64, lengths: &[f64]) -> Self {
         let n = qp.linear.len();
-        let mut rows = qp.rows.dense();
-        for (row, length) in rows.chunks_exact_mut(n.max(1)).zip(lengths) {
-            row.iter_mut().for_each(|g| *g /= length);
-        }
-        let added = !lengths.is_empty();
-        let weight = match added {
-            true if trace > 0.0 => trace / lengths.len() as f64,
-            true => 1.0,
-            false => 0.0,
-        };
-        let mut matrix = Cow::Borrowed(values);
-        if added {
-            let matrix = matrix.to_mut();
-            for row in rows.chunks_exact(n.max(1)) {
-                for (j, g) in row.iter().enumerate().filter(|(_, g)| **g != 0.0) {
-                    let column = &mut matrix[j * n..(j + 1) * n];
-                    column.iter_mut().zip(row).for_each(|(p, other)| *p += weight * g * other);
-                }
-            }
-        }
-        Self { qp, matrix, kept: RefCell::new(None), rows, weight }
+        let mut rows = SparseRows::new(n);
+        qp.rows.rows().zip(lengths).for_each(|(row, length)| rows.push(row.map(|(i, g)| (i, g / length))));
+        let weight = if trace > 0.0 { trace / lengths.len().max(1) as f64 } else { 1.0 };
+        Self { qp, matrix: Weighted::new(n, values, rows, weight), kept: RefCell::new(None) }
     }
 
     /// Solves for the free unknowns and the multipliers of the rows; `None` if the rows cannot hold. Of free unknowns that depend on each other some
@@ -68,48 +49,50 @@ impl<'a> Full<'a> {
         (mut free, from): (Vec<usize>, &[f64]),
         (x, a): (&mut [f64], &mut [f64]),
     ) -> Option<()> {
-        let (n, m) = (x.len(), a.len());
+        let m = a.len();
         let mut kept = self.kept.borrow_mut();
         let changes = kept.as_mut().and_then(|kept| kept.changes(&self.matrix, &free));
         if changes.is_none() {
-            *kept = Kept::new(n, &self.matrix, &free);
+            *kept = Kept::new(&self.matrix, &free);
         }
         if kept.is_none() {
             for i in self.dependent(&free)? {
                 x[i] = from[i].max(self.qp.lower[i]).min(self.qp.upper[i]);
                 free.retain(|j| *j != i);
             }
-            *kept = Kept::new(n, &self.matrix, &free);
+            *kept = Kept::new(&self.matrix, &free);
         }
         let (kept, changes) = (kept.as_ref()?, changes.unwrap_or_default());
-        let solve = |rhs: &mut [f64]| kept.solve(&free, &changes, rhs);
-        let row = |k: usize| -> Vec<f64> { free.iter().map(|i| self.rows[k * n + i]).collect() };
-        let rows: Vec<Vec<f64>> = (0..m).map(row).collect();
-        // H⁻¹ G_Fᵀ and G_F H⁻¹ G_Fᵀ.
-        let (solved, product) = if m > 0 && !free.is_empty() {
-            eliminate(solve, &rows.concat(), m)
-        } else {
-            (Vec::new(), vec![0.0; m * m])
-        };
+        // With `H⁻¹ = R Q`: `Q G_Fᵀ` and `G_F R Q G_Fᵀ`.
+        let rows = self.free_rows(&free);
+        let mut solved = rows.dense();
+        kept.forward(&free, &changes, &mut solved);
+        let left = if changes.is_none() { Vec::new() } else { rows.dense() };
+        let left = if changes.is_none() { &solved } else { &left };
+        let product = products(left, &solved, m);
         let entry = |i: usize, j: usize| 0.5 * (product[j * m + i] + product[i * m + j]);
         let complement = SemiDefinite::new(m, entry, DEPENDENT)?;
+        let height = free.len().max(1);
         for _ in 0..=REFINEMENTS {
             let gradient = self.qp.gradient(x, a);
             let defect: Vec<f64> =
                 self.qp.defect(x).iter().zip(lengths).map(|(d, length)| d / length).collect();
             let mut step: Vec<f64> = free.iter().map(|&i| -gradient[i]).collect();
-            for (row, d) in rows.iter().zip(&defect) {
-                step.iter_mut().zip(row).for_each(|(s, g)| *s += self.weight * g * d);
+            for (row, d) in rows.rows().zip(&defect) {
+                row.for_each(|(j, g)| step[j] += self.matrix.weight() * g * d);
             }
-            solve(&mut step);
-            let rest: Vec<f64> = rows.iter().zip(&defect).map(|(row, d)| d - dot(row, &step)).collect();
-            let scale = size.max(largest(x.iter().copied())).max(largest(step.iter().copied()));
+            kept.forward(&free, &changes, &mut step);
+            let mut rest = defect;
+            let columns = left.chunks_exact(height);
+            rest.iter_mut().zip(columns).for_each(|(rest, column)| *rest -= dot(column, &step));
             let (change, contradiction) = complement.solve(&rest);
+            for (solved, change) in solved.chunks_exact(height).zip(&change) {
+                step.iter_mut().zip(solved).for_each(|(s, v)| *s += v * change);
+            }
+            kept.backward(&changes, &mut step);
+            let scale = size.max(largest(x.iter().copied())).max(largest(step.iter().copied()));
             if contradiction > CONTRADICTION * scale {
                 return None;
-            }
-            for (solved, change) in solved.chunks_exact(free.len().max(1)).zip(&change) {
-                step.iter_mut().zip(solved).for_each(|(s, v)| *s += v * change);
             }
             a.iter_mut().zip(change.iter().zip(lengths)).for_each(|(a, (c, length))| *a += c / length);
             free.iter().zip(&step).for_each(|(&i, s)| x[i] += s);
@@ -117,20 +100,29 @@ impl<'a> Full<'a> {
         Some(())
     }
 
+    /// Returns `G_F`, with columns for the free unknowns only.
+    fn free_rows(&self, free: &[usize]) -> SparseRows {
+        let mut places = vec![None; self.matrix.size()];
+        free.iter().enumerate().for_each(|(place, i)| places[*i] = Some(place));
+        let mut rows = SparseRows::new(free.len());
+        let inside = |(i, g): (usize, f64)| Some((places[i]?, g));
+        self.matrix.rows().rows().for_each(|row| rows.push(row.filter_map(inside)));
+        rows
+    }
+
     /// Checks that the matrix has no negative direction beyond round-off.
     pub(super) fn check_semi_definite(&self) -> Result<(), QpError> {
-        let n = self.qp.linear.len();
-        let mut shifted = self.matrix.to_vec();
+        let n = self.matrix.size();
+        let mut shifted = self.matrix.lower(&(0..n).collect::<Vec<_>>());
         let added = PIVOT_FLOOR * largest((0..n).map(|i| shifted[i * (n + 1)]));
         (0..n).for_each(|i| shifted[i * (n + 1)] += added);
-        Factor::of_block(n, &shifted, &(0..n).collect::<Vec<_>>()).map(|_| ())
+        Factor::new(n, shifted).map(|_| ()).map_err(|index| QpError::NotPositiveDefinite { index })
     }
 
     /// Finds unknowns whose columns depend on those of others among some, by an elimination that skips them. In contact: at a corner
     /// friction on one side acts along the normal of the other. Unknowns with two bounds come last, so that a pressure is determined
     /// before a friction. `None` if the matrix has a negative direction.
     fn dependent(&self, free: &[usize]) -> Option<Vec<usize>> {
-        let n = self.qp.linear.len();
         let (first, last): (Vec<usize>, Vec<usize>) =
             free.iter().partition(|i| self.qp.upper[**i].is_infinite() || self.qp.lower[**i].is_infinite());
         let order = [first, last].concat();
@@ -140,9 +132,10 @@ impl<'a> Full<'a> {
         for start in (0..height).step_by(COLUMNS) {
             let rows = height - start;
             let columns = &order[start..height.min(start + COLUMNS)];
-            let entries =
-                columns.iter().flat_map(|i| order[start..].iter().map(move |j| self.matrix[i * n + j]));
-            let mut panel: Vec<f64> = entries.collect();
+            let mut panel = Vec::with_capacity(columns.len() * rows);
+            for column in columns.iter().map(|i| self.matrix.column(*i)) {
+                panel.extend(order[start..].iter().map(|j| column[*j]));
+            }
             subtract_square(&mut panel, &lower, (height, start));
             let earlier = lower.len();
             for (k, (&i, column)) in columns.iter().zip(panel.chunks_exact_mut(rows)).enumerate() {
@@ -150,7 +143,7 @@ impl<'a> Full<'a> {
                     let factor = beside[0];
                     column[k..].iter_mut().zip(beside).for_each(|(c, l)| *c -= factor * l);
                 }
-                let (pivot, diagonal) = (column[k], self.matrix[i * (n + 1)]);
+                let (pivot, diagonal) = (column[k], self.matrix.diagonal(i));
                 if pivot < -PIVOT_FLOOR * diagonal {
                     return None;
                 }

@@ -6,6 +6,7 @@
 //! ```
 //! with `r_R = 0` and `w` of `x_A` and the forces that hold `x_R = 0`. The columns of `K_BB⁻¹ C` are kept as well.
 
+use super::weighted::Weighted;
 use crate::cholesky::{Factor, PIVOT_FLOOR};
 use crate::dense::dot;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
@@ -43,21 +44,21 @@ pub(super) struct Changes {
 
 impl Kept {
     /// Factorises a block; `None` if it is not positive definite, or by round-off alone.
-    pub(super) fn new(n: usize, values: &[f64], rows: &[usize]) -> Option<Self> {
-        let factor = Factor::of_block(n, values, rows).ok()?;
-        let depends = |(pivot, row): (f64, &usize)| pivot * pivot <= DEPENDENT_COLUMN * values[row * (n + 1)];
+    pub(super) fn new(matrix: &Weighted<'_>, rows: &[usize]) -> Option<Self> {
+        let factor = Factor::new(rows.len(), matrix.lower(rows)).ok()?;
+        let depends = |(pivot, row): (f64, &usize)| pivot * pivot <= DEPENDENT_COLUMN * matrix.diagonal(*row);
         if factor.pivots().zip(rows).any(depends) {
             return None;
         }
-        let mut places = vec![OUTSIDE; n];
+        let mut places = vec![OUTSIDE; matrix.size()];
         rows.iter().enumerate().for_each(|(place, row)| places[*row] = place);
         Some(Self { rows: rows.to_vec(), places, factor, columns: HashMap::new() })
     }
 
     /// Prepares solutions on a block; `None` if it is better factorised.
-    pub(super) fn changes(&mut self, values: &[f64], block: &[usize]) -> Option<Changes> {
-        let (n, size) = (self.places.len(), self.rows.len());
-        let mut stays = vec![false; n];
+    pub(super) fn changes(&mut self, matrix: &Weighted<'_>, block: &[usize]) -> Option<Changes> {
+        let size = self.rows.len();
+        let mut stays = vec![false; self.places.len()];
         block.iter().for_each(|row| stays[*row] = true);
         let mut rows: Vec<usize> = block.iter().copied().filter(|row| self.places[*row] == OUTSIDE).collect();
         let joined = rows.len();
@@ -72,7 +73,10 @@ impl Kept {
         let new: Vec<usize> = rows.iter().copied().filter(|row| !self.columns.contains_key(row)).collect();
         let column = |row: &usize| -> Vec<f64> {
             match self.places[*row] {
-                OUTSIDE => self.rows.iter().map(|i| values[row * n + i]).collect(),
+                OUTSIDE => {
+                    let column = matrix.column(*row);
+                    self.rows.iter().map(|i| column[*i]).collect()
+                }
                 place => (0..size).map(|i| if i == place { 1.0 } else { 0.0 }).collect(),
             }
         };
@@ -81,15 +85,16 @@ impl Kept {
         self.factor.solve(&mut solved);
         let solved = solved.chunks_exact(size).map(<[f64]>::to_vec);
         self.columns.extend(new.iter().zip(columns.into_iter().zip(solved)).map(|(row, pair)| (*row, pair)));
+        let joining: Vec<Vec<f64>> = rows[..joined].iter().map(|row| matrix.column(*row)).collect();
         let entry = |i: usize, j: usize| {
-            let own = if i < joined && j < joined { values[rows[j] * n + rows[i]] } else { 0.0 };
+            let own = if i < joined && j < joined { joining[j][rows[i]] } else { 0.0 };
             own - dot(&self.columns[&rows[i]].0, &self.columns[&rows[j]].1)
         };
         let small = DMatrix::from_fn(rows.len(), rows.len(), entry);
         // Positive definite with the rows that join, and so without those that leave.
         let joining = small.view((0, 0), (joined, joined)).iter().copied().collect();
         let joining = Factor::new(joined, joining).ok()?;
-        let round_off = |(pivot, row): (f64, &usize)| pivot * pivot <= PIVOT_FLOOR * values[row * (n + 1)];
+        let round_off = |(pivot, row): (f64, &usize)| pivot * pivot <= PIVOT_FLOOR * matrix.diagonal(*row);
         if joining.pivots().zip(&rows).any(round_off) {
             return None;
         }
@@ -97,11 +102,12 @@ impl Kept {
         small.is_invertible().then_some(Changes { rows, small: Some(small) })
     }
 
-    /// Overwrites right-hand sides with the solutions on a block, in the order of its rows.
+    /// Overwrites right-hand sides with the first part of the solutions on a block, `Q r` of `H⁻¹ = R Q`: `L⁻¹ r` on the factorised block, and
+    /// all of `H⁻¹ r`, in the order of its rows, on another one.
     ///
     /// * `changes`: of [`Self::changes`] for this block.
-    pub(super) fn solve(&self, block: &[usize], changes: &Changes, sides: &mut [f64]) {
-        let Some(small) = &changes.small else { return self.factor.solve(sides) };
+    pub(super) fn forward(&self, block: &[usize], changes: &Changes, sides: &mut [f64]) {
+        let Some(small) = &changes.small else { return self.factor.forward(sides) };
         let (size, count) = (self.rows.len(), block.len().max(1));
         let mut inside = vec![0.0; sides.len() / count * size];
         for (inside, side) in inside.chunks_exact_mut(size).zip(sides.chunks_exact(count)) {
@@ -130,29 +136,47 @@ impl Kept {
             }
         }
     }
+
+    /// Overwrites right-hand sides with the second part of the solutions, `R q`.
+    pub(super) fn backward(&self, changes: &Changes, sides: &mut [f64]) {
+        if changes.is_none() {
+            self.factor.backward(sides);
+        }
+    }
+}
+
+impl Changes {
+    /// Tells whether the block is the factorised one.
+    pub(super) fn is_none(&self) -> bool {
+        self.small.is_none()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sparse::SparseRows;
 
     #[test]
     fn a_block_that_differs_in_few_rows_needs_no_factor() {
         let n = 640;
         let entry = |i: usize, j: usize| if i == j { 3.0 } else { (1.0 + i.abs_diff(j) as f64).powi(-2) };
         let values: Vec<f64> = (0..n * n).map(|k| entry(k % n, k / n)).collect();
+        let plain = |values| Weighted::new(n, values, SparseRows::new(n), 1.0);
+        let matrix = plain(&values);
         let block = |without: &[usize]| -> Vec<usize> { (0..n).filter(|i| !without.contains(i)).collect() };
-        let mut kept = Kept::new(n, &values, &block(&[3, 4, 600])).unwrap();
+        let mut kept = Kept::new(&matrix, &block(&[3, 4, 600])).unwrap();
         for without in [vec![3, 4, 600], vec![4, 20, 21, 639], vec![4, 20, 300], vec![], vec![0, 3, 4, 600]] {
             let rows = block(&without);
-            let changes = kept.changes(&values, &rows).unwrap();
+            let changes = kept.changes(&matrix, &rows).unwrap();
             let sides: Vec<f64> = (0..2 * rows.len()).map(|k| (k as f64).sin()).collect();
             let [mut found, mut expected] = [sides.clone(), sides];
-            kept.solve(&rows, &changes, &mut found);
+            kept.forward(&rows, &changes, &mut found);
+            kept.backward(&changes, &mut found);
             Factor::of_block(n, &values, &rows).unwrap().solve(&mut expected);
             assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13), "{without:?}");
         }
-        assert!(kept.changes(&values, &block(&(0..40).collect::<Vec<_>>())).is_none());
+        assert!(kept.changes(&matrix, &block(&(0..40).collect::<Vec<_>>())).is_none());
         // A row that is the double of another leaves a direction without stiffness.
         let mut singular = values.clone();
         let twice = |i: usize| if i == 4 { 2.0 } else { 1.0 };
@@ -161,12 +185,13 @@ mod tests {
             let source = |i: usize| if i == 4 { 5 } else { i };
             singular[k] = twice(i) * twice(j) * entry(source(i), source(j));
         }
-        let mut kept = Kept::new(n, &singular, &block(&[4])).unwrap();
+        let mut kept = Kept::new(&plain(&singular), &block(&[4])).unwrap();
         assert!(
-            kept.changes(&singular, &block(&[])).is_none()
-                && kept.changes(&singular, &block(&[4, 7])).is_some()
+            kept.changes(&plain(&singular), &block(&[])).is_none()
+                && kept.changes(&plain(&singular), &block(&[4, 7])).is_some()
         );
-        let small = Kept::new(n, &values, &[0, 1, 2]);
-        assert!(small.is_some_and(|mut small| small.changes(&values, &[0, 1]).is_none()));
+        assert!(Kept::new(&matrix, &[]).is_some());
+        let small = Kept::new(&matrix, &[0, 1, 2]);
+        assert!(small.is_some_and(|mut small| small.changes(&matrix, &[0, 1]).is_none()));
     }
 }

@@ -1,25 +1,25 @@
 //! A condensed body as its interface sees it: without a mesh and without a dimension.
 
 use crate::dense::triangular;
+use std::sync::OnceLock;
 
 /// The Steklov-Poincaré operator `S = L_CC L_CCᵀ` of a body, and its condensed load `g̃`.
 #[derive(Clone, Debug)]
 pub struct InterfaceOperator {
     /// `L_CC`, column-major.
     factor: Vec<f64>,
-    /// `S`, column-major, both triangles.
-    schur: Vec<f64>,
+    /// `S`, column-major, both triangles, if it was asked for.
+    schur: OnceLock<Vec<f64>>,
     /// `g̃ = L_CC (L⁻¹ f)_C`.
     condensed_load: Vec<f64>,
 }
 
 impl InterfaceOperator {
-    /// Multiplies a factor by its transpose; the load is zero.
+    /// Takes a factor; the load is zero.
     ///
     /// * `factor`: `L_CC`, column-major; `size`: its number of columns.
     pub(super) fn new(factor: Vec<f64>, size: usize) -> Self {
-        let schur = triangular::square(&factor, size);
-        Self { factor, schur, condensed_load: vec![0.0; size] }
+        Self { factor, schur: OnceLock::new(), condensed_load: vec![0.0; size] }
     }
 
     /// Condenses a load.
@@ -56,9 +56,18 @@ impl InterfaceOperator {
         self.condensed_load.is_empty()
     }
 
-    /// Returns `S`, column-major, both triangles, N/m².
+    /// Returns `S`, column-major, both triangles, N/m²; computed once, when it is first needed.
     pub fn schur(&self) -> &[f64] {
-        &self.schur
+        self.schur.get_or_init(|| triangular::square(&self.factor, self.len()))
+    }
+
+    /// Computes the diagonal of `S`, N/m², without `S`.
+    pub fn diagonal(&self) -> Vec<f64> {
+        let mut diagonal = vec![0.0; self.len()];
+        for (j, column) in self.factor.chunks_exact(self.len().max(1)).enumerate() {
+            diagonal[j..].iter_mut().zip(&column[j..]).for_each(|(sum, l)| *sum += l * l);
+        }
+        diagonal
     }
 
     /// Returns `g̃`, N/m.
@@ -84,7 +93,7 @@ impl InterfaceOperator {
     pub fn apply_schur(&self, v: &[f64], r: &mut [f64]) {
         self.check("the trace", v);
         self.check("the reaction", r);
-        triangular::multiply(&self.schur, v, r);
+        triangular::multiply(self.schur(), v, r);
     }
 
     /// Computes the trace of a correction under a normal force, `w = S⁻¹ r` (m), by two triangular solves.

@@ -114,7 +114,10 @@ fn times_transpose(triangle: &[f64], n: usize, [structure, transposed]: [BlockSt
 }
 
 /// Overwrites the upper triangle of a matrix with the transpose of its lower one.
-fn mirror(matrix: &mut [f64], n: usize) {
+///
+/// # Panics
+/// If it has not `n²` entries.
+pub fn mirror(matrix: &mut [f64], n: usize) {
     for first in (0..n).step_by(MIRRORED) {
         for from in (first..n).step_by(MIRRORED) {
             for j in first..n.min(first + MIRRORED) {
