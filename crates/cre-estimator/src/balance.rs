@@ -6,8 +6,7 @@
 //! min_p ∑_i ℓ_i (p_i − r^2_i/ℓ_i)²,   p ≥ 0,   C p = e     (31)
 //! ```
 //! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` the work of the loads.
-//! At open pairs a pressure does work on the opening, which is part of the bound: `r²_i/ℓ_i` is first made smaller there, see
-//! [`nearest::less_openings`]. On bent facets of solids the unknowns are the pressures and
+//! If it does much work on openings, which is part of the bound, the openings count in the choice. On bent facets of solids the unknowns are the pressures and
 //! the friction of the facets, with the measure of the facet for `ℓ`: nearer ones are in balance than those that are means of values at the corners.
 
 mod nearest;
@@ -25,7 +24,7 @@ use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactPair, ContactState, PairState, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::space::Space;
-use nearest::{bounds, discs, less_openings, nearest, nearest_in_cones, nearest_in_round_cones};
+use nearest::{bounds, discs, nearest, nearest_in_cones, nearest_in_round_cones};
 use tractions::Tractions;
 
 /// The imbalance of a body is measured against its own forces, and at least against this fraction of the largest forces on a body,
@@ -170,17 +169,16 @@ pub(crate) fn pressure<S: Recovery>(
     let most = weights.iter().copied().fold(0.0, f64::max);
     weights.iter_mut().filter(|weight| **weight == 0.0).for_each(|weight| *weight = most);
     let coulomb = contacts.iter().any(|pair| pair.friction.coulomb().is_some());
-    let wanted = less_openings(prepared, state, &tractions, &target);
-    let near = (&wanted[..], &weights[..]);
+    let near = (&target[..], &weights[..]);
     let found = if coulomb && S::ONE_TANGENT {
         nearest_in_cones(prepared, &tractions, near, &rows)?
     } else if coulomb {
-        nearest_in_round_cones(prepared, &tractions, near, &rows)?
+        nearest_in_round_cones(prepared, state, &tractions, near, &rows)?
     } else {
         let limits: Vec<Vec<f64>> = (contacts.iter().zip(&tractions.lines))
             .map(|(pair, line)| line.limits(pair, admissible_limits(prepared, pair, &[]), &[]))
             .collect();
-        nearest(prepared, &tractions, near, &rows, &limits)?
+        nearest(prepared, state, &tractions, near, &rows, &limits)?
     };
     let Some(found) = found else {
         return unbalanced(rows.imbalance(prepared, &tractions, &target));

@@ -3,9 +3,10 @@
 use super::tractions::{LineTractions, Tractions};
 use super::{Rows, admissible_limits};
 use crate::error::EstimatorError;
+use crate::pressure;
 use crate::recovery::Recovery;
 use contact_qp::{BoxQp, Disc, MatrixView, QpSettings, SparseRows, nearest_balanced, solve_box};
-use fem_core::interface::{ContactPair, ContactState};
+use fem_core::interface::{ContactFacet, ContactPair, ContactState};
 use fem_core::mesh::id::FacetId;
 use fem_core::prepared::PreparedProblem;
 use std::collections::BTreeMap;
@@ -13,6 +14,12 @@ use std::collections::BTreeMap;
 /// Limits of Coulomb friction that change by this fraction of the largest one agree, after at most this many changes.
 const AGREED: f64 = 1e-14;
 const MOST_CONES: usize = 60;
+
+/// Openings count in the choice of the pressure in balance if `∫ p o` of the nearest one is this many times that of the given one.
+const DEAR: f64 = 2.0;
+
+/// They count a tenth of that, and so on down to this share, if their pressures are so large that no balance is found beside them.
+const LEAST_SHARE: f64 = 1e-4;
 
 /// The bounds of pressure and friction, Pa, or of their forces, N/m.
 ///
@@ -63,12 +70,13 @@ pub(super) fn discs<S: Recovery>(
 /// Subtracts from pressures those that would close the openings `o`, about `E o/L` over the loaded length `L`. The pressure in balance that is nearest to
 /// the rest makes the energy of the change, about `L/E ∑ ℓ (p − t)²`, small together with the work on the openings, `2 ∑ ℓ p o`.
 ///
-/// * `target`: pressure and friction, `t`, Pa.
-pub(super) fn less_openings<S: Recovery>(
+/// * `target`: pressure and friction, `t`, Pa; `share`: of these pressures.
+fn less_openings<S: Recovery>(
     prepared: &PreparedProblem<S>,
     state: &ContactState<'_, S>,
     tractions: &Tractions,
     target: &[f64],
+    share: f64,
 ) -> Vec<f64> {
     let mut wanted = target.to_vec();
     for ((pair, of), line) in prepared.problem().contacts.iter().zip(&state.contacts).zip(&tractions.lines) {
@@ -79,7 +87,9 @@ pub(super) fn less_openings<S: Recovery>(
             openings.iter().map(|(k, _)| if values[*k] > 0.0 { line.weights[*k] } else { 0.0 }).sum();
         let least = line.weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let length = loaded.max(least).powf(1.0 / (S::DIM - 1) as f64);
-        openings.into_iter().for_each(|(k, opening)| values[k] -= stiffness * opening.max(0.0) / length);
+        openings
+            .into_iter()
+            .for_each(|(k, opening)| values[k] -= share * stiffness * opening.max(0.0) / length);
     }
     wanted
 }
@@ -103,6 +113,7 @@ fn stiffness<S: Recovery>(prepared: &PreparedProblem<S>, pair: &ContactPair<S>) 
 /// before, until these agree. `None` if they do not, or nothing is in balance.
 pub(super) fn nearest_in_round_cones<S: Recovery>(
     prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     tractions: &Tractions,
     near: (&[f64], &[f64]),
     rows: &Rows,
@@ -119,7 +130,7 @@ pub(super) fn nearest_in_round_cones<S: Recovery>(
             lines.map(of_line).collect()
         };
         let limits = limits_of(&values);
-        let Some(found) = nearest(prepared, tractions, near, rows, &limits)? else { return Ok(None) };
+        let Some(found) = nearest(prepared, state, tractions, near, rows, &limits)? else { return Ok(None) };
         let inside = limits_of(&found);
         let change = limits.iter().flatten().zip(inside.iter().flatten()).map(|(a, b)| (a - b).abs());
         let largest = inside.iter().flatten().fold(0.0f64, |most, s| most.max(*s));
@@ -134,6 +145,7 @@ pub(super) fn nearest_in_round_cones<S: Recovery>(
 /// Finds the nearest tractions in balance within given limits of friction, (31); `None` if nothing is in balance.
 pub(super) fn nearest<S: Recovery>(
     prepared: &PreparedProblem<S>,
+    state: &ContactState<'_, S>,
     tractions: &Tractions,
     (target, weights): (&[f64], &[f64]),
     Rows { independent: (matrix, loads), .. }: &Rows,
@@ -142,8 +154,31 @@ pub(super) fn nearest<S: Recovery>(
     let contacts = &prepared.problem().contacts;
     let discs = discs(contacts, tractions, limits);
     let [lower, upper] = bounds(prepared, tractions, limits, None);
-    let found = nearest_balanced(target, weights, [&lower, &upper], &discs, matrix, loads)?;
-    Ok(found.map(|found| found.values))
+    let near = |target: &[f64]| nearest_balanced(target, weights, [&lower, &upper], &discs, matrix, loads);
+    let Some(mut found) = near(target)? else { return Ok(None) };
+    // A little pressure where the bodies are far apart costs much in 2∫ p o.
+    let cost = |values: &[f64]| -> f64 {
+        let of_pair = |(k, (line, values)): (usize, (&LineTractions, &[f64]))| -> f64 {
+            let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
+            let mean = |facet: &ContactFacet<S>| facet.mean_openings(opening);
+            let middle: Vec<f64> = interface.facets().iter().flat_map(mean).collect();
+            let (by_facet, _) = line.pressure(interface, values);
+            pressure::contact_terms(interface, &by_facet, opening, &middle).iter().sum()
+        };
+        tractions.split(values).enumerate().map(of_pair).sum()
+    };
+    let mut share = 1.0;
+    while cost(&found.values) > DEAR * cost(target) && share > LEAST_SHARE {
+        let near = near(&less_openings(prepared, state, tractions, target, share))?;
+        if let Some(near) = near {
+            if cost(&found.values) > DEAR * cost(&near.values) {
+                found = near;
+            }
+            break;
+        }
+        share *= 0.1;
+    }
+    Ok(Some(found.values))
 }
 
 /// Finds the nearest tractions in balance within the cones of Coulomb friction: with `p = α + β`, `q = μ (α − β)` and `α, β ≥ 0` a
