@@ -17,6 +17,10 @@ use std::ops::Range;
 /// A pivot of the block of an edge below this fraction of its diagonal entry is round-off of single precision: its unknown is left out.
 const DEPENDENT: f64 = 1e-7;
 
+/// This fraction of the parts that cancel in the energy of a wrench is added to it: around flat cells most of it is round-off, and one star that takes it for
+/// a stiffness ends the relaxation of its body. Where nothing cancels, the bound changes by less than 0.2 %.
+const ROUNDING: f64 = 1e-3;
+
 /// Unknowns of a wrench.
 const WRENCH: usize = 6;
 
@@ -258,6 +262,10 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
                     }
                 }
             }
+            let sizes = sizes(matrix, around, faces);
+            for (k, size) in sizes.into_iter().enumerate() {
+                wrenches[k][k] += ROUNDING * size * size;
+            }
             for (k, of_wrench) in of_wrenches.iter().enumerate() {
                 for ((_, place), of_face) in around.sides.into_iter().zip(of_wrench.chunks_exact(FACE)) {
                     let place = place as usize;
@@ -299,6 +307,20 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
             block[packed(i, j)] = own[(i, j)];
         }
     }
+}
+
+/// Bounds the square roots of the energies of unit wrenches in a cell, before parts of them cancel: their rounding is a fraction of these.
+fn sizes(matrix: &EnergyMatrix, around: &StarCell, faces: &[StarFace]) -> [f64; WRENCH] {
+    let mut sizes = [0.0; WRENCH];
+    for (local, place) in around.sides {
+        let first = FACE * usize::from(local) + 3;
+        let [f0, f1, f2, t0, t1, t2] =
+            std::array::from_fn(|i| f64::from(matrix[first + i][first + i]).max(0.0).sqrt());
+        let [d0, d1, d2] = [0, 1, 2].map(|axis| faces[place as usize].lever[axis].abs());
+        let own = [f0 + d2 * t1 + d1 * t2, f1 + d0 * t2 + d2 * t0, f2 + d1 * t0 + d0 * t1, t0, t1, t2];
+        sizes.iter_mut().zip(own).for_each(|(size, own)| *size += own);
+    }
+    sizes
 }
 
 /// Working space of the sweeps of a cluster.
