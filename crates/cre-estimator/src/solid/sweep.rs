@@ -17,9 +17,9 @@ use std::ops::Range;
 /// A pivot of the block of an edge below this fraction of its diagonal entry is round-off of single precision: its unknown is left out.
 const DEPENDENT: f64 = 1e-7;
 
-/// This fraction of the parts that cancel in the energy of a wrench is added to it: around flat cells most of it is round-off, and one star that takes it for
-/// a stiffness ends the relaxation of its body. Where nothing cancels, the bound changes by less than 0.2 %.
-const ROUNDING: f64 = 1e-3;
+/// The round-off of the energy of a wrench, as a fraction of the parts that cancel in it. Wrenches are damped by as much, times these parts over what is left:
+/// around flat cells nearly nothing is left, and one star that takes round-off for a stiffness ends the relaxation of its body.
+const ROUNDING: f64 = 1e-6;
 
 /// Unknowns of a wrench.
 const WRENCH: usize = 6;
@@ -238,7 +238,7 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
     fn call(self) {
         let Self { cluster, star, energy, block } = self;
         let faces = &cluster.star_faces[star.of_faces()];
-        let mut wrenches = [[0.0; WRENCH]; WRENCH];
+        let (mut wrenches, mut squares) = ([[0.0; WRENCH]; WRENCH], [0.0; WRENCH]);
         for around in &cluster.star_cells[star.of_cells()] {
             let matrix = &energy[cluster.cells[around.cell as usize] as usize];
             // The energy of unit wrenches and all coordinates of both faces.
@@ -262,10 +262,7 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
                     }
                 }
             }
-            let sizes = sizes(matrix, around, faces);
-            for (k, size) in sizes.into_iter().enumerate() {
-                wrenches[k][k] += ROUNDING * size * size;
-            }
+            squares.iter_mut().zip(sizes(matrix, around, faces)).for_each(|(sum, size)| *sum += size * size);
             for (k, of_wrench) in of_wrenches.iter().enumerate() {
                 for ((_, place), of_face) in around.sides.into_iter().zip(of_wrench.chunks_exact(FACE)) {
                     let place = place as usize;
@@ -292,6 +289,10 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
                     }
                 }
             }
+        }
+        for (k, size) in squares.into_iter().enumerate() {
+            let rest = wrenches[k][k].max(ROUNDING * size);
+            wrenches[k][k] += if rest > 0.0 { ROUNDING * size * (size / rest) } else { 0.0 };
         }
         let mut own = Matrix6::from_fn(|i, j| wrenches[i][j]);
         if let Some(basis) = star.basis {
