@@ -6,7 +6,7 @@ use fem_core::mesh::Mesh;
 use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::Space;
 use mesh_io::MeshArrays;
-use mesh_io::vtu::VtuArray;
+use mesh_io::vtu::{VtuArray, VtuCells, VtuData, VtuMesh};
 use nndd_report::Failure;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -163,4 +163,24 @@ pub(crate) fn field(py: Python<'_>, field: VtuArray) -> PyResult<Bound<'_, PyAny
         (1, false) => PyArray1::from_vec(py, values).into_any(),
         _ => rows(py, values, components)?,
     })
+}
+
+/// Makes points (n, 3), cells (m, corners) and the fields of a grid at its points and in its cells.
+pub(crate) fn grid<'py>(py: Python<'py>, mesh: VtuMesh, data: VtuData) -> PyResult<Bound<'py, PyDict>> {
+    let made = PyDict::new(py);
+    made.set_item("points", rows(py, mesh.points.into_flattened(), 3)?)?;
+    let (corners, nodes) = match &mesh.cells {
+        VtuCells::Lines(cells) => (2, cells.as_flattened()),
+        VtuCells::Triangles(cells) => (3, cells.as_flattened()),
+        VtuCells::Tetrahedra(cells) => (4, cells.as_flattened()),
+    };
+    made.set_item("cells", rows(py, nodes.iter().map(|node| i64::from(*node)).collect(), corners)?)?;
+    for (place, fields) in [("point_data", data.point), ("cell_data", data.cell)] {
+        let by_name = PyDict::new(py);
+        for array in fields {
+            by_name.set_item(array.name.clone(), field(py, array)?)?;
+        }
+        made.set_item(place, by_name)?;
+    }
+    Ok(made)
 }

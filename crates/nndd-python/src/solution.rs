@@ -5,11 +5,12 @@ use crate::job;
 use case_io::Case;
 use case_io::case::AnyCase;
 use case_io::table::ContactRow;
-use mesh_io::vtu::VtuArray;
+use mesh_io::vtu::{VtuArray, VtuData, VtuMesh};
 use nndd_report::memory_limit;
 use nndd_report::notes::of_problem;
 use nndd_report::run::{self, Source};
 use nndd_report::verdict::verdict;
+use nndd_report::view::Picture;
 use nndd_report::{Failure, Host, ReportSpace, RunDirectory, Solved, Stopwatch, check, files, memory, view};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -29,6 +30,10 @@ pub(crate) trait Shown: Send + Sync {
     fn field(&self, body: usize, name: &str) -> Option<VtuArray>;
     /// Makes the rows of contact.csv of a pair.
     fn contact(&self, pair: usize) -> Vec<ContactRow>;
+    /// Makes the edges or faces of a pair with all fields.
+    fn contact_grid(&self, pair: usize) -> Option<(VtuMesh, VtuData)>;
+    /// Draws the figures.
+    fn pictures(&self) -> Vec<Picture>;
     /// Writes what the command writes; returns the names of the files.
     fn save(&self, directory: &Path, force: bool, host: &mut dyn Host) -> Result<Vec<String>, Failure>;
 }
@@ -75,6 +80,15 @@ impl<S: ReportSpace> Shown for Run<S> {
 
     fn contact(&self, pair: usize) -> Vec<ContactRow> {
         view::contact(&self.solved, pair)
+    }
+
+    fn contact_grid(&self, pair: usize) -> Option<(VtuMesh, VtuData)> {
+        view::contact_grid(&self.solved, pair)
+    }
+
+    fn pictures(&self) -> Vec<Picture> {
+        let report = files::report(&self.case, &self.solved, self.about.clone());
+        view::pictures(&self.case, &self.solved, &report)
     }
 
     fn save(&self, directory: &Path, force: bool, host: &mut dyn Host) -> Result<Vec<String>, Failure> {
@@ -213,6 +227,20 @@ impl Solution {
             dict.set_item("state", PyList::new(py, states)?)?;
         }
         Ok(dict)
+    }
+
+    /// Returns points, cells and fields of the edges or faces of a pair; `None` without an estimate.
+    fn contact_grid<'py>(&self, py: Python<'py>, pair: usize) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let run = Arc::clone(&self.run);
+        let made = job::run(py, 1, None, move |_| Ok(run.contact_grid(pair)))?;
+        made.map(|(mesh, data)| arrays::grid(py, mesh, data)).transpose()
+    }
+
+    /// Draws the figures: name, SVG and caption of each.
+    fn figures(&self, py: Python<'_>) -> PyResult<Vec<[String; 3]>> {
+        let run = Arc::clone(&self.run);
+        let made = job::run(py, 0, None, move |_| Ok(run.pictures()))?;
+        Ok(made.into_iter().map(|picture| [picture.name, picture.svg, picture.caption]).collect())
     }
 
     /// Writes what the command writes; returns the names of the files.

@@ -62,6 +62,8 @@ PAPER: dict[str, Any] = {
 
 def arrays_of(mesh: nndd.Mesh) -> nndd.Mesh:
     """The same mesh of its arrays alone."""
+    if mesh.tetrahedra is not None:
+        return nndd.Mesh(mesh.points, sides=mesh.sides, tetrahedra=mesh.tetrahedra)
     return nndd.Mesh(mesh.points, mesh.triangles, mesh.sides)
 
 

@@ -206,3 +206,103 @@ def test_plane_fields_have_no_third_component() -> None:
     problem = blocks()
     with pytest.raises(nndd.Error, match="rows of 3 numbers"):
         nndd.certify(problem, [np.zeros((len(body.mesh.points), 3)) for body in problem.bodies])
+
+
+def bent_bar(cells: int) -> tuple[nndd.Problem, np.ndarray, float]:
+    """Bend a bar in scikit-fem, half of it by symmetry: σ_xx = c z and nothing else, so the error is known as in `bent`."""
+    skfem = pytest.importorskip("skfem")
+    from skfem.helpers import ddot, eye, sym_grad, trace
+    from skfem.models.elasticity import lame_parameters
+
+    lame, mu = lame_parameters(YOUNG, POISSON)
+    length, width, half, c = 2.0, 0.5, 0.5, 10.0
+    sizes = ((0.0, length, 4), (0.0, width, 1), (-half, half, 2))
+    axes = [np.linspace(low, high, n * cells + 1) for low, high, n in sizes]
+    mesh = skfem.MeshTet.init_tensor(*axes).with_boundaries(
+        {"left": lambda x: x[0] == 0, "right": lambda x: x[0] == length, "front": lambda x: x[1] == 0}
+    )
+    basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTetP1()))
+
+    @skfem.BilinearForm
+    def form(u, v, w):  # type: ignore[no-untyped-def]
+        stress = 2 * mu * sym_grad(u) + lame * eye(trace(sym_grad(u)), 3)
+        return ddot(stress, sym_grad(v))
+
+    @skfem.LinearForm
+    def load(v, w):  # type: ignore[no-untyped-def]
+        return c * w.x[2] * v[0]
+
+    middle = np.flatnonzero((np.abs(mesh.p) < 1e-12).all(axis=0))
+    held = [basis.get_dofs("left").nodal["u^1"], basis.get_dofs("front").nodal["u^2"], basis.nodal_dofs[2, middle]]
+    matrix, loads = form.assemble(basis), load.assemble(skfem.FacetBasis(mesh, basis.elem, facets="right"))
+    u = skfem.solve(*skfem.condense(matrix, loads, D=np.concatenate(held)))
+    energy = c**2 / YOUNG * length * width * 2 * half**3 / 3
+    sides = {name: mesh.facets[:, facets].T for name, facets in mesh.boundaries.items()}
+    bar = nndd.Body(nndd.Mesh(mesh.p.T, sides=sides, tetrahedra=mesh.t.T), nndd.Material(YOUNG, POISSON), "bar")
+    bar.displace("left", ux=0).displace("front", uy=0).side("middle", point=(0, 0, 0)).displace("middle", uz=0)
+    bar.load("right", (f"{c}*z", 0, 0))
+    return nndd.Problem([bar]), u[basis.nodal_dofs].T, float(np.sqrt(energy - u @ matrix @ u))
+
+
+@pytest.mark.parametrize("cells", [1, 2, 4])
+def test_a_solid_field_of_scikit_fem_is_bounded(cells: int) -> None:
+    problem, found, error = bent_bar(cells)
+    certificate = nndd.certify(problem, [found])
+    assert certificate.valid
+    assert certificate.bound is not None
+    assert 0.0 < error <= certificate.bound <= 2.0 * error
+    assert problem.solve().bodies[0].displacement == pytest.approx(found, abs=1e-11)
+
+
+def pressed_cube(cells: int) -> nndd.Problem:
+    """A cube on a rigid plane, pushed down on one half and pulled up on the other."""
+    mesh = nndd.Mesh.box((0, 0, 0), (1, 1, 1), (cells, cells, cells))
+    cube = nndd.Body(arrays_of(mesh), nndd.Material(YOUNG, POISSON), "cube").displace("left", ux=0).displace("front", uy=0)
+    cube.load("top", (0, 0, "-20*(1-1.8*x)"))
+    return nndd.Problem([cube], [nndd.Contact(cube, nndd.Obstacle.plane((0, 0, 0), (0, 0, 1)), "bottom")])
+
+
+def energy_norm(mesh: nndd.Mesh, u: np.ndarray) -> float:
+    """Integrate the energy of a solid displacement."""
+    corners, moved = mesh.points[mesh._cells], u[mesh._cells]
+    edges = corners[:, 1:] - corners[:, :1]
+    gradient = np.linalg.solve(edges, moved[:, 1:] - moved[:, :1])
+    strain = 0.5 * (gradient + gradient.transpose(0, 2, 1))
+    mu = YOUNG / (2 * (1 + POISSON))
+    lame = 2 * mu * POISSON / (1 - 2 * POISSON)
+    density = 2 * mu * (strain**2).sum(axis=(1, 2)) + lame * np.trace(strain, axis1=1, axis2=2) ** 2
+    return float(np.sqrt(np.abs(np.linalg.det(edges)) @ density / 6))
+
+
+def test_wrong_fields_of_solids_are_bounded() -> None:
+    """Hold random fields against the solution on a nested mesh: it is nearer to them than the exact one can be by the bound."""
+    fine, coarse = pressed_cube(8), pressed_cube(2)
+    reference = fine.solve(solver__stop__criterion="precision").bodies[0]
+    mesh, points = reference.mesh, coarse.bodies[0].mesh.points
+    # The fine nodes in the coarse cells: rows of an interpolation, which is exact since the meshes are nested.
+    own = coarse.bodies[0].mesh
+    cells = own.points[own._cells]
+    local = np.linalg.solve((cells[:, 1:] - cells[:, :1]).transpose(0, 2, 1)[:, None], (mesh.points - cells[:, :1])[..., None])
+    weights = np.concatenate([1 - local.sum(axis=2), local[..., 0]], axis=2)
+    inside = weights.min(axis=2).argmax(axis=0)
+    nodes = np.arange(len(mesh.points))
+    assert weights[inside, nodes].min() > -1e-12
+
+    def onto(field: np.ndarray) -> np.ndarray:
+        return np.asarray(np.einsum("nc,ncd->nd", weights[inside, nodes], field[own._cells[inside]]))
+
+    linear = points @ np.array([[0.01, 0, 0], [0.02, 0.03, 0], [0, 0.01, -0.02]])
+    assert energy_norm(mesh, onto(linear)) == pytest.approx(energy_norm(own, linear))
+    random = np.random.default_rng(11)
+    start = coarse.solve().bodies[0].displacement
+    valid, close = 0, 0
+    for amplitude in (0.0, 1e-6, 1e-4, 1e-3, 1e-2, 0.1):
+        for _ in range(4):
+            field = start + amplitude * random.uniform(-1, 1, start.shape) * (points > 0)
+            found = nndd.certify(coarse, [field])
+            distance = energy_norm(mesh, onto(field) - reference.displacement)
+            valid += found.valid
+            close += found.bound is not None and found.bound <= 3 * distance
+            assert found.bound is None or found.bound >= distance
+    assert valid >= 12
+    assert close >= 4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -190,9 +191,75 @@ def test_every_result_of_a_solid(tmp_path: Path) -> None:
     assert f"<td>tetrahedra</td><td></td></tr><tr><td>plate</td><td>{nodes}</td><td>{cells}</td>" in solution._repr_html_()
     assert "plate.vtu" in solution.save(tmp_path)
     assert len(solution.to_meshio().cells_dict["tetra"]) == cells
-    assert solution.to_pyvista().volume == pytest.approx(2.0)
-    with pytest.raises(nndd.InvalidInput, match="solids are not drawn here"):
-        solution.plot()
+
+
+def test_solids_for_pyvista() -> None:
+    pytest.importorskip("pyvista")
+    solution = rollers().solve()
+    found = solution.to_pyvista()
+    assert found.keys() == ["plate", "below", "above"]
+    assert found["plate"].volume == pytest.approx(2.0)
+    assert np.array_equal(found["plate"].cell_data["von_mises"], solution.bodies[0].cell_data["von_mises"])
+    for pair in solution.contacts:
+        faces = found[pair.name]
+        assert faces.area == pytest.approx(4.0)
+        assert np.array_equal(faces.points[: len(pair.points)], pair.points.astype(faces.points.dtype))
+        assert np.array_equal(faces.point_data["contact_pressure"][: len(pair.points)], pair.pressure)
+        # The pressure is linear on each face, so the means of the faces have the force.
+        sizes = faces.compute_cell_sizes()["Area"]
+        assert pair.summary["contact_force"] == pytest.approx(sizes @ faces.cell_data["contact_pressure_mean"], rel=0.02)
+
+
+def test_the_plot_of_a_solid_is_a_view_or_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    solution = rollers().solve()
+    monkeypatch.setattr(pyvista, "OFF_SCREEN", True)
+    shown = solution.plot(scale=3.0)
+    assert isinstance(shown, pyvista.Plotter)
+    [drawn] = [mesh for mesh in shown.meshes if "von_mises" in mesh.array_names]
+    body = solution.bodies[0]
+    shown.close()
+    assert np.asarray(drawn.points) == pytest.approx(body.mesh.points + 3.0 * body.displacement, abs=1e-6)
+    monkeypatch.setattr(pyvista, "OFF_SCREEN", False)
+    monkeypatch.setattr(pyvista, "system_supports_plotting", lambda: False)
+    assert solution.plot() is solution.figures["von_mises"]
+    for name in [name for name in sys.modules if name.split(".")[0] == "pyvista"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    assert solution.plot() is solution.figures["von_mises"]
+    assert solution.figures.keys() >= {"problem", "displacement", "von_mises", "contact-below", "contact-above", "deformed"}
+
+
+def test_a_notebook_shows_every_plot() -> None:
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    cells = [
+        "import nndd",
+        "solid = nndd.solve('tests/cases/solid/ball.toml')\nsolid.figures['contact']",
+        "import sys\nsys.modules['pyvista'] = None\nsolid.plot()",
+        "nndd.solve('tests/cases/paper.toml').plot()",
+    ]
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+    shown = [{kind for output in cell.outputs for kind in output.get("data", {})} for cell in notebook.cells]
+    assert ["image/svg+xml" in kinds for kinds in shown] == [False, True, True, False]
+    assert "image/png" in shown[3]
+
+
+def test_round_sides_are_declared_and_generated() -> None:
+    """The pin in an eye of tests/cases/solid/pin.toml."""
+    pin = nndd.Body(nndd.Mesh.cylinder(1.0, 2.0, (16, 3, 4)), nndd.Material(2000.0, 0.3), "pin", body_force=(0, -5, 0))
+    eye = nndd.Body(nndd.Mesh.tube((1.0, 1.8), 2.0, (16, 2, 4)), STEEL, "eye").fix("outer").surface("inner", "cylinder")
+    problem = nndd.Problem([pin.surface("outer", "cylinder"), eye], [nndd.Contact(pin, eye, ("outer", "inner"))])
+    found = problem.solve()
+    assert found.valid
+    assert same(found, nndd.solve(CASES / "solid" / "pin.toml"))
+    by_place = nndd.Body(eye.mesh, STEEL, "eye").side("rim", cylinder=((0, 0, 0), (0, 0, 1), 1.8)).fix("rim")
+    [checked] = nndd.Problem([by_place]).check().bodies
+    assert checked["sides"]["rim"] == len(eye.mesh.sides["outer"])
+    ball = nndd.Body(nndd.Mesh.ball(1.0, 6, part="eighth", growth=3.0), STEEL, "ball").displace("flat", uz=-0.02)
+    ball.displace("left", ux=0).displace("front", uy=0)
+    touch = nndd.Contact(ball, nndd.Obstacle.plane((0, 0, -1), (0, 0, 1)), "surface")
+    assert same(nndd.Problem([ball], [touch]).solve(), nndd.solve(CASES / "solid" / "ball.toml"))
 
 
 def plane_with_sphere() -> nndd.Problem:

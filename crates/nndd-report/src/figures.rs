@@ -31,10 +31,12 @@ pub(crate) type NamedRows<'a> = [(&'a str, Vec<ContactRow>)];
 
 /// A named figure.
 pub struct Picture {
-    pub(crate) name: String,
-    pub(crate) svg: String,
+    /// Its name, as that of its file in `figures`.
+    pub name: String,
+    /// The drawing.
+    pub svg: String,
     /// The text below the picture on the page.
-    pub(crate) caption: String,
+    pub caption: String,
     /// The file with its numbers.
     pub(crate) numbers: Option<&'static str>,
     /// The data of a view that turns, which the page shows in place of the picture if it can.

@@ -10,6 +10,7 @@ use crate::resume::RunDirectory;
 use crate::solved::Solved;
 use crate::space::ReportSpace;
 use crate::stopwatch::{Activity, Stopwatch};
+use crate::view;
 use case_io::Case;
 use case_io::checkpoint;
 use case_io::output::OutputDirectory;
@@ -116,10 +117,9 @@ fn write_files<S: ReportSpace>(
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
     }
-    let seen: Vec<Value> = solved.steps.iter().filter_map(|step| step.view.clone()).collect();
     // The figures need no file, the fields need no figure.
     let (pictures, fields) = rayon::join(
-        || S::pictures(case, solution, (&contact, &seen), report),
+        || view::pictures(case, solved, report),
         || write_fields(case, solved, report, directory),
     );
     fields?;

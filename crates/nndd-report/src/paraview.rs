@@ -123,7 +123,8 @@ fn field_data<S: ReportSpace>(
     data
 }
 
-fn contact_data<S: ReportSpace>(
+/// Makes the edges or faces of a pair with all fields.
+pub(crate) fn contact_data<S: ReportSpace>(
     solution: &Fields<'_, S>,
     estimate: &Estimate<S>,
     pair: usize,

@@ -1,13 +1,18 @@
-//! Looks at a solution in memory: the arrays that the tables and the ParaView files have.
+//! Looks at a solution in memory: the arrays that the tables and the ParaView files have, and the figures.
 
 use crate::body_fields::{AT_POINTS, BodyFields, IN_CELLS};
+use crate::paraview;
 use crate::report;
 use crate::solved::Solved;
 use crate::space::ReportSpace;
 use case_io::Case;
+use case_io::report::Report;
 use case_io::table::ContactRow;
 use fem_core::interface::ContactProblem;
-use mesh_io::vtu::VtuArray;
+use mesh_io::vtu::{VtuArray, VtuData, VtuMesh};
+use serde_json::Value;
+
+pub use crate::figures::Picture;
 
 /// Names of the fields of a body at its nodes.
 pub const POINT_FIELDS: [&str; 4] = AT_POINTS;
@@ -39,4 +44,22 @@ pub fn field<S: ReportSpace>(
 pub fn contact<S: ReportSpace>(solved: &Solved<S>, pair: usize) -> Vec<ContactRow> {
     let fields = solved.answer.fields();
     fields.estimate.map(|_| report::contact_rows(&fields, pair)).unwrap_or_default()
+}
+
+/// Makes the edges or faces of a pair with all fields, as its file for ParaView has them; `None` without an estimate.
+///
+/// * `pair`: its number in the case file, from 0.
+pub fn contact_grid<S: ReportSpace>(solved: &Solved<S>, pair: usize) -> Option<(VtuMesh, VtuData)> {
+    let fields = solved.answer.fields();
+    fields.estimate.map(|estimate| paraview::contact_data(&fields, estimate, pair))
+}
+
+/// Draws the figures, in the order of the page.
+pub fn pictures<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, report: &Report) -> Vec<Picture> {
+    let fields = &solved.answer.fields();
+    let pairs = case.contacts.iter().enumerate();
+    let contact: Vec<(&str, Vec<ContactRow>)> =
+        pairs.map(|(k, pair)| (pair.name.as_str(), report::contact_rows(fields, k))).collect();
+    let seen: Vec<Value> = solved.steps.iter().filter_map(|step| step.view.clone()).collect();
+    S::pictures(case, fields, (&contact, &seen), report)
 }

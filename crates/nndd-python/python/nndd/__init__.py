@@ -13,6 +13,7 @@ from ._errors import CaseWarning, Error, FileError, InvalidInput, LimitReached, 
 from ._mesh import Mesh
 from ._model import Body, Contact, Friction, Material, Obstacle, Problem, Step
 from ._nndd import __version__
+from ._plot import Picture
 from ._results import BodyResult, ContactResult
 from ._solution import Certificate, Check, Solution, Status, Sweep, certify, check, solve, sweep
 
@@ -33,6 +34,7 @@ __all__ = [
     "Mesh",
     "NotSolvable",
     "Obstacle",
+    "Picture",
     "Problem",
     "Solution",
     "Status",

@@ -164,3 +164,8 @@ def refusing(function: _Function) -> _Function:
 def refuse(place: Optional[str], found: str, expected: str, fix: str) -> NoReturn:
     """Raise the exception of a wrong argument."""
     raise InvalidInput(_WRONG_ARGUMENTS, [{"place": place, "found": found, "expected": expected, "fix": fix}])
+
+
+def needs(package: str, error: ImportError) -> ImportError:
+    """Make the exception of an optional package that is absent."""
+    return ImportError(f"this needs the package {package}: pip install {package}", name=error.name)

@@ -60,10 +60,11 @@ class Mesh:
     @classmethod
     @refusing
     def read(cls, path: Union[str, os.PathLike[str]]) -> Mesh:
-        """Read a mesh file of Gmsh (.msh) or in the style of Abaqus (.inp).
+        """Read a mesh file: Gmsh (.msh), Abaqus-style (.inp), Exodus II (.e, .exo, .g) or VTK (.vtu).
 
-        Nodes and cells are counted from 0, in the order of the file's numbers. Quadrilaterals are split, quadratic cells
-        reduced to their corners, and nodes without a cell left out. A file with tetrahedra is a mesh of tetrahedra.
+        Nodes and cells are counted from 0, in the order of the file's numbers. Quadrilaterals, hexahedra, prisms and pyramids are
+        split, quadratic cells reduced to their corners, and nodes without a cell left out. A file with volumes is a mesh of
+        tetrahedra.
 
         Parameters
         ----------
@@ -73,8 +74,9 @@ class Mesh:
         Returns
         -------
         Mesh
-            Physical curves, sets of nodes and surfaces are its sides, physical surfaces and sets of elements its regions. Of
-            tetrahedra, physical surfaces are sides, and physical volumes regions.
+            Its sides are physical curves, sets of nodes, surfaces and side sets, its regions physical surfaces, sets of elements
+            and blocks. Of volumes, physical surfaces are sides, and physical volumes regions. In a .vtu file the value 3 of a
+            whole-number array ``part`` at cells is the region, of surfaces the side, ``part_3``.
         """
         arrays, _notes = _nndd.read_mesh(path)
         return cls._of(arrays)
@@ -86,12 +88,34 @@ class Mesh:
         Parameters
         ----------
         mesh : meshio.Mesh
-            With triangles or quadrilaterals, or with tetrahedra; linear or quadratic. Its cell sets, or Gmsh's physical groups,
-            become sides (of lines, of tetrahedra those of triangles) and regions (of cells).
+            With triangles or quadrilaterals, or with volumes, which are split into tetrahedra; linear or quadratic. Its cell
+            sets, or Gmsh's physical groups, become sides (of lines, in a mesh of volumes of surfaces) and regions (of cells).
         """
         from ._meshio import arrays
 
         return cls(**arrays(mesh))
+
+    def to_meshio(self) -> Any:
+        """Return a meshio.Mesh, whose cell sets are the sides and regions."""
+        from ._meshio import meshio_of
+
+        return meshio_of(self)
+
+    @classmethod
+    @refusing
+    def from_pyvista(cls, grid: Any) -> Mesh:
+        """Take a grid of PyVista, as `read` takes a .vtu file.
+
+        Parameters
+        ----------
+        grid : pyvista.DataSet or pyvista.MultiBlock
+            With triangles or quadrilaterals, or with volumes; linear or quadratic. The value 3 of a whole-number array ``part``
+            at cells is the region, of surfaces in a grid of volumes the side, ``part_3``.
+        """
+        from ._pyvista import saved
+
+        with saved(grid) as file:
+            return cls.read(file)
 
     @classmethod
     def block(cls, origin: Pair, size: Pair, cells: Sequence[int]) -> Mesh:
@@ -181,6 +205,80 @@ class Mesh:
         <Mesh: 45 nodes, 96 tetrahedra, sides: back, bottom, front, left, right, top>
         """
         return cls._generated(kind="box", origin=origin, size=size, cells=cells)
+
+    @classmethod
+    def tube(
+        cls, radii: Pair, length: float, cells: Sequence[int], *, origin: Vector = (0, 0, 0), angles: Pair = (0.0, 360.0)
+    ) -> Mesh:
+        """Generate a tube around an axis along z with the sides inner, outer, bottom, top, and of a sector start and end.
+
+        Parameters
+        ----------
+        radii : (2,) array_like
+            Of bore and outside, m.
+        length : float
+            Along the axis, m.
+        cells : (3,) sequence of int
+            Around, across the wall, and along the axis.
+        origin : (3,) array_like
+            The middle of the bottom, m.
+        angles : (2,) array_like
+            Start and end, degrees.
+        """
+        return cls._generated(kind="tube", origin=origin, radii=radii, length=length, angles=angles, cells=cells)
+
+    @classmethod
+    def cylinder(
+        cls, radius: float, length: float, cells: Sequence[int], *, origin: Vector = (0, 0, 0), angles: Pair = (0.0, 360.0)
+    ) -> Mesh:
+        """Generate a cylinder around an axis along z with the sides outer, bottom, top, and of a sector start and end.
+
+        Parameters
+        ----------
+        radius, length : float
+            m.
+        cells : (3,) sequence of int
+            Around, from the axis outwards, and along the axis.
+        origin, angles
+            See `tube`.
+        """
+        return cls._generated(kind="cylinder", origin=origin, radius=radius, length=length, angles=angles, cells=cells)
+
+    @classmethod
+    def ball(
+        cls,
+        radius: float,
+        cells: int,
+        *,
+        centre: Vector = (0, 0, 0),
+        part: str = "whole",
+        facing: str = "down",
+        growth: float = 2.0,
+    ) -> Mesh:
+        """Generate a ball, or a part of one, fine at its poles, with the side surface.
+
+        Parameters
+        ----------
+        radius : float
+            m.
+        cells : int
+            From the centre to the surface.
+        centre : (3,) array_like
+            m.
+        part : {"whole", "half", "quarter", "eighth"}
+            A part also has the sides flat (through the centre, across z), left (across x) and front (across y).
+        facing : {"down", "up"}
+            Direction of the pole of a part.
+        growth : float
+            How many times as long as those at the poles the longest cells are, 1 to 5.
+
+        Examples
+        --------
+        >>> Mesh.ball(1.0, 3, part="eighth")
+        <Mesh: 64 nodes, 162 tetrahedra, sides: flat, front, left, surface>
+        """
+        keys = {"centre": centre, "radius": radius, "part": part, "facing": facing, "growth": growth, "cells": cells}
+        return cls._generated(kind="ball", **keys)
 
     @classmethod
     def _generated(cls, **generator: Any) -> Mesh:

@@ -300,6 +300,18 @@ class Body:
         """
         return self._add("curve", on=on, kind=kind)
 
+    def surface(self, on: Sides, kind: str) -> Body:
+        """Say that a side of a solid lies on a surface: new nodes on finer meshes lie on it, and contact has its normals.
+
+        Parameters
+        ----------
+        on : str or sequence of str
+            The side, or several.
+        kind : {"plane", "cylinder", "sphere"}
+            The surface through its nodes.
+        """
+        return self._add("surface", on=on, kind=kind)
+
     def side(
         self,
         name: str,
@@ -309,6 +321,7 @@ class Body:
         within: Optional[float] = None,
         circle: Optional[tuple[Vector, float]] = None,
         sphere: Optional[tuple[Vector, float]] = None,
+        cylinder: Optional[tuple[Vector, Vector, float]] = None,
         point: Optional[Vector] = None,
     ) -> Body:
         """Name the boundary edges or faces at some place; all conditions that are given count.
@@ -325,11 +338,14 @@ class Body:
             The angle from it, at most, degrees; 30 by default.
         circle, sphere : (centre, radius), optional
             All corners lie on it, m: a circle in the plane, of solids a sphere.
+        cylinder : (point, axis, radius), optional
+            All corners of solids lie on it, m: a point of its axis, the direction of its axis, and its radius.
         point : (2,) or (3,) array_like, optional
             Instead of these, the boundary node there, for `fix` and `displace`.
         """
         round_ = {"circle": circle, "sphere": sphere}
         on = {key: given and {"centre": given[0], "radius": given[1]} for key, given in round_.items()}
+        on["cylinder"] = cylinder and {"point": cylinder[0], "axis": cylinder[1], "radius": cylinder[2]}
         return self._add("side", name=name, box=box, facing=facing, within=within, **on, point=point)
 
     def region(self, material: Material, *, group: Optional[str] = None, box: Optional[Range] = None) -> Body:
@@ -480,9 +496,11 @@ class Contact:
         Initial gap, m: an array has a value at each node of the first body's mesh; "geometric" is measured between the meshes. By
         default the surfaces must touch.
     friction : Friction, optional
-        The law, in the plane; by default the surfaces slide freely.
+        The law; by default the surfaces slide freely.
     normal : (2,) array_like, optional
         One direction of contact, out of the first body, in the plane; averaged at the nodes by default.
+    direction : (3,) array_like, optional
+        Of solids: along which surfaces that do not match are laid over each other; their mean normal by default.
     imposed : {"first", "second", "auto"}, optional
         The body of this pair that carries λ.
     motion : (2,) or (3,) array_like, optional
@@ -500,6 +518,7 @@ class Contact:
         gap: Optional[Datum] = None,
         friction: Optional[Friction] = None,
         normal: Optional[Pair] = None,
+        direction: Optional[Vector] = None,
         imposed: Optional[str] = None,
         motion: Optional[Vector] = None,
         name: Optional[str] = None,
@@ -515,7 +534,13 @@ class Contact:
         self.surfaces = [surfaces] if isinstance(surfaces, str) else list(surfaces)
         self.friction = friction
         self.name = name
-        self._keys: dict[str, Any] = {"gap": gap, "normal": normal, "imposed": imposed, "motion": motion}
+        self._keys: dict[str, Any] = {
+            "gap": gap,
+            "normal": normal,
+            "direction": direction,
+            "imposed": imposed,
+            "motion": motion,
+        }
 
     def _table(self, names: Mapping[int, str]) -> dict[str, Any]:
         members = [body for body in (self.first, self.second) if isinstance(body, Body)]
@@ -566,7 +591,7 @@ class Problem:
     contacts : iterable of Contact
         The pairs; may be empty.
     steps : iterable of Step
-        Load steps, in the plane; one step from rest by default.
+        Load steps; one step from rest by default.
     hypothesis : {"plane_strain", "plane_stress"}, optional
         How the third direction of the plane behaves; plane strain by default.
     thickness : float, optional
@@ -660,8 +685,8 @@ class Problem:
         Parameters
         ----------
         target : float, optional
-            Refine the meshes until this relative error is certified, such as 0.02; in the plane. With Coulomb friction it is the
-            relative residual, which bounds no error.
+            Refine the meshes until this relative error is certified, such as 0.02. With Coulomb friction it is the relative
+            residual, which bounds no error.
         on_iteration, threads, **overrides
             See `nndd.solve`.
 

@@ -1,36 +1,74 @@
-"""Solutions in other packages: matplotlib, meshio, PyVista. They are imported when they are asked for."""
+"""Pictures, and solutions in matplotlib and meshio, which are imported when they are asked for."""
 
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Sequence
-from typing import Any, Optional
+from dataclasses import dataclass, field
+from typing import Any, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import refuse
+from ._errors import needs
 from ._results import BodyResult, ContactResult
 
 #: The largest displacement is drawn as this part of the bodies' size.
 _DRAWN = 0.1
 
 
-def _needs(package: str, error: ImportError) -> ImportError:
-    return ImportError(f"this needs the package {package}: pip install {package}", name=error.name)
+@dataclass(frozen=True)
+class Picture:
+    """A figure of report.html, which a notebook shows.
+
+    Examples
+    --------
+    >>> import nndd
+    >>> solution = nndd.solve("tests/cases/paper.toml")
+    >>> list(solution.figures)
+    ['problem', 'von_mises', 'displacement', 'contact', 'deformed', 'convergence']
+    """
+
+    #: Its name.
+    name: str
+    #: The drawing, as SVG.
+    svg: str = field(repr=False)
+    #: The text that belongs to it.
+    caption: str = field(repr=False)
+
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Write the SVG file.
+
+        Parameters
+        ----------
+        path : path
+            Where.
+        """
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.svg)
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+
+def magnified(bodies: Sequence[BodyResult], scale: Optional[float]) -> float:
+    """Return what displacements are multiplied by: the largest is drawn as a part of the bodies' size."""
+    if scale is not None:
+        return scale
+    points = np.concatenate([body.mesh.points for body in bodies])
+    largest = max(float(np.abs(body.displacement).max()) for body in bodies)
+    return _DRAWN * float(np.ptp(points, axis=0).max()) / largest if largest > 0.0 else 1.0
 
 
 def draw(bodies: Sequence[BodyResult], contacts: Sequence[ContactResult], scale: Optional[float]) -> Any:
-    """Draw deformed bodies and pressures."""
-    for body in bodies:
-        if body.mesh.tetrahedra is not None:
-            refuse(body.name, "solids are not drawn here", "bodies of the plane", "use to_pyvista, or ParaView")
+    """Draw deformed bodies of the plane and pressures."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.collections import PolyCollection
         from matplotlib.figure import Figure as Plain
     except ImportError as error:
-        raise _needs("matplotlib", error) from error
+        raise needs("matplotlib", error) from error
 
     class Figure(Plain):
         """A figure that a notebook shows, whatever backend is chosen there."""
@@ -41,11 +79,7 @@ def draw(bodies: Sequence[BodyResult], contacts: Sequence[ContactResult], scale:
             return out.getvalue()
 
     meshes = [(body, body.mesh.points[:, :2], body.displacement) for body in bodies]
-    every = np.concatenate([points for _, points, _ in meshes])
-    largest = max(float(np.abs(u).max()) for _, _, u in meshes)
-    if scale is None:
-        size = float(np.ptp(every, axis=0).max())
-        scale = _DRAWN * size / largest if largest > 0.0 else 1.0
+    scale = magnified(bodies, scale)
     pairs = [pair for pair in contacts if len(pair.s) > 0]
     figure = Figure(figsize=(10.0, 4.5) if pairs else (6.0, 4.5), layout="constrained")
     axes = figure.subplots(1, 2 if pairs else 1, squeeze=False)[0]
@@ -95,24 +129,8 @@ def to_meshio(bodies: Sequence[BodyResult]) -> Any:
     try:
         import meshio
     except ImportError as error:
-        raise _needs("meshio", error) from error
+        raise needs("meshio", error) from error
     points, cells, point_data, cell_data = _merged(bodies)
     of_cells = {name: [values] for name, values in cell_data.items()}
     kind = "tetra" if cells.shape[1] == 4 else "triangle"
     return meshio.Mesh(points, [(kind, cells)], point_data=point_data, cell_data=of_cells)
-
-
-def to_pyvista(bodies: Sequence[BodyResult]) -> Any:
-    """Make a grid of PyVista."""
-    try:
-        import pyvista
-    except ImportError as error:
-        raise _needs("pyvista", error) from error
-    points, cells, point_data, cell_data = _merged(bodies)
-    kind = pyvista.CellType.TETRA if cells.shape[1] == 4 else pyvista.CellType.TRIANGLE
-    grid = pyvista.UnstructuredGrid({kind: cells}, points)
-    for name, values in point_data.items():
-        grid.point_data[name] = values
-    for name, values in cell_data.items():
-        grid.cell_data[name] = values
-    return grid

@@ -136,6 +136,11 @@ class ContactResult:
         """The columns of contact.csv, (k,) each; with friction ``tangential``, ``slip``, ``limit`` and ``state`` among them."""
         return {name: fixed(np.asarray(values)) for name, values in self._solution.contact(self._number).items()}
 
+    @cached_property
+    def _grid(self) -> Optional[dict[str, Any]]:
+        """Points, cells and fields of the edges or faces, as the ParaView file has them; `None` without an estimate."""
+        return self._solution.contact_grid(self._number)
+
     @property
     def s(self) -> Floats:
         """Arc length, m: (k,); solids have none."""

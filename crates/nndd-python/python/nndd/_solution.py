@@ -19,7 +19,8 @@ from ._case import CaseLike, Progress, native, threads_of
 from ._data import Floats, fixed, floats
 from ._errors import CaseWarning, of_caller, of_python, refuse, refusing
 from ._mesh import Mesh
-from ._plot import draw, to_meshio, to_pyvista
+from ._plot import Picture, draw, to_meshio
+from ._pyvista import blocks_of, view
 from ._results import BodyResult, ContactResult
 
 Path = Union[str, os.PathLike[str]]
@@ -176,9 +177,17 @@ class Solution:
         """
         return self._native.save(os.fspath(directory), force)
 
+    @cached_property
+    def figures(self) -> dict[str, Picture]:
+        """The figures of report.html by their names, such as ``problem`` and ``von_mises``; a notebook shows them."""
+        return {name: Picture(name, svg, caption) for name, svg, caption in self._native.figures()}
+
     @refusing
     def plot(self, *, scale: Optional[float] = None) -> Any:
-        """Draw the deformed bodies by their von Mises stress, and the contact pressure, with matplotlib; in the plane only.
+        """Draw the deformed bodies by their von Mises stress; a notebook shows what is returned.
+
+        In the plane the pressures are drawn beside them, with matplotlib. Solids turn in a window or a notebook by PyVista.
+        Without PyVista or without a display they are drawn as on report.html, at the scale of that page.
 
         Parameters
         ----------
@@ -187,18 +196,24 @@ class Solution:
 
         Returns
         -------
-        matplotlib.figure.Figure
-            The figure; a notebook shows it.
+        matplotlib.figure.Figure, Picture or viewer of PyVista
+            What was drawn.
         """
-        return draw(self.bodies, self.contacts, scale)
+        if self.bodies[0].mesh.tetrahedra is None:
+            return draw(self.bodies, self.contacts, scale)
+        shown = view(self.bodies, scale)
+        return self.figures.get("von_mises", self.figures["problem"]) if shown is None else shown
 
     def to_meshio(self) -> Any:
         """Return one meshio.Mesh of all bodies, with all fields; ``body_id`` says which cell is whose."""
         return to_meshio(self.bodies)
 
     def to_pyvista(self) -> Any:
-        """Return one pyvista.UnstructuredGrid of all bodies, with all fields."""
-        return to_pyvista(self.bodies)
+        """Return a pyvista.MultiBlock: a grid of each body, and of each contact its edges or faces, with all fields by name.
+
+        Bodies have among others displacement, stress, von_mises and error_density, contacts contact_pressure and opening.
+        """
+        return blocks_of(self.bodies, self.contacts)
 
     def __repr__(self) -> str:
         if not self.valid:
