@@ -14,12 +14,14 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<()> {
     let folder = workspace.root.join("bench-results").join("gallery");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", workspace.shown(&folder)))?;
     let exhibits: toml::Table = EXHIBITS.parse().map_err(|e| format!("gallery.toml: {e}"))?;
+    let exhibits: Vec<&toml::Value> = exhibits.values().filter_map(toml::Value::as_array).flatten().collect();
     let mut page = format!(
-        "# Gallery\n\nTwelve cases, solved and certified by the program; figures and numbers come from its output folders. \
+        "# Gallery\n\n{} cases, solved and certified by the program; figures and numbers come from its output folders. \
          Written by `cargo xtask gallery` at commit {}. They look like this on the page of a run too.\n",
+        exhibits.len(),
         workspace.commit()?
     );
-    for exhibit in exhibits.values().filter_map(toml::Value::as_array).flatten() {
+    for exhibit in exhibits {
         page += &show(workspace, exhibit, &folder)?;
     }
     page += "\n## In ParaView's format\n\n![The paper's blocks, drawn from the ParaView files](paraview.png)\n\n\
@@ -49,14 +51,47 @@ fn show(workspace: &Workspace, exhibit: &toml::Value, folder: &Path) -> Outcome<
     let typed: String = set.iter().map(|s| format!(" --set '{s}'")).collect();
     let _ =
         writeln!(page, "[`{file}`](../../{file}), `nndd solve {file}{typed}`\n\n{}\n", measured(&report)?);
+    page += &compared(exhibit, &report)?;
     for name in list("figures") {
-        let (from, to) = (out.join("figures").join(format!("{name}.svg")), format!("{case}-{name}.svg"));
+        let from = out.join("figures").join(format!("{name}.svg"));
+        let to = format!("{}-{name}.svg", case.replace('/', "-"));
         let drawn = read(&from)?;
         let alternative = between(&drawn, "<title>", "</title>").unwrap_or(title);
         std::fs::write(folder.join(&to), &drawn).map_err(|e| format!("{to}: {e}"))?;
         let _ = writeln!(page, "![{title}: {alternative}]({to})");
     }
     Ok(page)
+}
+
+/// A table of the closed forms of an exhibit beside what the program found; nothing if it has none.
+fn compared(exhibit: &toml::Value, report: &Value) -> Outcome<String> {
+    let rows = exhibit.get("closed").and_then(toml::Value::as_array).map_or(&[][..], Vec::as_slice);
+    let mut table = String::new();
+    for row in rows {
+        let text = |key: &str| row.get(key).and_then(toml::Value::as_str);
+        let found = |pointer: &str| {
+            let value = report.pointer(pointer).and_then(Value::as_f64);
+            value.ok_or_else(|| format!("report.json has no number at {pointer}"))
+        };
+        let what = text("what").unwrap_or_default();
+        let exact = row
+            .get("exact")
+            .and_then(toml::Value::as_float)
+            .ok_or_else(|| format!("{what}: no closed form"))?;
+        let low = found(text("at").unwrap_or_default())?;
+        let (computed, difference) = match text("to").map(found).transpose()? {
+            None => (format!("{low:.4}"), format!("{:+.1} %", 100.0 * (low / exact - 1.0))),
+            Some(high) if low <= exact && exact <= high => {
+                (format!("{low:.4} to {high:.4}"), "within".to_owned())
+            }
+            Some(high) => (format!("{low:.4} to {high:.4}"), "outside".to_owned()),
+        };
+        let _ = writeln!(table, "| {what} | {exact} | {computed} | {difference} |");
+    }
+    if table.is_empty() {
+        return Ok(table);
+    }
+    Ok(format!("| | closed form | computed | difference |\n|---|---|---|---|\n{table}\n"))
 }
 
 /// One line of what the program measured.
@@ -81,9 +116,12 @@ fn measured(report: &Value) -> Outcome<String> {
     let percent = (100.0 * percent).ceil() / 100.0;
     let force = report["results"]["contact_force"].as_f64().unwrap_or(f64::NAN);
     let force: f64 = format!("{force:.*e}", digits - 1).parse().unwrap_or(force);
+    let integral = match bodies.iter().any(|body| body.get("tetrahedra").is_some()) {
+        true => format!("∫ p dA = {force}"),
+        false => format!("∫ p ds = {force} per unit thickness"),
+    };
     Ok(format!(
-        "Certified error at most **{percent:.2} %** of the energy norm; {nodes} nodes, {iterations}{meshes}; ∫ p ds = {force} per \
-         unit thickness."
+        "Certified error at most **{percent:.2} %** of the energy norm; {nodes} nodes, {iterations}{meshes}; {integral}."
     ))
 }
 
@@ -108,5 +146,29 @@ mod tests {
             line.contains("18.76 %") && line.contains("380 nodes, 2 iterations; ∫ p ds = 26 per unit"),
             "{line}"
         );
+    }
+
+    #[test]
+    fn closed_forms_are_beside_what_was_found() {
+        let report = serde_json::json!({ "contact": [{ "max_pressure": 11.0, "area": { "certain": 0.5, "possible": 0.75 } }] });
+        let table = |text: &str| compared(&toml::Value::Table(text.parse().unwrap()), &report);
+        let pressure = "{ what = \"p\", exact = 10.0, at = \"/contact/0/max_pressure\" }";
+        let area = |exact: f64| {
+            format!(
+                "{{ what = \"A\", exact = {exact:?}, at = \"/contact/0/area/certain\", to = \"/contact/0/area/possible\" }}"
+            )
+        };
+        let found = table(&format!("closed = [{pressure}, {}, {}]", area(0.6), area(0.8))).unwrap();
+        let rows: Vec<&str> = found.lines().skip(2).filter(|line| !line.is_empty()).collect();
+        assert_eq!(
+            rows,
+            [
+                "| p | 10 | 11.0000 | +10.0 % |",
+                "| A | 0.6 | 0.5000 to 0.7500 | within |",
+                "| A | 0.8 | 0.5000 to 0.7500 | outside |"
+            ]
+        );
+        assert_eq!(table("").unwrap(), "");
+        assert!(table("closed = [{ what = \"p\", exact = 1.0, at = \"/none\" }]").is_err());
     }
 }
