@@ -80,11 +80,15 @@ fn compared(exhibit: &toml::Value, report: &Value) -> Outcome<String> {
             .ok_or_else(|| format!("{what}: no closed form"))?;
         let low = found(text("at").unwrap_or_default())?;
         let (computed, difference) = match text("to").map(found).transpose()? {
-            None => (format!("{low:.4}"), format!("{:+.1} %", 100.0 * (low / exact - 1.0))),
-            Some(high) if low <= exact && exact <= high => {
-                (format!("{low:.4} to {high:.4}"), "within".to_owned())
+            None => {
+                // Tenths of a percent, without a sign at zero.
+                let tenths = (1000.0 * (low / exact - 1.0)).round() + 0.0;
+                (digits(low), format!("{:.1} %", tenths / 10.0))
             }
-            Some(high) => (format!("{low:.4} to {high:.4}"), "outside".to_owned()),
+            Some(high) => {
+                let word = if low <= exact && exact <= high { "within" } else { "outside" };
+                (format!("{} to {}", digits(low), digits(high)), word.to_owned())
+            }
         };
         let _ = writeln!(table, "| {what} | {exact} | {computed} | {difference} |");
     }
@@ -92,6 +96,12 @@ fn compared(exhibit: &toml::Value, report: &Value) -> Outcome<String> {
         return Ok(table);
     }
     Ok(format!("| | closed form | computed | difference |\n|---|---|---|---|\n{table}\n"))
+}
+
+/// Writes a number with four digits.
+fn digits(value: f64) -> String {
+    let places = (3.0 - value.abs().log10().floor()).clamp(0.0, 12.0);
+    format!("{value:.*}", places as usize)
 }
 
 /// One line of what the program measured.
@@ -163,7 +173,7 @@ mod tests {
         assert_eq!(
             rows,
             [
-                "| p | 10 | 11.0000 | +10.0 % |",
+                "| p | 10 | 11.00 | 10.0 % |",
                 "| A | 0.6 | 0.5000 to 0.7500 | within |",
                 "| A | 0.8 | 0.5000 to 0.7500 | outside |"
             ]
