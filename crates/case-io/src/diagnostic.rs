@@ -186,6 +186,7 @@ impl Diagnostic {
         let help = match problem.remedy {
             Some(Remedy::Merge) => "; `merge = true` joins them",
             Some(Remedy::OwnNodes) => ": as two bodies they need `duplicate_interface = true`",
+            Some(Remedy::Part) => "; `connected_to = \"SIDE\"` in `mesh` takes the part at a side",
             _ => "",
         };
         format!("{}{help}", problem.what)

@@ -6,6 +6,7 @@
 pub mod abaqus;
 mod arrays;
 mod collect;
+mod connected;
 mod error;
 pub mod exodus;
 mod faults;

@@ -172,7 +172,8 @@ fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &
             .enumerate()
             .map(|(t, stress)| S::largest_strain(model.material(t).strain(*stress)));
         let largest = strains.fold(0.0, f64::max);
-        if largest > STRAIN {
+        // An imposed strain of just the limit is not above it.
+        if largest > STRAIN * (1.0 + 1e-9) {
             notes.push(format!(
                 "body \"{}\": the largest strain is {} %, above the {} % up to which small strains are a fair \
                  assumption; check the units of the loads and moduli",

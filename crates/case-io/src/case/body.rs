@@ -64,6 +64,8 @@ pub enum MeshSource<S: Dimension = Plane> {
         merge: bool,
         /// True if two bodies of one file may share nodes: each gets its own copy.
         duplicate_interface: bool,
+        /// A side: only the connected parts of the region that have a facet of it.
+        connected_to: Option<String>,
     },
 }
 
@@ -72,7 +74,7 @@ impl<S: Dimension> MeshSource<S> {
     pub(super) fn json(&self) -> (&'static str, Json) {
         match self {
             Self::Generator(generator) => ("generator", json!(generator)),
-            Self::File { file, region, merge, duplicate_interface } => {
+            Self::File { file, region, merge, duplicate_interface, connected_to } => {
                 let mut mesh = json!({ "file": file });
                 match &region[..] {
                     [] => {}
@@ -81,6 +83,9 @@ impl<S: Dimension> MeshSource<S> {
                 }
                 mesh["merge"] = json!(merge);
                 mesh["duplicate_interface"] = json!(duplicate_interface);
+                if let Some(side) = connected_to {
+                    mesh["connected_to"] = json!(side);
+                }
                 ("mesh", mesh)
             }
         }

@@ -12,7 +12,7 @@ type Fix = (&'static str, &'static str);
 
 const SIDE: Fix = (
     "the name of one of them",
-    "look at the sides with `nndd mesh FILE`; a generator's are in `nndd new paper`",
+    "write one of these; `nndd mesh FILE` shows where the sides of a mesh are",
 );
 const BOUNDARY: Fix = (
     "edges of the boundary, at least one",

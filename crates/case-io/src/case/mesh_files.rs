@@ -144,11 +144,14 @@ impl<S: Dimension> Case<S> {
 
     /// Takes the region that a body is from its file.
     fn region_of(&self, body: usize, mesh: &MeshFile) -> Result<Region<S>, MeshFileError> {
-        let MeshSource::File { region, merge, .. } = &self.bodies[body].mesh else {
+        let MeshSource::File { region, merge, connected_to, .. } = &self.bodies[body].mesh else {
             return S::region(mesh, &[], RegionOptions::default());
         };
         let names: Vec<&str> = region.iter().map(String::as_str).collect();
-        let region = S::region(mesh, &names, RegionOptions::with_merge(*merge))?;
+        let mut region = S::region(mesh, &names, RegionOptions::with_merge(*merge))?;
+        if let Some(side) = connected_to {
+            region = region.connected_to(side)?;
+        }
         let selected = !self.bodies[body].sides.is_empty();
         S::without_sides(&region).filter(|_| !selected).map_or(Ok(region), Err)
     }

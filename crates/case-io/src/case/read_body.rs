@@ -120,8 +120,9 @@ fn mesh_file<S: Keys>(mut r: Reader<'_>) -> Option<MeshSource<S>> {
     let region = r.names("region").unwrap_or_default();
     let merge = r.boolean("merge").unwrap_or(false);
     let duplicate_interface = r.boolean("duplicate_interface").unwrap_or(false);
+    let connected_to = r.string("connected_to");
     r.finish();
-    Some(MeshSource::File { file: file?, region, merge, duplicate_interface })
+    Some(MeshSource::File { file: file?, region, merge, duplicate_interface, connected_to })
 }
 
 /// Reads the table of a generator.

@@ -11,6 +11,8 @@ pub enum Remedy {
     Merge,
     /// To give each body its own nodes.
     OwnNodes,
+    /// To make each body of one connected part, [`Region::connected_to`](super::Region::connected_to).
+    Part,
 }
 
 /// Something that is allowed, but probably not meant.
@@ -49,6 +51,7 @@ impl fmt::Display for Problem {
             None => "",
             Some(Remedy::Merge) => "; `RegionOptions::merge` joins them",
             Some(Remedy::OwnNodes) => ": as two bodies they cannot part, unless each has its own nodes",
+            Some(Remedy::Part) => "; `Region::connected_to` takes one of them",
         };
         write!(f, "{}{help}", self.what)
     }

@@ -1,5 +1,6 @@
 //! A summary of a mesh file, for people who want to look before they use it.
 
+use super::connected::joined;
 use super::flat::coincident;
 use super::region::{WHOLE, title_of};
 use super::sides::{Key, free_facets, key, keys_of};
@@ -232,7 +233,8 @@ impl MeshFile {
             }
             let parts = self.parts(&members, &mut parent);
             if parts > 1 {
-                problems.push(format!("{name} consists of {parts} parts that are not connected").into());
+                let found = format!("{name} consists of {parts} parts that are not connected");
+                problems.push(Problem::new(found, Remedy::Part));
             }
             if problems.len() > MOST {
                 problems.push("and more".to_owned().into());
@@ -298,13 +300,6 @@ impl MeshFile {
     ///
     /// * `parent`: room for one number per node, kept between calls; only the nodes of the cells are touched.
     fn parts(&self, cells: &[u32], parent: &mut [u32]) -> usize {
-        fn root(parent: &mut [u32], mut node: u32) -> u32 {
-            while parent[node as usize] != node {
-                parent[node as usize] = parent[parent[node as usize] as usize];
-                node = parent[node as usize];
-            }
-            node
-        }
         let (_, all) = self.body_cells();
         let corners = || cells.iter().map(|c| all[*c as usize].corners);
         for node in corners().flatten() {
@@ -318,11 +313,7 @@ impl MeshFile {
         }
         for [first, others @ ..] in corners() {
             for other in others {
-                let (a, b) = (root(parent, first), root(parent, other));
-                if a != b {
-                    parent[a.max(b) as usize] = a.min(b);
-                    parts -= 1;
-                }
+                parts -= usize::from(joined(parent, first, other));
             }
         }
         parts

@@ -47,6 +47,7 @@ fn keys_have_defaults_and_checks() {
         region: vec![region.into()],
         merge: false,
         duplicate_interface,
+        connected_to: None,
     };
     assert_eq!([&case.bodies[0].mesh, &case.bodies[1].mesh], [&file("a", false), &file("b", true)]);
     assert_eq!(case.node_counts(), [0, 0]);
