@@ -18,6 +18,9 @@ pub const ASSEMBLY: &str = include_str!("template/assembly.toml");
 /// Two bodies from a mesh file, with the names to replace.
 pub const GMSH: &str = include_str!("template/gmsh.toml");
 
+/// Two solids, one of them held by contact only.
+pub const SOLID: &str = include_str!("template/solid.toml");
+
 /// The templates by name.
 pub const TEMPLATES: &[(&str, &str)] = &[
     ("paper", PAPER),
@@ -26,6 +29,7 @@ pub const TEMPLATES: &[(&str, &str)] = &[
     ("adaptive", ADAPTIVE),
     ("assembly", ASSEMBLY),
     ("gmsh", GMSH),
+    ("solid", SOLID),
 ];
 
 /// Finds a template by its name.

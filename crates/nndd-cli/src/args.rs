@@ -31,7 +31,7 @@ pub(crate) enum Command {
     /// Show what a mesh file holds: groups, cells, bounding box, quality, possible problems.
     #[command(after_help = help::of_command("mesh"))]
     Mesh(Mesh),
-    /// Print a commented case file to start from: paper, patch, hertz, adaptive, assembly, gmsh.
+    /// Print a commented case file to start from: paper, patch, hertz, adaptive, assembly, gmsh, solid.
     New {
         /// Name of the template.
         template: String,

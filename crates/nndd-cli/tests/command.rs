@@ -164,7 +164,7 @@ fn templates_are_cases_that_solve() {
     let temp = tempfile::tempdir().unwrap();
     let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/cases/meshes/blocks.msh");
     std::fs::copy(mesh, temp.path().join("blocks.msh")).unwrap();
-    for name in ["paper", "patch", "hertz", "adaptive", "gmsh"] {
+    for name in ["paper", "patch", "hertz", "adaptive", "gmsh", "solid"] {
         let template = nndd(&["new", name], temp.path());
         let case = temp.path().join(format!("{name}.toml"));
         std::fs::write(&case, &template.stdout).unwrap();

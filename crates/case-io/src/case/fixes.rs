@@ -10,10 +10,8 @@ use fem_core::material::MaterialError;
 /// The expected input, and one fix.
 type Fix = (&'static str, &'static str);
 
-const SIDE: Fix = (
-    "the name of one of them",
-    "write one of these; `nndd mesh FILE` shows where the sides of a mesh are",
-);
+const SIDE: Fix =
+    ("the name of one of them", "write one of these; `nndd mesh FILE` shows where the sides of a mesh are");
 const BOUNDARY: Fix = (
     "edges of the boundary, at least one",
     "take the edges inside the body out of the group, or name another side",
@@ -233,7 +231,7 @@ pub(super) fn of_overlay(error: &OverlayError) -> Fix {
         ),
         OverlayError::MeasuredGap => (
             "a gap that is given, flat surfaces, or surfaces that match",
-            "write `gap = 0.0`, or mesh both sides alike",
+            "mesh both sides alike, take a rigid sphere or cylinder (`obstacle`) for the stiffer body, or write `gap = 0.0` if they touch",
         ),
         // Mesh, Body and future variants.
         _ => ("a body that can be cut along its contact side", "mesh the two sides with the same divisions"),

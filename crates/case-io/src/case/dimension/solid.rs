@@ -225,7 +225,10 @@ impl Case<Solid> {
         let note = |names: [&str; 2]| {
             let parts: Vec<String> = (0..2).filter_map(|b| of(b, names[b])).collect();
             let thin = match changes.lowest < FLAT_TRIANGLE {
-                true => "; such flat triangles make the bound worse, not false",
+                true => {
+                    "; such flat triangles make the bound worse, not false: draw bodies that touch as one mesh (in Gmsh by BooleanFragments) \
+                         with `duplicate_interface = true`"
+                }
                 false => "",
             };
             let lowest = significant(changes.lowest);

@@ -71,7 +71,7 @@ impl Model<'_> {
             focus: &[],
             marks: vec![],
         };
-        let panels = [panel("from in front", self.view), panel("from behind and below", below)];
+        let panels = [panel("from the front", self.view), panel("from behind and below", below)];
         let figure = Views {
             title: "The problem".into(),
             description: self.said(contact),
