@@ -45,6 +45,16 @@ impl Relaxation {
             Self::Tolerance { max_steps, .. } => max_steps,
         }
     }
+
+    /// Returns the same with fewer steps.
+    pub(crate) fn at_most(self, steps: usize) -> Self {
+        match self {
+            Self::Steps(own) => Self::Steps(own.min(steps)),
+            Self::Tolerance { tolerance, max_steps } => {
+                Self::Tolerance { tolerance, max_steps: max_steps.min(steps) }
+            }
+        }
+    }
 }
 
 impl Default for Relaxation {

@@ -28,6 +28,11 @@ use std::collections::HashSet;
 /// Cells, faces or edges handled by one task.
 const CHUNK: usize = 256;
 
+/// The steps have lost their way in round-off if the energy found is off the promised one by this fraction of the one before: they begin again, from the best
+/// stress along their sum, if that has less than [`RESTARTED`] times the energy.
+const DRIFT: f64 = 1e-3;
+const RESTARTED: f64 = 0.99;
+
 /// The edge stars of a body.
 pub struct EdgeStars<'a> {
     body: &'a Body<Solid>,
@@ -160,25 +165,54 @@ impl<'a> EdgeStars<'a> {
         relaxation: Relaxation,
     ) -> RelaxationReport {
         let of_cells = AtomicSlots::zeros(MOMENTS * self.cells());
-        let residual = AtomicSlots::zeros(FACE * self.spaces.len());
-        self.residual(stress, &of_cells, &residual);
-        let energies = [stress.distance_squared(self.body), stress.finite_element_energy(self.body)];
-        let left = AtomicSlots::zeros(residual.len());
-        let (x, report) =
-            conjugate_gradients(relaxation, (residual, self.unit), energies, &|r, z, product| {
+        let left = AtomicSlots::zeros(FACE * self.spaces.len());
+        let of_elements = stress.finite_element_energy(self.body);
+        let mut report = RelaxationReport::unrelaxed(stress.distance_squared(self.body));
+        loop {
+            let residual = AtomicSlots::zeros(left.len());
+            self.residual(stress, &of_cells, &residual);
+            let energies = [report.energy(), of_elements];
+            let rest = relaxation.at_most(relaxation.max_steps() - report.steps);
+            let (x, part) = conjugate_gradients(rest, (residual, self.unit), energies, &|r, z, product| {
                 self.precondition((r, &left), z);
                 self.multiply((z, &of_cells), product);
             });
-        if report.steps > 0 {
-            let moments = stress.facet_moments.par_iter_mut().enumerate().with_min_len(CHUNK);
-            moments.for_each(|(face, moments)| {
-                for (k, column) in self.columns(face).iter().enumerate() {
-                    let amount = x.get(FACE * face + k);
-                    moments.iter_mut().zip(column).for_each(|(moment, unit)| *moment += unit * amount);
-                }
-            });
+            if part.steps == 0 {
+                report.stationary = part.stationary;
+                return report;
+            }
+            self.shift(stress, &x, 1.0);
+            let [before, promised, found] =
+                [report.energy(), part.energy(), stress.distance_squared(self.body)];
+            report.steps += part.steps;
+            report.energy_history.extend(&part.energy_history[1..]);
+            report.stationary = part.stationary;
+            if (found - promised).abs() <= DRIFT * before {
+                return report;
+            }
+            // The energy along x is a parabola, of which the middle is a third value.
+            self.shift(stress, &x, -0.5);
+            let curvature = 2.0 * (before + found - 2.0 * stress.distance_squared(self.body));
+            let best = (0.5 * (before - found + curvature) / curvature).clamp(0.0, 1.0);
+            self.shift(stress, &x, if best.is_finite() { best - 0.5 } else { -0.5 });
+            let energy = stress.distance_squared(self.body);
+            // What round-off promised was not gained.
+            report.energy_history.iter_mut().for_each(|promised| *promised = promised.max(energy));
+            if report.steps >= relaxation.max_steps() || !(energy < RESTARTED * before) {
+                return report;
+            }
         }
-        report
+    }
+
+    /// Adds coordinates of the faces, times a factor.
+    fn shift(&self, stress: &mut EquilibratedStress<Solid>, x: &AtomicSlots, factor: f64) {
+        let moments = stress.facet_moments.par_iter_mut().enumerate().with_min_len(CHUNK);
+        moments.for_each(|(face, moments)| {
+            for (k, column) in self.columns(face).iter().enumerate() {
+                let amount = factor * x.get(FACE * face + k);
+                moments.iter_mut().zip(column).for_each(|(moment, unit)| *moment += unit * amount);
+            }
+        });
     }
 
     /// The number of cells.
