@@ -66,6 +66,7 @@ mod defect_correction;
 mod error;
 mod history;
 mod lines;
+mod means;
 mod observer;
 mod pair_forces;
 mod reactions;

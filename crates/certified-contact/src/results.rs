@@ -3,6 +3,7 @@
 use crate::lines::Stretch;
 use crate::pair_forces::{PairForces, mean, pair_forces};
 use crate::reactions::{Balance, Reaction, RigidSideResults, nodal_forces, support_reactions};
+use crate::recovered_pressure::recovered_pressure;
 use crate::space::ContactSpace;
 use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress, Recovery};
 use fem_core::body::Body;
@@ -249,7 +250,7 @@ fn of_pair<S: ContactSpace>(of: &PairForces<'_, S>) -> PairResults<S> {
         area,
         max_pressure: largest(pressures.iter().copied()),
         max_facet_pressure: largest(facets.map(|facet| mean(of.interface, &pressures, facet))),
-        max_recovered_pressure: S::recovered_pressure(of.problem, of.pair, &forces).map(largest),
+        max_recovered_pressure: recovered_pressure(of.problem, of.pair, &forces).map(largest),
         active: of.force.iter().filter(|r| **r > 0.0).count(),
         min_opening: of.distances(of.opening).fold(f64::INFINITY, f64::min),
         friction: friction(of),

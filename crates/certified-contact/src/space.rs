@@ -2,8 +2,9 @@
 
 use crate::error::SolveError;
 use crate::lines::{self, Stretch};
+use crate::means::{line, surface};
 use crate::pair_forces::PairForces;
-use crate::{recovered_pressure, spin};
+use crate::spin;
 use contact_geometry::Refinable;
 use cre_estimator::Recovery;
 use fem_core::interface::{ContactInterface, ContactProblem};
@@ -35,14 +36,17 @@ pub trait ContactSpace: Recovery + Refinable {
         Vec::new()
     }
 
-    /// Computes the pressure that is recovered over the cells of the coarser side, see [`crate::recovered_pressure`].
-    fn recovered_pressure(
-        _problem: &ContactProblem<Self>,
-        _pair: usize,
-        _forces: &[f64],
-    ) -> Option<Vec<f64>> {
-        None
-    }
+    /// Replaces the pressures of a pair by those recovered over the cells of the coarser side, see [`crate::recovered_pressure`].
+    ///
+    /// * `own`: of each side, the pairs of nodes whose node no common refinement put in.
+    #[doc(hidden)]
+    fn recover_over_cells(
+        problem: &ContactProblem<Self>,
+        pair: usize,
+        own: &[Vec<bool>; 2],
+        forces: &[f64],
+        pressure: &mut [f64],
+    );
 }
 
 impl ContactSpace for Plane {
@@ -62,9 +66,25 @@ impl ContactSpace for Plane {
         lines::stretches(pair)
     }
 
-    fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64]) -> Option<Vec<f64>> {
-        recovered_pressure::recovered_pressure(problem, pair, forces)
+    fn recover_over_cells(
+        problem: &ContactProblem,
+        pair: usize,
+        own: &[Vec<bool>; 2],
+        forces: &[f64],
+        pressure: &mut [f64],
+    ) {
+        line::recover(&problem.contacts[pair].interface, own, forces, pressure);
     }
 }
 
-impl ContactSpace for Solid {}
+impl ContactSpace for Solid {
+    fn recover_over_cells(
+        problem: &ContactProblem<Solid>,
+        pair: usize,
+        own: &[Vec<bool>; 2],
+        forces: &[f64],
+        pressure: &mut [f64],
+    ) {
+        surface::recover((problem, &problem.contacts[pair]), own, forces, pressure);
+    }
+}

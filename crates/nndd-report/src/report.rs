@@ -13,7 +13,9 @@ use case_io::report::{
 };
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
-use certified_contact::{CertifiedSolution, CoulombResult, IterationRecord, PairResults, RigidSideResults};
+use certified_contact::{
+    CertifiedSolution, CoulombResult, IterationRecord, PairResults, RigidSideResults, recovered_pressure,
+};
 use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::{ContactProblem, LeftOut, Partner};
 use serde_json::{Map, Value};
@@ -321,7 +323,7 @@ pub(crate) fn contact_rows<S: ReportSpace>(solution: &Fields<'_, S>, pair: usize
             .map(|(k, node)| node.normal_length() * solution.last.contact.normal_reaction[first + k])
             .collect()
     };
-    let recovered = S::recovered_pressure(solution.problem, pair, &forces);
+    let recovered = recovered_pressure(solution.problem, pair, &forces);
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.body].mesh().points();
     let (last, interface) = (solution.last, &pair.interface);
