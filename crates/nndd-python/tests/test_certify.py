@@ -13,6 +13,28 @@ from conftest import CASES, arrays_of, blocks
 YOUNG, POISSON = 1000.0, 0.3
 
 
+def pulled(basis: Any, held: np.ndarray, c: float) -> tuple[np.ndarray, Any]:
+    """Solve in scikit-fem for a body that is pulled in x on its right side, by c times the last coordinate; also return the stiffness."""
+    import skfem
+    from skfem.helpers import ddot, eye, sym_grad, trace
+    from skfem.models.elasticity import lame_parameters
+
+    lame, mu = lame_parameters(YOUNG, POISSON)
+
+    @skfem.BilinearForm
+    def form(u, v, w):  # type: ignore[no-untyped-def]
+        stress = 2 * mu * sym_grad(u) + lame * eye(trace(sym_grad(u)), basis.mesh.dim())
+        return ddot(stress, sym_grad(v))
+
+    @skfem.LinearForm
+    def load(v, w):  # type: ignore[no-untyped-def]
+        return c * w.x[-1] * v[0]
+
+    matrix = form.assemble(basis)
+    loads = load.assemble(skfem.FacetBasis(basis.mesh, basis.elem, facets="right"))
+    return skfem.solve(*skfem.condense(matrix, loads, D=held)), matrix
+
+
 def bent(cells: tuple[int, int]) -> tuple[nndd.Problem, np.ndarray, float]:
     """Bend a plate in scikit-fem: a problem with an exact solution, its finite element displacements, and their true error.
 
@@ -20,28 +42,15 @@ def bent(cells: tuple[int, int]) -> tuple[nndd.Problem, np.ndarray, float]:
     norm of the error is that of the exact solution less that of the approximate one.
     """
     import skfem
-    from skfem.helpers import ddot, eye, sym_grad, trace
-    from skfem.models.elasticity import lame_parameters
 
-    lame, mu = lame_parameters(YOUNG, POISSON)
     length, half, c = 2.0, 0.5, 10.0
     grid = np.linspace(0, length, cells[0] + 1), np.linspace(-half, half, cells[1] + 1)
     mesh = skfem.MeshTri.init_tensor(*grid).with_defaults()
     basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTriP1()))
 
-    @skfem.BilinearForm
-    def form(u, v, w):  # type: ignore[no-untyped-def]
-        stress = 2 * mu * sym_grad(u) + lame * eye(trace(sym_grad(u)), 2)
-        return ddot(stress, sym_grad(v))
-
-    @skfem.LinearForm
-    def load(v, w):  # type: ignore[no-untyped-def]
-        return c * w.x[1] * v[0]
-
     middle = np.flatnonzero((mesh.p[0] == 0) & (mesh.p[1] == 0))
     held = np.concatenate([basis.get_dofs("left").nodal["u^1"], basis.nodal_dofs[1, middle]])
-    matrix, loads = form.assemble(basis), load.assemble(skfem.FacetBasis(mesh, basis.elem, facets="right"))
-    u = skfem.solve(*skfem.condense(matrix, loads, D=held))
+    u, matrix = pulled(basis, held, c)
     energy = c**2 * (1 - POISSON**2) / YOUNG * length * 2 * half**3 / 3
     error = float(np.sqrt(energy - u @ matrix @ u))
 
@@ -212,10 +221,7 @@ def test_plane_fields_have_no_third_component() -> None:
 def bent_bar(cells: int) -> tuple[nndd.Problem, np.ndarray, float]:
     """Bend a bar in scikit-fem, half of it by symmetry: σ_xx = c z and nothing else, so the error is known as in `bent`."""
     skfem = pytest.importorskip("skfem")
-    from skfem.helpers import ddot, eye, sym_grad, trace
-    from skfem.models.elasticity import lame_parameters
 
-    lame, mu = lame_parameters(YOUNG, POISSON)
     length, width, half, c = 2.0, 0.5, 0.5, 10.0
     sizes = ((0.0, length, 4), (0.0, width, 1), (-half, half, 2))
     axes = [np.linspace(low, high, n * cells + 1) for low, high, n in sizes]
@@ -224,19 +230,9 @@ def bent_bar(cells: int) -> tuple[nndd.Problem, np.ndarray, float]:
     )
     basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTetP1()))
 
-    @skfem.BilinearForm
-    def form(u, v, w):  # type: ignore[no-untyped-def]
-        stress = 2 * mu * sym_grad(u) + lame * eye(trace(sym_grad(u)), 3)
-        return ddot(stress, sym_grad(v))
-
-    @skfem.LinearForm
-    def load(v, w):  # type: ignore[no-untyped-def]
-        return c * w.x[2] * v[0]
-
     middle = np.flatnonzero((np.abs(mesh.p) < 1e-12).all(axis=0))
     held = [basis.get_dofs("left").nodal["u^1"], basis.get_dofs("front").nodal["u^2"], basis.nodal_dofs[2, middle]]
-    matrix, loads = form.assemble(basis), load.assemble(skfem.FacetBasis(mesh, basis.elem, facets="right"))
-    u = skfem.solve(*skfem.condense(matrix, loads, D=np.concatenate(held)))
+    u, matrix = pulled(basis, np.concatenate(held), c)
     energy = c**2 / YOUNG * length * width * 2 * half**3 / 3
     sides = {name: mesh.facets[:, facets].T for name, facets in mesh.boundaries.items()}
     bar = nndd.Body(nndd.Mesh(mesh.p.T, sides=sides, tetrahedra=mesh.t.T), nndd.Material(YOUNG, POISSON), "bar")
