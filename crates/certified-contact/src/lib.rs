@@ -104,7 +104,7 @@ pub use nndd;
 pub use observer::{Observer, Phase, Silent};
 pub use reactions::{Balance, Reaction, RigidSideResults};
 pub use recovered_pressure::recovered_pressure;
-pub use results::{FrictionResults, PairResults, PatchResults, PeakStress, Results};
+pub use results::{FrictionResults, PairResults, PatchResults, PeakStress, PrincipalStress, Results};
 pub use settings::{Criterion, Imposed, Settings, prefers_exact, suits_iteration};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;

@@ -9,6 +9,7 @@ use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress, Recovery};
 use fem_core::body::Body;
 use fem_core::geometry::norm;
 use fem_core::interface::{ContactArea, ContactPatch, ContactProblem};
+use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::space::{Plane, Space};
 use nndd::Iterate;
@@ -87,6 +88,18 @@ pub struct PeakStress<S: Space = Plane> {
     pub point: S::Vector,
 }
 
+/// A principal stress of the recovered stress, and its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PrincipalStress<S: Space = Plane> {
+    /// The stress, Pa, tension positive.
+    pub value: f64,
+    /// The body, in the order of [`Results`].
+    pub body: usize,
+    /// The node with this stress, m.
+    pub point: S::Vector,
+}
+
 /// The results of a run; arrays by body in the order of the problem passed to [`crate::solve`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -121,6 +134,8 @@ pub struct Results<S: Space = Plane> {
     pub recovered: Vec<RecoveredStress<S>>,
     /// Its largest von Mises stress; `None` if the out-of-plane stress of a material is unknown.
     pub peak_stress: Option<PeakStress<S>>,
+    /// Its smallest and its largest principal stress; in the plane those in the plane.
+    pub principal_stress: Option<[PrincipalStress<S>; 2]>,
 }
 
 /// Computes the results of an iteration.
@@ -172,6 +187,7 @@ pub(crate) fn results<S: ContactSpace>(
             .map(von_mises)
             .collect::<Option<Vec<f64>>>()
             .map(largest),
+        principal_stress: principal_stress(problem, &recovered),
         recovered,
         peak_stress,
     }
@@ -188,6 +204,25 @@ fn peak_stress<S: Recovery>(
     };
     let all = problem.bodies.iter().zip(recovered).enumerate().map(of_body).collect::<Option<Vec<_>>>()?;
     all.into_iter().max_by(|a, b| a.von_mises.total_cmp(&b.von_mises))
+}
+
+/// Finds the smallest and the largest principal stress of all bodies.
+fn principal_stress<S: Recovery>(
+    problem: &ContactProblem<S>,
+    recovered: &[RecoveredStress<S>],
+) -> Option<[PrincipalStress<S>; 2]> {
+    let bodies = problem.bodies.iter().zip(recovered).enumerate();
+    let of_body = |(b, (body, stress)): (usize, (&Body<S>, &RecoveredStress<S>))| {
+        let at = |(value, node): (f64, NodeId)| PrincipalStress {
+            value,
+            body: b,
+            point: body.mesh().points()[node],
+        };
+        Some(stress.extreme_principal()?.map(at))
+    };
+    bodies.filter_map(of_body).reduce(|[a, b], [c, d]| {
+        [if c.value < a.value { c } else { a }, if d.value > b.value { d } else { b }]
+    })
 }
 
 fn largest(values: impl IntoIterator<Item = f64>) -> f64 {

@@ -38,6 +38,10 @@ impl Recovery for Plane {
         relax_with_stars(body, stress, relaxation, stars, used)
     }
 
+    fn principal(stress: SymTensor2) -> [f64; 2] {
+        stress.principal()
+    }
+
     fn von_mises(material: &LinearElastic, stress: SymTensor2) -> Option<f64> {
         material.von_mises(stress)
     }

@@ -88,6 +88,23 @@ impl<S: Recovery> RecoveredStress<S> {
         largest
     }
 
+    /// Finds the smallest and the largest principal stress, Pa, and their nodes; in the plane those in the plane.
+    pub fn extreme_principal(&self) -> Option<[(f64, NodeId); 2]> {
+        let mut extreme: Option<[(f64, NodeId); 2]> = None;
+        for (node, _, stress) in self.values() {
+            let values = S::principal(stress);
+            let [low, high] = [values[0], values[S::DIM - 1]];
+            let [smallest, largest] = extreme.get_or_insert([(low, node), (high, node)]);
+            if low < smallest.0 {
+                *smallest = (low, node);
+            }
+            if high > largest.0 {
+                *largest = (high, node);
+            }
+        }
+        extreme
+    }
+
     /// Chooses one value per node, with the place of its material: the value with the largest von Mises stress if several materials
     /// meet there.
     pub fn by_node(&self, body: &Body<S>) -> Vec<(usize, S::Tensor)> {

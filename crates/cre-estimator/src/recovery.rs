@@ -43,6 +43,9 @@ pub trait Recovery: Space {
     /// Computes von Mises' equivalent stress, Pa; `None` if a component out of the plane is unknown.
     fn von_mises(material: &LinearElastic<Self>, stress: Self::Tensor) -> Option<f64>;
 
+    /// Computes the principal stresses, Pa, ascending; in the plane those in the plane.
+    fn principal(stress: Self::Tensor) -> Self::Axes<f64>;
+
     /// Counts the holes of a body, in space those that go through, from the closed parts of its boundary.
     ///
     /// * `counts`: nodes and facets of the boundary; `parts`: its connected parts; `pieces`: of the body.

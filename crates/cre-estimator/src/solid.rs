@@ -68,6 +68,10 @@ impl Recovery for Solid {
         }
     }
 
+    fn principal(stress: SymTensor3) -> [f64; 3] {
+        stress.principal()
+    }
+
     fn von_mises(_material: &LinearElastic<Self>, stress: SymTensor3) -> Option<f64> {
         Some(stress.von_mises())
     }

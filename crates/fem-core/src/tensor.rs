@@ -45,6 +45,13 @@ impl SymTensor2 {
         Self::new(self.xx - other.xx, self.yy - other.yy, self.xy - other.xy)
     }
 
+    /// Computes the principal values in the plane, ascending: `m ∓ √(¼ (xx − yy)² + xy²)` with the mean `m`.
+    pub fn principal(self) -> [f64; 2] {
+        let mean = 0.5 * (self.xx + self.yy);
+        let radius = (0.5 * (self.xx - self.yy)).hypot(self.xy);
+        [mean - radius, mean + radius]
+    }
+
     /// Multiplies by a number.
     #[inline(always)]
     pub fn scaled(self, factor: f64) -> Self {
@@ -107,6 +114,17 @@ impl SymTensor3 {
         value(0.0).max(value(1.0))
     }
 
+    /// Computes the principal values, ascending.
+    pub fn principal(self) -> [f64; 3] {
+        // Moved by the largest in size, no principal value is of the other sign.
+        let size = self.largest_principal();
+        let moved = |by: f64| {
+            Self { xx: self.xx + by, yy: self.yy + by, zz: self.zz + by, ..self }.largest_principal()
+        };
+        let [low, high] = [size - moved(-size), moved(size) - size];
+        [low, self.xx + self.yy + self.zz - low - high, high]
+    }
+
     #[inline(always)]
     fn joined(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
         let [a, b]: [[f64; 6]; 2] = [self.into(), other.into()];
@@ -150,6 +168,19 @@ mod tests {
     fn contraction_counts_the_shear_twice() {
         let t = SymTensor2::new(1.0, 2.0, 3.0);
         assert_eq!(t.contract(t), 1.0 + 4.0 + 18.0);
+    }
+
+    #[test]
+    fn principal_values_are_ascending() {
+        let of = |values: [f64; 6]| SymTensor3::from(values).principal();
+        let near = |found: [f64; 3], exact: [f64; 3]| {
+            assert!(found.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-14), "{found:?}");
+        };
+        near(of([3.0, -5.0, 1.0, 0.0, 0.0, 0.0]), [-5.0, 1.0, 3.0]);
+        // Shear in the plane of x and y: 2 ± 1.
+        near(of([2.0, 2.0, -1.0, 0.0, 0.0, 1.0]), [-1.0, 1.0, 3.0]);
+        near(of([0.0; 6]), [0.0; 3]);
+        assert_eq!(SymTensor2::new(1.0, 7.0, 4.0).principal(), [-1.0, 9.0]);
     }
 
     #[test]

@@ -267,3 +267,43 @@ fn a_pressure_that_is_said_to_grow_is_at_a_sharp_edge() {
     let curved = reported("hertz.toml", &[]);
     assert!(!notes_of_growth(&curved).iter().any(|note| note.contains("pressure")), "{:?}", curved.notes);
 }
+
+#[test]
+fn rigid_sides_beside_supports_and_round_obstacles_that_may_move_aside_get_a_note() {
+    let case = r#"
+        schema = 1
+        materials.soft = { young = 1000.0, poisson = 0.3 }
+        [[body]]
+        name = "block"
+        material = "soft"
+        generator = { kind = "block", origin = [0.0, 0.0], size = [2.0, 1.0], cells = [8, 4] }
+        [[body.displacement]]
+        on = "left"
+        ux = 0.0
+        [[body.rigid]]
+        on = "bottom"
+        ux = 0.0
+        uy = 0.0
+        rotation = 0.0
+        [[contact]]
+        bodies = ["block"]
+        surfaces = ["top"]
+        obstacle = { kind = "circle", centre = [1.0, 2.0], radius = 1.0, uy = -0.01, rotation = 0.0 }
+        gap = "geometric"
+    "#;
+    let temp = tempfile::tempdir().unwrap();
+    let notes = |case: &str| {
+        std::fs::write(temp.path().join("case.toml"), case).unwrap();
+        let output = nndd(temp.path(), &["check", "case.toml"]);
+        assert!(output.status.success(), "{}", said(&output));
+        let said = said(&output);
+        ["imposes `ux`, and a support on \"left\"", "write `ux = 0.0` if it must not"]
+            .map(|note| said.contains(note))
+    };
+    assert_eq!(notes(case), [true, true]);
+    assert_eq!(notes(&case.replace("uy = -0.01,", "uy = -0.01, ux = 0.0,")), [true, false]);
+    assert_eq!(
+        notes(&case.replace("on = \"left\"\n        ux = 0.0", "on = \"left\"\n        uy = 0.0")),
+        [false, true]
+    );
+}

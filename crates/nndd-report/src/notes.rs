@@ -1,5 +1,7 @@
 //! Notes about settings that are allowed but perhaps not intended: it goes to stderr and into report.json.
 
+mod rigid;
+
 use crate::check::{self, MOST_NAMED, NamedMotion};
 use crate::convert;
 use crate::solved::{Fields, RunResult, Solved};
@@ -48,7 +50,9 @@ pub fn of_problem<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -
     }
     let free = check::free_motions(case, problem).unwrap_or_default();
     notes.extend(of_free_motions(&free, case.adapt.is_some()));
+    notes.extend(rigid::free_aside(case, problem));
     for (given, body) in case.bodies.iter().zip(&problem.bodies) {
+        notes.extend(rigid::shared_reactions(given, body));
         let imposed = body.node_constraints().iter().map(|constraint| norm(constraint.imposed));
         let largest = imposed.fold(0.0, f64::max);
         let [low, high] = body.mesh().bounding_box();
@@ -170,8 +174,9 @@ fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &
             .stress
             .iter()
             .enumerate()
-            .map(|(t, stress)| S::largest_strain(model.material(t).strain(*stress)));
-        let largest = strains.fold(0.0, f64::max);
+            .map(|(t, stress)| S::principal(model.material(t).strain(*stress)));
+        let largest =
+            strains.fold(0.0, |most, values| values.as_ref().iter().fold(most, |m: f64, e| m.max(e.abs())));
         // An imposed strain of just the limit is not above it.
         if largest > STRAIN * (1.0 + 1e-9) {
             notes.push(format!(

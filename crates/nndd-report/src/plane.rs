@@ -68,11 +68,6 @@ impl ReportSpace for Plane {
             )
     }
 
-    fn largest_strain(strain: SymTensor2) -> f64 {
-        let middle = 0.5 * (strain.xx + strain.yy);
-        middle.abs() + (0.5 * (strain.xx - strain.yy)).hypot(strain.xy)
-    }
-
     fn notes_on_results(case: &Case, fields: &Fields<'_>) -> Vec<String> {
         let mut notes = corners::of_fields(case, fields);
         notes.extend(short_sides(case, fields));

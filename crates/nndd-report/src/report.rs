@@ -8,8 +8,8 @@ use case_io::Case;
 use case_io::case::Factors;
 use case_io::report::{
     BodySummary, Bounds, Certificate, Checks, ContactSummary, Coulomb, FreeMotion, FrictionSummary,
-    IterationRow, PeakStress, ProjectedLoad, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split,
-    StepSummary, Timings,
+    IterationRow, PeakStress, PrincipalStress, PrincipalStresses, ProjectedLoad, Reaction, Report, Results,
+    RigidSideSummary, SCHEMA, Split, StepSummary, Timings,
 };
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
@@ -274,6 +274,16 @@ fn results<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, change: Opt
             y: peak.point[1],
             z: peak.point.entries().get(2).copied(),
             change,
+        }),
+        principal_stress: r.principal_stress.as_ref().map(|both| {
+            let [smallest, largest] = both.each_ref().map(|found| PrincipalStress {
+                value: found.value,
+                body: case.bodies[found.body].name.clone(),
+                x: found.point[0],
+                y: found.point[1],
+                z: found.point.entries().get(2).copied(),
+            });
+            PrincipalStresses { smallest, largest }
         }),
     }
 }

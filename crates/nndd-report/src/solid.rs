@@ -88,10 +88,6 @@ impl ReportSpace for Solid {
         case.materials.iter().any(|material| poisson(&material.law) >= LOCKING_RATIO)
     }
 
-    fn largest_strain(strain: SymTensor3) -> f64 {
-        strain.largest_principal()
-    }
-
     fn notes_on_results(_: &Case<Self>, _: &Fields<'_, Self>) -> Vec<String> {
         Vec::new()
     }

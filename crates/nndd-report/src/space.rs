@@ -67,8 +67,6 @@ pub trait ReportSpace: ContactSpace + Dimension {
     const FINER_MESH: &'static str;
     /// Tells whether linear displacements of a case lock near incompressibility.
     fn locks(case: &Case<Self>) -> bool;
-    /// Computes the largest principal strain by its size.
-    fn largest_strain(strain: Self::Tensor) -> f64;
     /// Says what else limits the use of a solution: corners with infinite stress, contact that ends where a side ends.
     fn notes_on_results(case: &Case<Self>, fields: &Fields<'_, Self>) -> Vec<String>;
     /// Says what the meshes make of curved and bent sides.

@@ -36,6 +36,36 @@ pub struct Results {
     /// Largest equivalent stress of the recovered stress.
     #[serde(default)]
     pub peak_stress: Option<PeakStress>,
+    /// Extreme principal stresses of the recovered stress; in the plane those in the plane.
+    #[serde(default)]
+    pub principal_stress: Option<PrincipalStresses>,
+}
+
+/// The smallest and the largest principal stress of the recovered stress.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct PrincipalStresses {
+    /// The smallest one: the largest compression, if negative.
+    pub smallest: PrincipalStress,
+    /// The largest one: the largest tension, if positive.
+    pub largest: PrincipalStress,
+}
+
+/// A principal stress, and its place.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct PrincipalStress {
+    /// The stress, Pa, tension positive.
+    pub value: f64,
+    /// Name of the body.
+    pub body: String,
+    /// First coordinate of the node, m.
+    pub x: f64,
+    /// Second coordinate.
+    pub y: f64,
+    /// Third coordinate; left out in the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<f64>,
 }
 
 /// The results of contact lines.

@@ -129,7 +129,7 @@ fn keys_and_their_order_are_the_contract() {
     assert_eq!(
         keys(&value["results"]),
         "energy_norm_squared contact_force contact_intervals contact_stretches max_pressure max_edge_pressure \
-         min_opening reactions balance max_displacement max_von_mises peak_stress"
+         min_opening reactions balance max_displacement max_von_mises peak_stress principal_stress"
     );
     assert_eq!(keys(&value["results"]["reactions"][0]), "body on fx fy");
     assert_eq!(keys(&value["timings"]), "mesh assembly factorisation iterations estimate write total");

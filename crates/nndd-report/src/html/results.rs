@@ -124,6 +124,20 @@ pub(super) fn results<S: ReportSpace>(
             row("its relative change from the mesh before", peak.change, Kind::Number);
         }
     }
+    let principal = r
+        .principal_stress
+        .iter()
+        .flat_map(|found| [("largest", &found.largest), ("smallest", &found.smallest)]);
+    for (which, found) in principal {
+        row(
+            &format!("{which} recovered principal stress, in {}", found.body),
+            Some(found.value),
+            Kind::Stress,
+        );
+        for (axis, x) in S::COORDINATES.iter().zip([Some(found.x), Some(found.y), found.z]) {
+            row(&format!("its place, {axis}"), x, Kind::Length);
+        }
+    }
     // Two supports of a side hold it together.
     let mut reactions: Vec<(String, [f64; 3])> = vec![];
     let mut places: HashMap<String, usize> = HashMap::new();

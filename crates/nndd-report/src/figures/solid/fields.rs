@@ -7,7 +7,6 @@ use crate::plot::{Quantity, Scale};
 use crate::render::{SkinFace, Vector};
 use crate::words::with_digits;
 use fem_core::geometry::norm;
-use fem_core::tensor::SymTensor3;
 
 /// A field of all bodies.
 pub(super) enum Field {
@@ -73,7 +72,7 @@ impl Model<'_> {
         let results = self.solution.results?;
         let of_body = results.recovered.get(results.peak_stress?.body)?.values().map(|(_, _, stress)| stress);
         let stress = of_body.max_by(|a, b| a.von_mises().total_cmp(&b.von_mises()))?;
-        Some(principal_values(stress).map(|value| with_digits(value, DIGITS)))
+        Some(stress.principal().map(|value| with_digits(value, DIGITS)))
     }
 
     /// Finds the size of the displacement.
@@ -162,32 +161,5 @@ impl Model<'_> {
                 Some(self.coloured(&self.density()?, &caption))
             }
         }
-    }
-}
-
-/// Computes the principal values, ascending.
-fn principal_values(t: SymTensor3) -> [f64; 3] {
-    // Moved by the largest in size, no principal value is of the other sign.
-    let size = t.largest_principal();
-    let moved = |by: f64| SymTensor3 { xx: t.xx + by, yy: t.yy + by, zz: t.zz + by, ..t }.largest_principal();
-    let [low, high] = [size - moved(-size), moved(size) - size];
-    [low, t.xx + t.yy + t.zz - low - high, high]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::principal_values;
-    use fem_core::tensor::SymTensor3;
-
-    #[test]
-    fn principal_values_are_ascending() {
-        let of = |values: [f64; 6]| principal_values(SymTensor3::from(values));
-        let near = |found: [f64; 3], exact: [f64; 3]| {
-            assert!(found.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-14), "{found:?}");
-        };
-        near(of([3.0, -5.0, 1.0, 0.0, 0.0, 0.0]), [-5.0, 1.0, 3.0]);
-        // Shear in the plane of x and y: 2 ± 1.
-        near(of([2.0, 2.0, -1.0, 0.0, 0.0, 1.0]), [-1.0, 1.0, 3.0]);
-        near(of([0.0; 6]), [0.0; 3]);
     }
 }
