@@ -264,7 +264,8 @@ fn bodies_with_other_loads_are_those_of_a_fresh_factorisation() {
         tests::assemblies::stamped().unwrap(),
     ];
     for problem in problems {
-        let other = problem.with_factors(&|_, place| if place.index == 0 { 0.37 } else { -1.5 }).unwrap();
+        let other =
+            problem.with_factors(&|_, place| if place.index == 0 { 0.37 } else { -1.5 }, &|_| 1.0).unwrap();
         let (_, bodies) = prepare(&problem).into_parts();
         let again = PreparedProblem::prepare_again(other.clone(), bodies, |stage| {
             assert_ne!(stage, Stage::Factorisation);

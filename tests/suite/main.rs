@@ -32,6 +32,7 @@ mod friction_public;
 mod friction_solve;
 mod honesty;
 mod idle_body;
+mod interference;
 mod iteration;
 mod key_page;
 mod limit;

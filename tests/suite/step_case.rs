@@ -31,7 +31,7 @@ fn increments_are_linear_from_the_factor_before() {
 #[test]
 fn wrong_steps_are_refused_with_their_place() {
     for (from, to, said) in [
-        ("push = -1.0", "pull = -1.0", "no condition is called \"pull\""),
+        ("push = -1.0", "pull = -1.0", "no condition and no contact is called \"pull\""),
         ("push = -1.0", "push = nan", "the factor of \"push\" is not a finite number"),
         ("push = -1.0", "push = \"x\"", "the factor of \"push\" is not a finite number"),
         ("factors = { push = -1.0 }", "factors = {}", "this step names no condition"),

@@ -19,6 +19,7 @@ pub mod goursat;
 pub mod heavy;
 pub mod hertz;
 pub mod hertz_box;
+pub mod interference;
 pub mod kinked;
 pub mod kirsch;
 pub mod layers;

@@ -24,7 +24,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 73] = [
+pub const FEATURES: [&str; 76] = [
     "no contact",
     "one body",
     "two bodies",
@@ -56,6 +56,9 @@ pub const FEATURES: [&str; 73] = [
     "gap: number",
     "gap: expression",
     "gap: geometric",
+    "interference: given",
+    "interference: drawn",
+    "interference: load steps",
     "load steps",
     "adaptive",
     "isotropic material",
@@ -103,6 +106,8 @@ pub const FEATURES: [&str; 73] = [
 /// One of this many problems has a corner of one side, and one has a pin that may spin. They are not among the layouts, so that the other
 /// problems keep their numbers.
 const SELDOM: u64 = 30;
+/// One of this many problems is a press fit, so that the other problems keep their numbers.
+const PRESSED: u64 = 10;
 
 /// The table of the keys and values of a case file, with the features that switch them on.
 pub const KEYS: &str = include_str!("matrix/keys.toml");
@@ -163,7 +168,10 @@ impl Problem {
             layouts::alone,
         ];
         let layout = d.random.integer(0, LAYOUTS.len() - 1);
+        d.presses = number % PRESSED == 3;
+        let presses: [Layout; 4] = [layouts::blocks, layouts::blocks, layouts::arcs, layouts::pin];
         let mut known = match number % SELDOM {
+            _ if d.presses => presses[layout % presses.len()](&mut d)?,
             7 => layouts::spun(&mut d)?,
             15 => layouts::kinked(&mut d)?,
             _ => LAYOUTS[layout](&mut d)?,

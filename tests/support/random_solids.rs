@@ -27,7 +27,7 @@ use nndd::NewtonSettings;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 27] = [
+pub const FAMILIES: [&str; 29] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -37,6 +37,8 @@ pub const FAMILIES: [&str; 27] = [
     "plane driven by a force",
     "rigid side",
     "gap",
+    "interference",
+    "interference on curves",
     "contrast of moduli",
     "nearly incompressible",
     "orthotropic material",
@@ -156,6 +158,10 @@ fn shows(assembly: &Assembly, made: &ContactProblem<Solid>, family: &str) -> boo
             .contacts
             .iter()
             .any(|pair| pair.interface.has_bent_facets() && !pair.interface.clamped().is_empty()),
+        "interference" => made.contacts.iter().any(presses),
+        "interference on curves" => {
+            made.contacts.iter().any(|pair| pair.interface.has_bent_facets() && presses(pair))
+        }
         "friction" | "floating bodies with friction" => made.has_friction(),
         "curved contact with friction" => {
             made.contacts.iter().any(|pair| made.obstacle_of(pair).is_none() && is_bent_and_rough(pair))
@@ -166,6 +172,10 @@ fn shows(assembly: &Assembly, made: &ContactProblem<Solid>, family: &str) -> boo
         "two materials in a body" => assembly.parts.iter().any(|part| part.divided.is_some()),
         _ => true,
     }
+}
+
+fn presses(pair: &ContactPair<Solid>) -> bool {
+    pair.interface.pairs().iter().any(|of| of.gap < 0.0)
 }
 
 fn is_bent_and_rough(pair: &ContactPair<Solid>) -> bool {

@@ -3,6 +3,7 @@
 //! The meaning of the keys is in [`crate::case`]. This module handles TOML, places, and `--set` and `--over` of the command line.
 
 mod examples;
+mod other_words;
 mod overrides;
 mod quantity;
 mod reader;

@@ -48,6 +48,8 @@ use nndd::{CoulombSettings, CoulombStart, CoulombStatus, Start};
 #[derive(Clone, Debug)]
 pub struct LoadSteps<S: Space = Plane> {
     problem: ContactProblem<S>,
+    /// The factor of the gap of each pair in the next steps.
+    of_gaps: Vec<f64>,
     count: usize,
     /// Of the last step that was solved.
     bodies: Vec<CondensedBody<S>>,
@@ -60,7 +62,8 @@ impl<S: ContactSpace> LoadSteps<S> {
     ///
     /// * `problem`: its conditions with the factor 1.
     pub fn new(problem: ContactProblem<S>) -> Self {
-        Self { problem, count: 0, bodies: Vec::new(), start: None, coulomb_start: None }
+        let of_gaps = vec![1.0; problem.contacts.len()];
+        Self { problem, of_gaps, count: 0, bodies: Vec::new(), start: None, coulomb_start: None }
     }
 
     /// Counts the steps that were solved.
@@ -68,9 +71,21 @@ impl<S: ContactSpace> LoadSteps<S> {
         self.count
     }
 
+    /// Multiplies the gaps of the pairs in the next steps; at first by 1.
+    ///
+    /// * `factors`: one per pair, of its gap as it is posed.
+    ///
+    /// # Panics
+    /// If there is not one factor per pair.
+    pub fn scale_gaps(&mut self, factors: Vec<f64>) {
+        let (found, expected) = (factors.len(), self.problem.contacts.len());
+        assert!(found == expected, "{found} factors of gaps are given, the problem has {expected} pairs");
+        self.of_gaps = factors;
+    }
+
     /// Solves and certifies the next step.
     ///
-    /// * `factor`: of each condition of each body at the end of the step; gaps, obstacles and body forces have none.
+    /// * `factor`: of each condition of each body at the end of the step; obstacles and body forces have none. Gaps: [`Self::scale_gaps`].
     ///
     /// # Errors
     /// See [`crate::solve`]; conditions that contradict each other with these factors.
@@ -124,7 +139,7 @@ impl<S: ContactSpace> LoadSteps<S> {
         &self,
         factor: &dyn Fn(usize, ConditionPlace) -> f64,
     ) -> Result<ContactProblem<S>, SolveError<S>> {
-        Ok(self.problem.with_factors(factor)?)
+        Ok(self.problem.with_factors(factor, &|pair| self.of_gaps[pair])?)
     }
 
     /// Adds the slip of a step to the slip of the earlier ones.

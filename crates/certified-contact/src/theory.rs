@@ -5,7 +5,7 @@
 //! displacements are imposed.
 //!
 //! # The problem
-//! Two bodies Ω₁, Ω₂, the unit normal `n` out of the first on the contact line Γ_C, the initial gap `g ≥ 0`. For α = 1, 2:
+//! Two bodies Ω₁, Ω₂, the unit normal `n` out of the first on the contact line Γ_C, the initial gap `g`, negative for a press fit. For α = 1, 2:
 //! ```math
 //! σ^α = 𝔼^α ε(u^α)                             in Ω_α      (1)
 //! div σ^α + b^α = 0                            in Ω_α      (2)

@@ -5,7 +5,7 @@ use super::common_refinement::curve::Between;
 use super::{facet_size, matching};
 use fem_core::body::Body;
 use fem_core::geometry::{Coordinates, Vector, norm};
-use fem_core::interface::{ContactFacet, GapChange, InterfaceError, NodePair};
+use fem_core::interface::{ContactFacet, Gap, GapChange, InterfaceError, NodePair};
 use fem_core::smooth::STRAIGHT;
 use fem_core::space::{Plane, Space};
 
@@ -160,11 +160,12 @@ impl<S: Space> Surfaces<'_, S> {
         }
     }
 
-    /// Assigns the drawn gaps to the pairs, and rejects overlaps, reporting the deepest.
+    /// Assigns the drawn gaps to the pairs, and rejects overlaps that are not to be kept, reporting the deepest.
     pub(super) fn take_gaps(
         &self,
         points: &[S::Vector],
         pairs: &mut [NodePair<S>],
+        gap: &Gap<S>,
     ) -> Result<(), InterfaceError> {
         let size = self.drawn.size;
         let all = self.measured(points, pairs);
@@ -173,7 +174,7 @@ impl<S: Space> Surfaces<'_, S> {
         }
         let depth = |m: &Measured<S>| -m.gap - m.uncertainty;
         match all.iter().max_by(|a, b| depth(a).total_cmp(&depth(b))) {
-            Some(m) if !(depth(m) <= TOUCHING * size) => {
+            Some(m) if !matches!(gap, Gap::Interference) && !(depth(m) <= TOUCHING * size) => {
                 return Err(InterfaceError::Overlap {
                     point: m.point.into(),
                     depth: -m.gap,
@@ -182,8 +183,8 @@ impl<S: Space> Surfaces<'_, S> {
             }
             _ => {}
         }
-        for (pair, gap) in pairs.iter_mut().zip(&self.drawn.gaps) {
-            pair.gap = gap.max(0.0) * norm(pair.normal);
+        for (pair, drawn) in pairs.iter_mut().zip(&self.drawn.gaps) {
+            pair.gap = gap.kept(*drawn) * norm(pair.normal);
         }
         Ok(())
     }

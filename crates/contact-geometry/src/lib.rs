@@ -48,6 +48,7 @@
 
 pub mod common_refinement;
 mod contacts;
+mod depth;
 mod facing;
 mod facing_sides;
 mod geometric_gap;

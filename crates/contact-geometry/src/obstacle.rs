@@ -2,7 +2,7 @@
 
 use super::matching::{TOLERANCE, walk};
 use super::normals::SUPPORT;
-use super::{facet_size, measure_arc, pairing};
+use super::{depth, facet_size, measure_arc, pairing};
 use fem_core::body::Body;
 use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::{
@@ -26,8 +26,8 @@ const ROUND_OFF: f64 = 1e-9;
 /// its other end.
 ///
 /// * `surface`: the edge group; `obstacle`: the one that the pair is made with.
-/// * `gap`: overrides the distance from the line, which is then at most 5 % of an edge; `None`: the distance, ≥ 0 to rounding of
-///   the mesh.
+/// * `gap`: a given one overrides the distance from the line, which is then at most 5 % of an edge; `None`: the distance, ≥ 0 to rounding of
+///   the mesh; [`Gap::Interference`] keeps an overlap.
 ///
 /// # Errors
 /// A side that does not face the line, overlaps it, or is held or loaded, a clamped node that is pressed into the obstacle, see
@@ -52,6 +52,7 @@ pub fn against(
     for stretch in &chain {
         line_of_nodes.add(body, line, stretch.nodes.as_slice(), &stretch.edges, gap)?;
     }
+    depth::check([Some(body), None], &line_of_nodes.pairs, &line_of_nodes.edges)?;
     let gap_change = gap.and_then(|_| change(body, line, &line_of_nodes.pairs));
     let gap = gap.cloned().unwrap_or(Gap::Geometric);
     let (interface, _) = line_of_nodes.into_interface(body, obstacle, gap)?;
@@ -83,7 +84,8 @@ pub(super) fn refined_against(
         parents.push([k as u32; 2]);
         let halved = starting[k].map(|edge| (edge, middle[edge.facets[0].index()]));
         if let Some((edge, node)) = halved.filter(|(_, node)| *node != NodeId::NONE) {
-            found.pairs.push(found.pair(body, line, node, gap)?);
+            let pair = found.pair(body, line, node, gap)?;
+            found.pairs.push(NodePair { gap: interface.gap_factor() * pair.gap, ..pair });
             found.arc_lengths.push(old_arcs[k] + 0.5 * edge.measure);
             parents.push(edge.pairs);
         }
@@ -105,6 +107,7 @@ pub(super) fn refined_against(
         found.arc_lengths = measure_arc(found.pairs.len(), &found.edges);
     }
     let (finer, numbers) = found.into_interface(body, obstacle, interface.gap().clone())?;
+    let finer = finer.with_gap_factor(interface.gap_factor());
     let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE);
     let parents = kept.map(|(parents, _)| interface.numbers(parents)).collect();
     Ok((finer, parents))
@@ -133,7 +136,7 @@ pub(super) fn check_apart<S: Space>(
     if given && off > 0.0 {
         return Err(InterfaceError::Distance { point: point.into(), gap: distance, spacing });
     }
-    if !given && off > TOUCHING * mesh.diagonal() {
+    if !given && !matches!(gap, Some(Gap::Interference)) && off > TOUCHING * mesh.diagonal() {
         return Err(InterfaceError::Overlap { point: point.into(), depth: off, spacing });
     }
     Ok(())
@@ -153,6 +156,7 @@ pub(super) fn pair_with<S: Space>(
     let gap = match gap {
         Some(Gap::Given(data)) => data.at(point),
         Some(Gap::Touching) => 0.0,
+        Some(Gap::Interference) => distance,
         Some(Gap::Geometric) | None => {
             let size = body.mesh().diagonal();
             if distance < -TOUCHING * size {
@@ -164,7 +168,7 @@ pub(super) fn pair_with<S: Space>(
             distance.max(0.0)
         }
     };
-    if !(gap >= 0.0 && gap.is_finite()) {
+    if !gap.is_finite() {
         return Err(InterfaceError::BadGap { point: point.into(), value: gap });
     }
     Ok(NodePair { nodes, normal, gap, weight: 0.0 })

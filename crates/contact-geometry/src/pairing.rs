@@ -3,7 +3,7 @@
 use super::common_refinement::{CommonRefinement, Measured};
 use super::geometric_gap::{self, GeometricGap, Surfaces};
 use super::matching::{self, Stretch};
-use super::{ContactNormal, normals, outline, profile};
+use super::{ContactNormal, depth, normals, outline, profile};
 use fem_core::body::Body;
 use fem_core::boundary::ScalarData;
 use fem_core::geometry::{Vector, norm};
@@ -85,7 +85,7 @@ pub(super) fn pair_surfaces(
                     let nodes = chain.iter().flat_map(|s| s.nodes.iter().copied());
                     matching::nearest(bodies, edges, nodes, |point| point)?
                 }
-                Gap::Geometric => matching::along(bodies, edges, &chain)?,
+                Gap::Geometric | Gap::Interference => matching::along(bodies, edges, &chain)?,
             };
             let chain = match normal {
                 ContactNormal::Averaged => matching::ended_at_corners(bodies, chain, &partner),
@@ -121,11 +121,12 @@ pub(super) fn pair_surfaces(
             given_gap(points, &mut pairs, data)?;
         }
         Gap::Touching => surfaces.check_touching(points, &pairs)?,
-        Gap::Geometric => surfaces.take_gaps(points, &mut pairs)?,
+        Gap::Geometric | Gap::Interference => surfaces.take_gaps(points, &mut pairs, gap)?,
     }
-    let profiles = match gap {
-        Gap::Geometric => profile::profiles(&pairs, &edges, &between),
-        Gap::Given(_) | Gap::Touching => vec![None; edges.len()],
+    depth::check(bodies.map(Some), &pairs, &edges)?;
+    let profiles = match gap.is_measured() {
+        true => profile::profiles(&pairs, &edges, &between),
+        false => vec![None; edges.len()],
     };
     let gap_change = drawn.change(points, &pairs);
     let (interface, _) = Line { pairs, edges, arc_lengths, profiles }.between(bodies, gap.clone(), 0)?;
@@ -234,7 +235,7 @@ pub(super) fn given_gap<S: Space>(
     for pair in pairs {
         let point = points[pair.nodes[0]];
         let value = data.at(point);
-        if !(value >= 0.0 && value.is_finite()) {
+        if !value.is_finite() {
             return Err(InterfaceError::BadGap { point: point.into(), value });
         }
         pair.gap = value * norm(pair.normal);
@@ -371,8 +372,11 @@ mod tests {
         assert!(matches!(pair(&upper, &held, ["bottom", "top"]), InterfaceError::SupportedNode { .. }));
         let same = body(1.0, [4, 2], fixed());
         assert!(matches!(pair(&upper, &same, ["left", "left"]), InterfaceError::NotFacing { .. }));
-        let gap = Gap::Given((-0.1).into());
-        let e = crate::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap_err();
-        assert!(matches!(e, InterfaceError::BadGap { .. }));
+        let with = |gap: f64| crate::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(gap.into()));
+        assert!(matches!(with(f64::NAN), Err(InterfaceError::BadGap { .. })));
+        // Both blocks are 1 m thick.
+        assert!(with(-0.9).is_ok());
+        let deep = with(-1.1).unwrap_err();
+        assert!(matches!(deep, InterfaceError::TooDeep { depth, .. } if (depth - 1.1).abs() < 1e-15));
     }
 }

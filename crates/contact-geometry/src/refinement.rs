@@ -159,7 +159,7 @@ pub fn close(
 /// would turn over ([`Body::nodes_on_chords`]).
 ///
 /// # Errors
-/// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
+/// Meshes that become too large or too small, functions that are not finite at new nodes.
 ///
 /// # Panics
 /// See [`close()`].
@@ -298,7 +298,7 @@ fn refined_interface(
     let (finer, numbers) = line.between(bodies, interface.gap().clone(), side)?;
     let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE).map(|(p, _)| p);
     let parents = kept.map(|parents| interface.numbers(parents)).collect();
-    Ok((finer.with_radial(interface.radial()), parents))
+    Ok((finer.with_radial(interface.radial()).with_gap_factor(interface.gap_factor()), parents))
 }
 
 /// Creates the pair in the middle of a contact edge.
@@ -325,20 +325,23 @@ fn middle_pair(
     let scale = if edge.bent { norm(normal) } else { 1.0 };
     let measured = |pieces: &[Piece; 2]| {
         let near = [0, 1].map(|b| bodies[b].mesh().points()[nodes[b]]);
-        outline::gap(pieces, point, normal, near).map(|gap| gap.max(0.0))
+        outline::gap(pieces, point, normal, near)
     };
-    let distance = match (interface.gap(), profile) {
+    let factor = interface.gap_factor();
+    let gap = match (interface.gap(), profile) {
         (Gap::Touching, _) => 0.0,
-        (Gap::Given(data), _) => data.at(point),
-        (Gap::Geometric, Some(profile)) => {
-            profile.pieces.as_ref().and_then(measured).unwrap_or_else(|| profile.at(0.5))
+        (Gap::Given(data), _) => factor * scale * data.at(point),
+        (gap, Some(profile)) => {
+            let distance = profile.pieces.as_ref().and_then(measured).unwrap_or_else(|| profile.at(0.5));
+            factor * scale * gap.kept(distance)
         }
-        (Gap::Geometric, None) => 0.5 * (i.gap + j.gap) / length,
+        (_, None) if edge.bent => 0.5 * (i.gap_vector() + j.gap_vector()).dot(&normal),
+        (_, None) => 0.5 * (i.gap + j.gap),
     };
-    if !(distance >= 0.0 && distance.is_finite()) {
-        return Err(InterfaceError::BadGap { point: point.into(), value: distance });
+    if !gap.is_finite() {
+        return Err(InterfaceError::BadGap { point: point.into(), value: gap });
     }
-    Ok(NodePair { nodes, normal, gap: scale * distance, weight: 0.0 })
+    Ok(NodePair { nodes, normal, gap, weight: 0.0 })
 }
 
 /// Measures the profile of an edge again if the pieces over it are known; otherwise it is a part of the old one.

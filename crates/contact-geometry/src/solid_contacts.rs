@@ -5,7 +5,7 @@ use super::overlay::{OverlayChanges, OverlayError, overlay};
 use super::solid_pairs::{Known, is_curved, pair_known, solid_against};
 use super::{ContactNormal, pairing};
 use fem_core::body::Body;
-use fem_core::interface::{ContactInterface, Gap, InterfaceError};
+use fem_core::interface::{ContactInterface, InterfaceError};
 use fem_core::space::Solid;
 
 /// A pair is laid over itself at most this often: another pair of the same body may cut its rim.
@@ -109,7 +109,7 @@ impl Pairs<'_> {
             found.map_err(|error| PairingError::Interface { pair, error })
         };
         let faces = [group(0)?, group(1)?];
-        if matches!(gap, Gap::Geometric) && is_curved(bodies, faces) {
+        if gap.is_measured() && is_curved(bodies, faces) {
             return Err(fault(OverlayError::MeasuredGap));
         }
         let direction = match normal {

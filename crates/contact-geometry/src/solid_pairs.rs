@@ -9,7 +9,7 @@ use super::geometric_gap::{GeometricGap, Surfaces};
 use super::matching::{TOLERANCE, nearest};
 use super::normals::SUPPORT;
 use super::obstacle::{change, check_apart, faces, pair_with};
-use super::{FACING, facet_size, pairing};
+use super::{FACING, depth, facet_size, pairing};
 use fem_core::body::Body;
 use fem_core::geometry::{FLAT_SIDE, norm};
 use fem_core::interface::{
@@ -86,8 +86,8 @@ pub(super) fn pair_known(
     let round = round_side(bodies, groups)?;
     let flat = planes[0].or(planes[1].map(|normal| -normal)).filter(|_| round.is_none());
     let across = |point: Vector| match (gap, flat, round) {
-        (Gap::Geometric, Some(normal), _) => point - point.dot(&normal) * normal,
-        (Gap::Geometric, None, Some((_, line))) => {
+        (Gap::Geometric | Gap::Interference, Some(normal), _) => point - point.dot(&normal) * normal,
+        (Gap::Geometric | Gap::Interference, None, Some((_, line))) => {
             let (distance, out) = line.distance(point);
             point + distance * out
         }
@@ -151,8 +151,9 @@ pub(super) fn pair_known(
         }
         Gap::Touching if is_overlay => check_distances(points, &pairs, &facets, (drawn.gaps(), apart))?,
         Gap::Touching => found.check_touching(points, &pairs)?,
-        Gap::Geometric => found.take_gaps(points, &mut pairs)?,
+        Gap::Geometric | Gap::Interference => found.take_gaps(points, &mut pairs, gap)?,
     }
+    depth::check(bodies.map(Some), &pairs, &facets)?;
     let gap_change = drawn.change(points, &pairs);
     let whole = ContactInterface::new(pairs, facets, gap.clone());
     Ok(clamped::without_clamped(bodies, whole)?.with_gap_change(gap_change))
@@ -163,8 +164,8 @@ pub(super) fn pair_known(
 /// on the faces; the distances at the nodes are exact, and between them the gap is the one of [`ContactInterface::middle_openings`].
 ///
 /// * `surface`: the face group; `obstacle`: the one that the pair is made with.
-/// * `gap`: overrides the distance from the obstacle, which is then at most 5 % of the size of a face; `None`: the distance, ≥ 0 to rounding of
-///   the mesh.
+/// * `gap`: a given one overrides the distance from the obstacle, which is then at most 5 % of the size of a face; `None`: the distance, ≥ 0 to
+///   rounding of the mesh; [`Gap::Interference`] keeps an overlap.
 ///
 /// # Errors
 /// A side that does not face the obstacle, overlaps it, or is held or loaded, faces along which the normal turns by more than 60 degrees, see
@@ -203,6 +204,7 @@ pub fn solid_against(
         facets.push(ContactFacet { pairs: corners, facets: [facet; 2], measure, bent, clamped: [None; 3] });
     }
     weigh(&mut pairs, &facets);
+    depth::check([Some(body), None], &pairs, &facets)?;
     let gap_change = gap.and_then(|_| change(body, line, &pairs));
     let gap = gap.cloned().unwrap_or(Gap::Geometric);
     Ok(ContactInterface::new(pairs, facets, gap).with_gap_change(gap_change))

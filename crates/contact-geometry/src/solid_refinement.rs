@@ -79,7 +79,7 @@ pub fn count_halved(
 /// * `order`: of the edges of these meshes; `cells`: of each body.
 ///
 /// # Errors
-/// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
+/// Meshes that become too large or too small, functions that are not finite at new nodes.
 pub fn halved(
     problem: &ContactProblem<Solid>,
     order: &EdgeOrder,
@@ -134,7 +134,7 @@ fn whole(interface: &ContactInterface<Solid>) -> Vec<NodePair<Solid>> {
 /// Lists the faces of each body with their surfaces. A side that touches a declared one of another body has its surface.
 fn surfaces(problem: &ContactProblem<Solid>) -> Vec<BTreeMap<FacetId, RigidLine<Solid>>> {
     let mut all: Vec<_> = problem.bodies.iter().map(|body| body.surfaces().clone()).collect();
-    for pair in problem.contacts.iter().filter(|pair| !matches!(pair.interface.gap(), Gap::Geometric)) {
+    for pair in problem.contacts.iter().filter(|pair| !pair.interface.gap().is_measured()) {
         let Some(bodies) = pair.bodies() else { continue };
         for facet in pair.interface.facets() {
             let of = [0, 1].map(|side: usize| problem.bodies[bodies[side]].surface(facet.facets[side]));
@@ -249,6 +249,7 @@ impl FinerSurface {
     fn make(
         &self,
         old: &[NodePair<Solid>],
+        gap: &Gap<Solid>,
         mesh: &TetMesh,
     ) -> (Vec<NodePair<Solid>>, Vec<ContactFacet<Solid>>) {
         let mut pairs: Vec<NodePair<Solid>> =
@@ -256,10 +257,9 @@ impl FinerSurface {
         for (nodes, parents) in self.nodes.iter().zip(&self.parents).skip(old.len()) {
             let [i, j] = parents.map(|k| pairs[k as usize]);
             let normal = if i.normal == j.normal { i.normal } else { 0.5 * (i.normal + j.normal) };
-            let vector = |of: &NodePair<Solid>| of.normal * (of.gap / of.normal.dot(&of.normal));
             let gap = match i.normal == j.normal {
                 true => 0.5 * (i.gap + j.gap),
-                false => (0.5 * (vector(&i) + vector(&j))).dot(&normal).max(0.0),
+                false => gap.kept((0.5 * (i.gap_vector() + j.gap_vector())).dot(&normal)),
             };
             pairs.push(NodePair { nodes: *nodes, normal, gap, weight: 0.0 });
         }
@@ -282,7 +282,7 @@ impl FinerSurface {
         bodies: [&Body<Solid>; 2],
     ) -> Result<ContactInterface<Solid>, InterfaceError> {
         let (old, points) = (whole(interface), bodies.map(|body| body.mesh().points()));
-        let (mut pairs, mut facets) = self.make(&old, bodies[0].mesh());
+        let (mut pairs, mut facets) = self.make(&old, interface.gap(), bodies[0].mesh());
         let sides =
             [0, 1].map(|side: usize| facets.iter().map(|facet| facet.facets[side]).collect::<Vec<_>>());
         let round = round_side(bodies, [&sides[0], &sides[1]])?;
@@ -292,10 +292,13 @@ impl FinerSurface {
                 let normal = line.frozen_normal(at[b]);
                 pair.normal = if b == 0 { normal } else { -normal };
             }
+            let factor = interface.gap_factor();
             match interface.gap() {
-                Gap::Given(data) => pair.gap = data.at(at[0]) * norm(pair.normal),
-                Gap::Geometric if round.is_some() => pair.gap = (at[1] - at[0]).dot(&pair.normal).max(0.0),
-                Gap::Geometric | Gap::Touching => {}
+                Gap::Given(data) => pair.gap = factor * data.at(at[0]) * norm(pair.normal),
+                gap if gap.is_measured() && round.is_some() => {
+                    pair.gap = factor * gap.kept((at[1] - at[0]).dot(&pair.normal));
+                }
+                _ => {}
             }
             check_gap(pair, at[0])?;
             check_supports(bodies, pair)?;
@@ -303,7 +306,8 @@ impl FinerSurface {
         for facet in &mut facets {
             facet.bent = check_face(bodies, facet, &pairs)?;
         }
-        without_clamped(bodies, ContactInterface::new(pairs, facets, interface.gap().clone()))
+        let finer = ContactInterface::new(pairs, facets, interface.gap().clone());
+        Ok(without_clamped(bodies, finer)?.with_gap_factor(interface.gap_factor()))
     }
 
     /// Returns the parents of the pairs that are not clamped. A clamped parent is replaced by the other one, or by a parent of its own.
@@ -335,18 +339,19 @@ impl FinerSurface {
         obstacle: &Obstacle<Solid>,
     ) -> Result<ContactInterface<Solid>, InterfaceError> {
         let (old, points) = (interface.pairs().len(), body.mesh().points());
-        let (mut pairs, mut facets) = self.make(interface.pairs(), body.mesh());
+        let (mut pairs, mut facets) = self.make(interface.pairs(), interface.gap(), body.mesh());
         let given = Some(interface.gap()).filter(|gap| !matches!(gap, Gap::Geometric));
         for pair in &mut pairs[old..] {
             let new = pair_with(body, &obstacle.line, pair.nodes, given)?;
             pair.normal = obstacle.line.frozen_normal(points[pair.nodes[0]]);
-            pair.gap = new.gap * pair.normal_length();
+            pair.gap = interface.gap_factor() * new.gap * pair.normal_length();
         }
         for facet in &mut facets {
             let normals = facet.pairs.map(|k| pairs[k as usize].normal);
             facet.bent = turns(normals, body.mesh().facet_middle(facet.facets[0]))?;
         }
-        Ok(ContactInterface::new(pairs, facets, interface.gap().clone()))
+        let finer = ContactInterface::new(pairs, facets, interface.gap().clone());
+        Ok(finer.with_gap_factor(interface.gap_factor()))
     }
 }
 
@@ -354,9 +359,9 @@ fn sorted([a, b]: [NodeId; 2]) -> [NodeId; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Refuses a gap that is negative or not finite.
+/// Refuses a gap that is not finite.
 fn check_gap(pair: &NodePair<Solid>, point: Vector) -> Result<(), InterfaceError> {
-    if pair.gap >= 0.0 && pair.gap.is_finite() {
+    if pair.gap.is_finite() {
         return Ok(());
     }
     Err(InterfaceError::BadGap { point: point.into(), value: pair.gap / norm(pair.normal) })

@@ -78,10 +78,10 @@ fn jump<S: Recovery>(pair: &NodePair<S>, displacement: [&[S::Vector]; 2]) -> S::
 }
 
 /// Computes the size that openings are compared with, m: the largest displacement of the two bodies, since their fields are right to its
-/// rounding, or the largest gap.
+/// rounding, or the largest gap or interference.
 ///
 /// * `displacement`: of the first and the second body.
 pub(crate) fn size<S: Recovery>(interface: &ContactInterface<S>, displacement: [&[S::Vector]; 2]) -> f64 {
     let [first, second] = displacement.map(largest_displacement);
-    interface.pairs().iter().map(|p| p.gap).fold(larger(first, second), larger)
+    interface.pairs().iter().map(|p| p.gap.abs()).fold(larger(first, second), larger)
 }

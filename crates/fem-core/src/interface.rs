@@ -52,7 +52,7 @@ pub struct NodePair<S: Space = Plane> {
     /// normal is linear, so it is shorter if the line is bent. If one side is a declared arc, or a solid touches a sphere or a cylinder, it is the arm
     /// from the centre over the radius.
     pub normal: S::Vector,
-    /// Initial gap `g ≥ 0`, m: the distance along the normal times `|n|`.
+    /// Initial gap `g`, m: the distance along the normal times `|n|`; negative if the bodies are to interfere (a press fit).
     pub gap: f64,
     /// Tributary length or area `ℓ = ∫ φ ds`, m or m².
     pub weight: f64,
@@ -65,6 +65,14 @@ impl<S: Space> NodePair<S> {
         let length = norm(self.normal);
         // Exactly one, but for round-off, at the nodes of the first meshes.
         if (length - 1.0).abs() <= SAME_NORMAL { 1.0 } else { length }
+    }
+
+    /// Returns the gap as a vector along the normal, `G = g n/|n|²`, m. Between pairs it is linear, and the gap is `G·n`.
+    ///
+    /// A gap that is linear itself would be wider than that between two pairs if the normal turns: surfaces that are pressed together all along
+    /// would overlap on every facet by as much as they deform.
+    pub fn gap_vector(&self) -> S::Vector {
+        self.normal * (self.gap / self.normal.times(&self.normal))
     }
 }
 
@@ -163,12 +171,26 @@ pub enum Gap<S: Space = Plane> {
     /// Zero, because the surfaces touch: surfaces that are apart or overlap by more than 1e-6 of the smaller body's
     /// diagonal are rejected. On curved lines smooth curves through the nodes are compared, as for [`Gap::Geometric`].
     Touching,
-    /// Given, ≥ 0: it overrides the gap of the meshes, whose surfaces must coincide to 5 % of the edges.
+    /// Given: it overrides the gap of the meshes, whose surfaces must coincide to 5 % of the edges. A negative one is an interference.
     Given(ScalarData<S>),
     /// Measured between the paired nodes along the contact normal, ≥ 0: the surfaces are paired along their length,
     /// node by node, whatever their distance. An overlap of more than 1e-6 of the smaller body's diagonal is rejected.
     /// Finer meshes measure the gap at new nodes between smooth curves through the nodes of the first meshes.
     Geometric,
+    /// Measured like [`Self::Geometric`], but an overlap that is drawn is kept: a negative gap, the interference of a press fit.
+    Interference,
+}
+
+impl<S: Space> Gap<S> {
+    /// Tells whether the gap is the distance of the drawn surfaces.
+    pub fn is_measured(&self) -> bool {
+        matches!(self, Self::Geometric | Self::Interference)
+    }
+
+    /// Returns the gap for a measured distance, m: an overlap is closed, unless it is to be kept.
+    pub fn kept(&self, distance: f64) -> f64 {
+        if matches!(self, Self::Interference) { distance } else { distance.max(0.0) }
+    }
 }
 
 /// The largest difference between the gap in use and the drawn one.
@@ -193,6 +215,8 @@ pub struct ContactInterface<S: Space = Plane> {
     bent: bool,
     /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
     gap: Gap<S>,
+    /// The gaps of the pairs are this part of the gap.
+    gap_factor: f64,
     measured_on: usize,
     /// The arc length at each pair, m. Empty in space.
     arc_lengths: Vec<f64>,
@@ -214,6 +238,7 @@ impl<S: Space> ContactInterface<S> {
             facets,
             clamped: Vec::new(),
             gap,
+            gap_factor: 1.0,
             measured_on: 0,
             arc_lengths: Vec::new(),
             profiles: Vec::new(),
@@ -232,6 +257,28 @@ impl<S: Space> ContactInterface<S> {
     /// Returns the source of the gap.
     pub fn gap(&self) -> &Gap<S> {
         &self.gap
+    }
+
+    /// Returns the part of the gap that the pairs have: the factor of a load step, else 1.
+    pub fn gap_factor(&self) -> f64 {
+        self.gap_factor
+    }
+
+    /// Notes the part of the gap that the pairs have, see [`Self::gap_factor`].
+    #[must_use]
+    pub fn with_gap_factor(self, gap_factor: f64) -> Self {
+        Self { gap_factor, ..self }
+    }
+
+    /// Multiplies the gaps of all pairs.
+    #[must_use]
+    pub(crate) fn scaled_gap(mut self, factor: f64) -> Self {
+        let clamped = self.clamped.iter_mut().map(|of| &mut of.pair);
+        self.pairs.iter_mut().chain(clamped).for_each(|pair| pair.gap *= factor);
+        let line = self.whole.iter_mut().flat_map(|whole| &mut whole.line.pairs);
+        line.for_each(|pair| pair.gap *= factor);
+        self.gap_factor *= factor;
+        self
     }
 
     /// Returns the pairs, in the plane by increasing arc length.
@@ -367,13 +414,14 @@ impl ContactInterface {
     }
 
     /// Computes the middle Bernstein coefficient of the opening along an edge, m:
-    /// `½(g_i+g_j) − ½([u]_i·n_j + [u]_j·n_i)`. The opening `g − [u]·n` is quadratic if `n` changes; its other two
-    /// coefficients are the nodal openings. If all three are ≥ 0, so is the opening.
+    /// `½(G_i·n_j + G_j·n_i) − ½([u]_i·n_j + [u]_j·n_i)`, see [`NodePair::gap_vector`]. The opening `(G − [u])·n` is quadratic if `n`
+    /// changes; its other two coefficients are the nodal openings. If all three are ≥ 0, so is the opening.
     ///
     /// * `jump`: `[u] = u¹ − u²` of a pair, m.
     pub fn middle_opening(&self, edge: &ContactFacet, jump: impl Fn(usize) -> Vector) -> f64 {
         let [i, j] = edge.pairs.map(|k| k as usize);
         let (a, b) = (&self.pairs[i], &self.pairs[j]);
-        0.5 * (a.gap + b.gap) - 0.5 * (jump(i).dot(&b.normal) + jump(j).dot(&a.normal))
+        let open = [a.gap_vector() - jump(i), b.gap_vector() - jump(j)];
+        0.5 * (open[0].dot(&b.normal) + open[1].dot(&a.normal))
     }
 }

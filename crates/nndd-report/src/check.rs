@@ -121,7 +121,8 @@ pub(crate) fn with_factors<S: ReportSpace>(
     problem: &ContactProblem<S>,
     factors: &Factors,
 ) -> Result<ContactProblem<S>, Failure> {
-    let scaled = problem.with_factors(&|body, place| case.factor(factors, body, place));
+    let of_gap = |pair: usize| case.gap_factor(factors, pair);
+    let scaled = problem.with_factors(&|body, place| case.factor(factors, body, place), &of_gap);
     scaled.map_err(|error| Failure::solve(case, &SolveError::Factors(error)))
 }
 

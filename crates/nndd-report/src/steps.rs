@@ -35,6 +35,7 @@ pub(crate) fn solve<S: ReportSpace>(
     let mut found: Option<Solved<S>> = None;
     for (k, factors) in (1..).zip(&increments) {
         let factor = |body: usize, place: ConditionPlace| case.factor(factors, body, place);
+        load_steps.scale_gaps((0..case.contacts.len()).map(|pair| case.gap_factor(factors, pair)).collect());
         let next = match case.coulomb_pair() {
             Some(_) => {
                 let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));

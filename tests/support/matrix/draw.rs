@@ -51,6 +51,8 @@ pub(super) struct Draw {
     pub(super) matching: bool,
     /// True if the exact problem is the same on halved cells.
     pub(super) nested: bool,
+    /// True for a press fit: gaps are negative.
+    pub(super) presses: bool,
     /// Decades of the contrast of the moduli.
     contrast: f64,
     /// True for plane stress.
@@ -81,6 +83,7 @@ impl Draw {
             triangles: 0.0,
             matching: false,
             nested: true,
+            presses: false,
             contrast: 0.5,
             plane_stress: false,
             isotropic: false,

@@ -98,6 +98,21 @@ impl Draw {
         }
     }
 
+    /// The keys of a gap that keeps an overlap which is drawn.
+    fn drawn_overlap(&mut self) -> &'static str {
+        self.mark("interference: drawn");
+        "gap = \"geometric\"\ninterference = true\n"
+    }
+
+    /// The key of a gap that load steps scale.
+    fn scaled_gap(&mut self) -> &'static str {
+        let scaled = self.presses && !self.steps.is_empty();
+        if scaled {
+            self.mark("interference: load steps");
+        }
+        if scaled { "name = \"push\"\n" } else { "" }
+    }
+
     /// The keys of a pair: its gap, its friction, who carries λ.
     fn keys(&mut self, of: &Between<'_>) -> String {
         let mut keys = String::new();
@@ -108,16 +123,26 @@ impl Draw {
             let open = self.strain * self.random.unit();
             match gap {
                 "gap: number" => {
-                    let _ = writeln!(keys, "gap = {:?}", self.length * open);
+                    let _ =
+                        writeln!(keys, "gap = {:?}", self.length * if self.presses { -open } else { open });
+                }
+                "gap: expression" if self.presses => {
+                    let gap = [-open, 2.0 * open * self.random.unit() / (right - left)];
+                    let _ = writeln!(keys, "gap = \"{}\"", self.linear(self.length, gap, left));
                 }
                 "gap: expression" => {
                     let slope = open / (right - left);
                     let _ =
                         writeln!(keys, "gap = \"max(0, {})\"", self.linear(self.length, [0.0, slope], left));
                 }
+                "gap: geometric" if self.presses => keys += self.drawn_overlap(),
                 "gap: geometric" => keys += "gap = \"geometric\"\n",
                 _ => {}
             }
+            if self.presses && gap != "gap: geometric" {
+                self.mark("interference: given");
+            }
+            keys += self.scaled_gap();
         }
         if !of.friction.is_empty() && self.random.unit() < 0.22 {
             let law = of.friction[self.random.integer(0, of.friction.len() - 1)];
@@ -149,7 +174,8 @@ pub(super) fn blocks(d: &mut Draw) -> Made<Known> {
     let [left, right] = if overlap { [d.between(-0.4, 0.7), d.between(1.2, 2.4)] } else { [0.0, 2.0] };
     let down = d.length * d.strain * height;
     let along = down * d.random.signed();
-    let clamped = !overlap && d.on(0.2, "clamped end of a contact line");
+    // Where both bodies are clamped an overlap is refused.
+    let clamped = !overlap && !d.presses && d.on(0.2, "clamped end of a contact line");
     let held = !clamped && !overlap && d.on(0.2, "held node of a contact line");
     let mut upper = String::new();
     let mut lower = CLAMPED.to_owned();
@@ -183,9 +209,14 @@ pub(super) fn blocks(d: &mut Draw) -> Made<Known> {
         upper = body_force(d, height) + &upper;
     }
     let apart = if d.random.unit() < 0.15 { d.strain * d.random.unit() } else { 0.0 };
+    let apart = if d.presses && d.random.unit() < 0.5 { -d.strain * (0.1 + d.random.unit()) } else { apart };
     let upper = d.block([left, apart], [right - left, height], &upper)?;
     let lower = d.block([0.0, -depth], [2.0, depth], &lower)?;
-    let gaps: &[&str] = if apart > 0.0 { &["gap: geometric"] } else { &GAPS };
+    let gaps: &[&str] = match () {
+        () if apart != 0.0 => &["gap: geometric"],
+        () if d.presses => &GAPS[1..3],
+        () => &GAPS,
+    };
     let ends = [left.max(0.0), right.min(2.0)];
     let mut keys = d.keys(&Between { ends, friction: &LAWS, gaps });
     if d.on(0.1, "given normal") {
@@ -468,6 +499,7 @@ pub(super) fn pin(d: &mut Draw) -> Made<Known> {
     d.mark("gap: geometric");
     d.nested = false;
     let clearance = if d.random.unit() < 0.4 { 0.0 } else { d.between(0.0, 0.02) };
+    let clearance = if d.presses { -d.strain * (0.1 + d.random.unit()) } else { clearance };
     let weight = d.stress * d.strain / d.length;
     let [x, y] = [0, 1].map(|_| weight * d.random.signed());
     let load = format!("body_force = [{x:?}, {y:?}]\n");
@@ -491,7 +523,9 @@ pub(super) fn pin(d: &mut Draw) -> Made<Known> {
         let more = load + &curve("inner", smooth);
         (inner, "outer", d.ring([1.0 + clearance, 1.7], [0.0, 360.0], around, &more))
     };
-    d.pair([&first, &second], [side, "inner"], "gap = \"geometric\"\n");
+    let gap = if d.presses { d.drawn_overlap() } else { "gap = \"geometric\"\n" }.to_owned();
+    let keys = gap + d.scaled_gap();
+    d.pair([&first, &second], [side, "inner"], &keys);
     Ok(Known::default())
 }
 
@@ -567,14 +601,31 @@ pub(super) fn arcs(d: &mut Draw) -> Made<Known> {
         (d.displaced("inner", &format!("ux = {along:?}\nuy = {away:?}")), fixed("outer"))
     };
     let inner = d.ring([1.0, 1.5], angles(half), columns, &(first + &arc("outer")));
-    let outer = d.ring([1.5, 2.0], angles(half + beyond), other, &(second + &arc("inner")));
-    let keys = d.keys(&Between { ends: [-2.0, 2.0], friction: &LAWS, gaps: &["gap: none", "gap: number"] });
+    let pressed = if d.presses { d.strain * (0.1 + d.random.unit()) } else { 0.0 };
+    let drawn = d.presses && d.random.unit() < 0.7;
+    let radius = if drawn { 1.5 - pressed } else { 1.5 };
+    let outer = d.ring([radius, 2.0], angles(half + beyond), other, &(second + &arc("inner")));
+    let gaps: &[&str] = if d.presses { &[] } else { &["gap: none", "gap: number"] };
+    let keys = d.keys(&Between { ends: [-2.0, 2.0], friction: &LAWS, gaps });
     // A gap of zero is the same on every mesh.
     let keys = if keys.contains("gap = ") {
         let lines = keys.lines().filter(|line| !line.starts_with("gap"));
         lines.fold("gap = 0.0\n".to_owned(), |text, line| text + line + "\n")
     } else {
         keys
+    };
+    let keys = match (d.presses, drawn) {
+        (false, _) => keys,
+        (true, true) => {
+            // The vector between the nodes of concentric polygons is the same on every mesh.
+            d.nested &= d.matching && beyond == 0.0;
+            keys + d.drawn_overlap() + d.scaled_gap()
+        }
+        (true, false) => {
+            d.nested = false;
+            d.mark("interference: given");
+            keys + &format!("gap = {:?}\n", -d.length * pressed) + d.scaled_gap()
+        }
     };
     d.pair([&inner, &outer], ["outer", "inner"], &keys);
     Ok(Known::default())

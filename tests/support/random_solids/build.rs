@@ -374,7 +374,7 @@ impl Assembly {
         let gaps = field(|pair| pair.normal * (pair.gap / pair.normal.norm_squared()));
         let of_pair = |pair: &NodePair<Solid>| {
             let node = pair.nodes[0].index();
-            NodePair { normal: normals[node], gap: gaps[node].dot(&normals[node]).max(0.0), ..*pair }
+            NodePair { normal: normals[node], gap: gaps[node].dot(&normals[node]), ..*pair }
         };
         let pairs: Vec<NodePair<Solid>> = fine.pairs().iter().map(of_pair).collect();
         let removed: Vec<ClampedPair<Solid>> = fine

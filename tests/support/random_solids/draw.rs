@@ -309,6 +309,11 @@ impl Draw {
                 let size = self.length * self.strain * self.between(0.1, 2.0);
                 self.linear(grid, side, size, 0.9)
             }
+            // A slope of more than the mean opens one end.
+            false if self.family.starts_with("interference") => {
+                let size = -self.length * self.strain * self.between(0.1, 1.0);
+                self.linear(grid, side, size, 1.5)
+            }
             false => Linear::constant(0.0),
         }
     }
@@ -340,7 +345,7 @@ impl Draw {
     /// Bends common sides: smoothly or with kinks. Sides beside round obstacles stay as they are: these are placed at the nodes before.
     fn bend(&mut self, assembly: &mut Assembly, boxes: &[Cells]) -> Made<()> {
         let random = &mut self.bends;
-        let drawn = random.unit() < 0.15 || self.family.contains("curved contact");
+        let drawn = random.unit() < 0.15 || self.family.contains("curve");
         if !drawn || self.family.contains("round") {
             return Ok(());
         }

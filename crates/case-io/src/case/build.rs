@@ -118,6 +118,7 @@ impl<S: Dimension> Case<S> {
     pub(super) fn gap_and_normal(&self, contact: usize) -> (Gap<S>, ContactNormal<S>) {
         let given = &self.contacts[contact];
         let gap = match given.geometric {
+            true if given.interference => Gap::Interference,
             true => Gap::Geometric,
             false if self.is_given(&format!("{}.gap", given.path)) => Gap::Given(given.gap.scalar()),
             false => Gap::Touching,
@@ -290,6 +291,7 @@ impl<S: Dimension> Case<S> {
             | InterfaceError::NotTouching { .. }
             | InterfaceError::Overlap { .. }
             | InterfaceError::TooFar { .. } => ("gap".to_owned(), None),
+            InterfaceError::TooDeep { body: side, .. } => ("gap".to_owned(), Some(*side)),
             InterfaceError::NormalAway { .. } => ("normal".to_owned(), None),
             InterfaceError::BadFrictionLimit { .. } => ("friction.limit".to_owned(), None),
             InterfaceError::BadFrictionCoefficient { .. } => ("friction.mu".to_owned(), None),
@@ -297,12 +299,13 @@ impl<S: Dimension> Case<S> {
         };
         let (mut key, mut message) = (key, self.with_name(contact, error, side));
         let (mut expected, mut fix) = fixes::of_interface(error);
+        help = help.or_else(|| fixes::press_fit(error));
         if given.obstacle.is_some()
             && let Some((said, of_obstacle)) = fixes::against_obstacle(error)
         {
             let name = given.bodies.first().and_then(|b| self.bodies.get(*b)).map_or("", |body| &body.name);
             message = format!("body \"{name}\" {said}");
-            (expected, fix) = of_obstacle;
+            ((expected, fix), help) = (of_obstacle, None);
             if matches!(error, InterfaceError::Overlap { .. }) {
                 key = "obstacle".to_owned();
             }

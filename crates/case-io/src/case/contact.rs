@@ -19,10 +19,14 @@ pub struct Contact<S: Dimension = Plane> {
     pub surfaces: Vec<String>,
     /// The obstacle that the only body touches; `None` for a pair of bodies.
     pub obstacle: Option<Obstacle<S>>,
-    /// Initial gap, m, ≥ 0; it overrides the geometry.
+    /// True if the file gives the name: load steps can scale the gap by it.
+    pub(crate) named: bool,
+    /// Initial gap, m; it overrides the geometry. A negative one is an interference.
     pub gap: Value,
     /// `gap = "geometric"`: the gap is measured between the meshes along the contact normal.
     pub geometric: bool,
+    /// True if a measured gap keeps an overlap that is drawn.
+    pub interference: bool,
     /// A fixed direction of contact, out of the first body; averaged at the nodes if it is left out.
     pub normal: Option<S::Axes<f64>>,
     /// Which body of this pair carries λ, if not the one that the solver chooses for all.

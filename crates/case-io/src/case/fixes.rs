@@ -1,6 +1,7 @@
 //! Expected input and one fix for each error of fem-core that a case file can cause.
 
 use crate::case_file::Reader;
+use crate::diagnostic::significant;
 use contact_geometry::OverlayError;
 use contact_geometry::common_refinement::CommonRefinementError;
 use fem_core::body::BodyError;
@@ -88,14 +89,15 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
             "surfaces that touch, to 1e-6 of the smaller body's size, or a gap",
             "write `gap = \"geometric\"` to keep this distance, or `gap = 0.0` to close it",
         ),
-        InterfaceError::NotTouching { .. } => (
-            "surfaces that touch, to 1e-6 of the smaller body's size",
-            "write `gap = 0.0` to close this overlap, or move one of the bodies; `gap = \"geometric\"` keeps a distance, \
-             but no overlap",
-        ),
-        InterfaceError::Distance { .. } | InterfaceError::Overlap { .. } => (
-            "bodies that touch or are apart",
-            "move one of the bodies by this depth; a distance is measured with `gap = \"geometric\"`",
+        // The fix is that of [`press_fit`].
+        InterfaceError::NotTouching { .. } => ("surfaces that touch, to 1e-6 of the smaller body's size", ""),
+        InterfaceError::Distance { .. } => {
+            ("surfaces that touch if the gap is a number, within 5 % of an edge", "")
+        }
+        InterfaceError::Overlap { .. } => ("bodies that touch or are apart", ""),
+        InterfaceError::TooDeep { .. } => (
+            "an interference that is smaller than the bodies are thick",
+            "check the sign and the unit of the gap: a distance is positive, a press fit negative",
         ),
         InterfaceError::TooFar { .. } => (
             "bodies closer to each other than they are large",
@@ -129,7 +131,7 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
             "change one of the two displacements, or end the contact surface earlier",
         ),
         InterfaceError::BadGap { .. } => {
-            ("a finite number >= 0", "change the expression; `gap = \"geometric\"` measures the gap")
+            ("a finite number", "change the expression; `gap = \"geometric\"` measures the gap")
         }
         InterfaceError::BadSlip { .. } | InterfaceError::SlipOnCoarserMesh => {
             ("load steps on one mesh", "leave [adapt] out of a case with [[step]]")
@@ -144,6 +146,21 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
             ("surfaces whose nodes face each other", "mesh the two sides with the same divisions")
         }
     }
+}
+
+/// Returns the ways to keep an overlap that is drawn, or to be without it; `None` for other errors.
+pub(super) fn press_fit(error: &InterfaceError) -> Option<String> {
+    let (depth, close) = match error {
+        InterfaceError::NotTouching { gap, .. } if *gap < 0.0 => (-gap, ", or write `gap = 0.0` to close it"),
+        InterfaceError::Distance { gap, .. } if *gap < 0.0 => (-gap, ""),
+        InterfaceError::Overlap { depth, .. } => (*depth, ""),
+        _ => return None,
+    };
+    Some(format!(
+        "for a press fit write `gap = \"geometric\"` and `interference = true`, which keeps this overlap, or draw surfaces that touch and write \
+         `gap = {}` or an expression; if it is a mistake, move one of the bodies{close}",
+        significant(-depth)
+    ))
 }
 
 /// Returns message and fix for an error between a body and an obstacle, if the error's own words are about two bodies.
@@ -161,7 +178,15 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Fix)> 
             format!("overlaps the obstacle: deepest by {depth:.3e} at {point}"),
             (
                 "a body that touches the obstacle or is apart from it",
-                "move the obstacle by this depth, or write `gap = 0.0` if it is the rounding of a bent side",
+                "move the obstacle by this depth, write `interference = true` for a press fit, or `gap = 0.0` if it is the rounding of a bent \
+                 side",
+            ),
+        ),
+        InterfaceError::TooDeep { point, depth, .. } => (
+            format!("interferes with the obstacle by {depth:.3e} at {point}, and is thinner than that there"),
+            (
+                "an interference that is smaller than the body is thick",
+                "check the place of the obstacle, and the sign of the gap: a distance is positive",
             ),
         ),
         InterfaceError::Distance { point, gap, spacing } => (

@@ -108,7 +108,7 @@ impl<S: Dimension> Case<S> {
         let at: Vec<String> = change.point.entries().iter().map(|x| significant(*x)).collect();
         let at = at.join(", ");
         let drawn = match change.drawn {
-            d if d.abs() < TOUCHING * change.used => "touching".to_owned(),
+            d if d.abs() < TOUCHING * change.used.abs() => "touching".to_owned(),
             d if d > 0.0 => format!("apart by {}", significant(d)),
             d => format!("overlapping by {}", significant(-d)),
         };

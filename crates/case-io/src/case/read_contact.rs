@@ -41,7 +41,7 @@ pub(super) fn contacts<S: Keys>(root: &mut Reader<'_>, bodies: &mut [BodyCase<S>
                     let expected = "a name of at most 100 bytes that no other pair has, not only in case, blanks or signs";
                     r.refuse("name", message, expected, "rename it, or leave `name` out");
                 }
-                contact.name = name;
+                (contact.name, contact.named) = (name, true);
             }
             None => contact.name = names.free(std::mem::take(&mut contact.name)),
         }
@@ -155,12 +155,7 @@ fn contact<S: Keys>(
             "name a side of each body, in the order of the bodies",
         );
     }
-    let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == GEOMETRIC);
-    let gap = if geometric { Value::default() } else { r.value_beside("gap", GEOMETRIC).unwrap_or_default() };
-    if gap.number().is_some_and(|g| g < 0.0) {
-        let message = format!("`{}` is negative: the bodies would overlap", r.path_of("gap"));
-        r.refuse("gap", message, "a number >= 0", "move one of the bodies, or write `gap = 0.0`");
-    }
+    let (gap, geometric, interference) = gap(r);
     let normal = if foreign { None } else { r.axes::<S>(S::DIRECTION) };
     if normal == Some(S::axes(|_| 0.0)) {
         r.refuse(
@@ -171,7 +166,7 @@ fn contact<S: Keys>(
         );
     }
     let imposed = r.choice("imposed", Imposed::NAMES);
-    let friction = if foreign { None } else { r.table("friction").and_then(friction) };
+    let friction = if foreign { None } else { friction(r) };
     let motion = r.axes::<S>("motion");
     let obstacle = against_obstacle::<S>(r, obstacle, motion);
     let name = |b: &usize| bodies.get(*b).map_or("", |body| body.name.as_str());
@@ -196,14 +191,53 @@ fn contact<S: Keys>(
         None => names.concat(),
     };
     let surfaces = surfaces.unwrap_or_default().into_iter().enumerate().map(joined).collect();
-    Contact { name, bodies: members, surfaces, obstacle, gap, geometric, normal, imposed, friction, path }
+    Contact {
+        name,
+        bodies: members,
+        surfaces,
+        obstacle,
+        named: false,
+        gap,
+        geometric,
+        interference,
+        normal,
+        imposed,
+        friction,
+        path,
+    }
+}
+
+/// Reads the gap of a pair: a number or an expression, whether it is measured, and whether an overlap that is drawn is kept.
+fn gap(r: &mut Reader<'_>) -> (Value, bool, bool) {
+    let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == GEOMETRIC);
+    let gap = if geometric { Value::default() } else { r.value_beside("gap", GEOMETRIC).unwrap_or_default() };
+    let interference = r.boolean("interference") == Some(true);
+    if interference && !geometric && r.has("gap") {
+        let message =
+            format!("`{}` keeps an overlap that is drawn, and the gap is given", r.path_of("interference"));
+        let fix = "write `gap = \"geometric\"`, or take `interference` out: a negative gap is an interference already";
+        r.refuse("interference", message, "a gap that is measured", fix);
+    }
+    (gap, geometric || interference, interference)
 }
 
 /// The laws of friction, each with its reader.
 type Law = fn(&mut Reader<'_>) -> Option<Friction>;
 const LAWS: &[(&str, Law)] = &[("tresca", tresca), ("coulomb", coulomb)];
 
-fn friction(mut r: Reader<'_>) -> Option<Friction> {
+fn friction(r: &mut Reader<'_>) -> Option<Friction> {
+    let coefficient = match r.node("friction").map(|n| &n.value) {
+        Some(NodeValue::Float(value)) => Some(*value),
+        Some(NodeValue::Integer(value)) => Some(*value as f64),
+        _ => None,
+    };
+    if let Some(mu) = coefficient {
+        let message = format!("`{}` is a number, and friction is a law", r.path_of("friction"));
+        let fix = format!("write `friction = {{ law = \"coulomb\", mu = {mu:?} }}`");
+        r.refuse("friction", message, "a table with `law`", &fix);
+        return None;
+    }
+    let mut r = r.table("friction")?;
     r.require(&["law"]);
     let law = r.choice("law", LAWS).and_then(|read| read(&mut r));
     r.finish();

@@ -99,10 +99,13 @@ fn body<S: Dimension>(body: &BodyCase<S>) -> Json {
 fn contact<S: Dimension>(given: &Contact<S>, bodies: &[BodyCase<S>]) -> Json {
     let gap = if given.geometric { json!(read_contact::GEOMETRIC) } else { json!(given.gap) };
     let mut object = json!({ "surfaces": given.surfaces, "gap": gap });
-    if given.path != SINGLE {
+    if given.path != SINGLE || given.named {
         object["name"] = json!(given.name);
+    }
+    if given.path != SINGLE {
         object["bodies"] = given.bodies.iter().map(|b| json!(bodies[*b].name)).collect();
     }
+    insert(&mut object, "interference", given.interference.then_some(true));
     insert(&mut object, "obstacle", given.obstacle.as_ref());
     insert(&mut object, "normal", given.normal.as_ref().map(|normal| normal.as_ref()));
     insert(&mut object, "imposed", given.imposed);

@@ -1,6 +1,6 @@
-//! `[[step]]`: load steps, which scale the conditions that have a name.
+//! `[[step]]`: load steps, which scale the conditions and the gaps that have a name.
 
-use super::{BodyCase, Case, Dimension};
+use super::{BodyCase, Case, Contact, Dimension};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::excerpt;
 use fem_core::body::{ConditionList, ConditionPlace};
@@ -13,7 +13,7 @@ const MOST: usize = 10_000;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct StepCase {
-    /// The factors of the conditions with these names at the end of the step; other names keep theirs.
+    /// The factors of the conditions, and of the gaps of pairs, with these names at the end of the step; other names keep theirs.
     #[serde(serialize_with = "factors")]
     pub factors: Vec<(String, f64)>,
     /// Equal increments.
@@ -68,6 +68,13 @@ impl<S: Dimension> Case<S> {
         factors.of(self.bodies.get(body).and_then(|body| body.condition_name(place)))
     }
 
+    /// Returns the factor of the gap of a pair: that of its name, if a step names it.
+    pub fn gap_factor(&self, factors: &Factors, pair: usize) -> f64 {
+        let name = self.contacts.get(pair).map(|contact| &contact.name);
+        let steps = self.steps.iter().flat_map(|step| &step.factors);
+        factors.of(name.filter(|name| steps.clone().any(|(of, _)| of == *name)).map(String::as_str))
+    }
+
     /// Lists the factors at the end of each step. Nothing without steps.
     pub fn step_ends(&self) -> Vec<Factors> {
         let mut now = Factors::default();
@@ -109,13 +116,13 @@ impl<S: Dimension> Case<S> {
 /// * `adaptive`: whether there is an `[adapt]`.
 pub(super) fn steps<S: Dimension>(
     root: &mut Reader<'_>,
-    bodies: &[BodyCase<S>],
+    (bodies, contacts): (&[BodyCase<S>], &[Contact<S>]),
     adaptive: bool,
 ) -> Vec<StepCase> {
     let Some(readers) = root.tables("step") else { return Vec::new() };
     let mut steps = Vec::with_capacity(readers.len());
     for r in readers {
-        steps.push(step(r, bodies));
+        steps.push(step(r, (bodies, contacts)));
     }
     if adaptive && !steps.is_empty() {
         root.refuse(
@@ -133,11 +140,13 @@ pub(super) fn steps<S: Dimension>(
     steps
 }
 
-fn step<S: Dimension>(mut r: Reader<'_>, bodies: &[BodyCase<S>]) -> StepCase {
+fn step<S: Dimension>(mut r: Reader<'_>, (bodies, contacts): (&[BodyCase<S>], &[Contact<S>])) -> StepCase {
     r.require(&["factors"]);
     let mut factors = Vec::new();
     if let Some(r) = r.table("factors") {
-        let known: Vec<&str> = bodies.iter().flat_map(BodyCase::<S>::condition_names).collect();
+        let of_pairs = contacts.iter().filter(|contact| contact.named).map(|contact| contact.name.as_str());
+        let known: Vec<&str> =
+            bodies.iter().flat_map(BodyCase::<S>::condition_names).chain(of_pairs).collect();
         if r.entries().is_empty() {
             r.refuse(
                 "",
@@ -149,19 +158,19 @@ fn step<S: Dimension>(mut r: Reader<'_>, bodies: &[BodyCase<S>]) -> StepCase {
         for entry in r.entries() {
             let name = entry.key.as_str();
             if !known.contains(&name) {
-                let message = format!("no condition is called {}", excerpt(name));
+                let message = format!("no condition and no contact is called {}", excerpt(name));
                 let (expected, fix) = match known.is_empty() {
                     true => (
-                        "the `name` of a condition".to_owned(),
+                        "the `name` of a condition or of a contact".to_owned(),
                         format!(
                             "write `name = \"{}\"` into a \
-                        [[body.displacement]], a [[body.traction]] or a [[body.rigid]]",
+                        [[body.displacement]], a [[body.traction]], a [[body.rigid]] or a [[contact]]",
                             name.escape_debug()
                         ),
                     ),
                     false => (
                         format!("one of the names {}", known.join(", ")),
-                        "write one of these names, or name the condition".to_owned(),
+                        "write one of these names, or name the condition or the contact".to_owned(),
                     ),
                 };
                 r.refuse(name, message, &expected, &fix);

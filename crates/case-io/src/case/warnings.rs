@@ -61,6 +61,14 @@ impl<S: Dimension> Case<S> {
         }
         let used: Vec<&Material<S>> =
             (0..self.bodies.len()).flat_map(|body| self.materials_of(body)).collect();
+        let mut asked = HashSet::new();
+        for material in used.iter().filter(|material| asked.insert(material.name.as_str())) {
+            let said =
+                self.units.as_ref().and_then(|units| units.impossible_modulus(material.largest_modulus()));
+            if let Some(message) = said {
+                warnings.push(self.diagnostic(code::VALUE, &format!("materials.{}", material.name), message));
+            }
+        }
         let moduli = || used.iter().map(|material| material.largest_modulus());
         let ratio = moduli().fold(0.0, f64::max) / moduli().fold(f64::INFINITY, f64::min);
         if ratio > MODULI {

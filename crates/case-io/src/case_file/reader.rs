@@ -7,6 +7,7 @@ mod arrays;
 pub(crate) use arrays::MatrixWords;
 
 use super::examples::{described, example};
+use super::other_words;
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{
     CaseError, Diagnostic, MOST_DIAGNOSTICS, SourcePosition, code, did_you_mean, excerpt, nearest,
@@ -440,7 +441,7 @@ impl<'a> Reader<'a> {
     fn unknown_word(&mut self, key: &'static str, text: &str, names: &[&str], fix: String) {
         let words: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
         let message = format!("`{}` is {}", self.path_of(key), excerpt(text));
-        let help = did_you_mean(text, names.iter().copied(), '"');
+        let help = other_words::sentence(text).or_else(|| did_you_mean(text, names.iter().copied(), '"'));
         let diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message).help(help);
         self.findings.push(diagnostic.expected(words.join(" or ")).fix(fix));
     }
@@ -482,7 +483,10 @@ impl<'a> Reader<'a> {
             let keys: Vec<String> = self.known.iter().map(|k| format!("`{k}`")).collect();
             let diagnostic = Diagnostic::new(code::UNKNOWN_KEY, Some(entry.key_at.place()), message)
                 .expected(format!("only the keys {}", keys.join(", ")))
-                .help(self.findings.meant(&entry.key, self.known.iter().copied(), '`'))
+                .help(
+                    other_words::sentence(&entry.key)
+                        .or_else(|| self.findings.meant(&entry.key, self.known.iter().copied(), '`')),
+                )
                 .fix("take it out, or write it into the table it belongs to");
             self.findings.push(diagnostic);
         }

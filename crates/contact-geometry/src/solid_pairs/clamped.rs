@@ -31,7 +31,7 @@ impl Known {
         }
         let imposed = constraints.map(|constraint| constraint.displacement());
         let jump = imposed[0] - imposed[1];
-        let size = pair.gap + (norm(imposed[0]) + norm(imposed[1])) * norm(pair.normal);
+        let size = pair.gap.abs() + (norm(imposed[0]) + norm(imposed[1])) * norm(pair.normal);
         Some(Self { jump, opening: pair.gap - jump.dot(&pair.normal), size })
     }
 }

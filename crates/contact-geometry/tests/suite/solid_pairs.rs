@@ -156,7 +156,8 @@ fn surfaces_that_are_folded_or_do_not_match_are_refused() {
     assert!(matches!(refused(&upper, &beside, &Gap::Touching).1, InterfaceError::Offset { .. }));
     let same = contact_geometry::pair_solids(&upper, &upper, ["top", "top"], &Gap::Touching);
     assert!(matches!(same, Err(InterfaceError::NotFacing { .. })));
-    assert!(matches!(refused(&upper, &lower, &given(|_| -0.1)).1, InterfaceError::BadGap { .. }));
+    assert!(matches!(refused(&upper, &lower, &given(|_| f64::NAN)).1, InterfaceError::BadGap { .. }));
+    assert!(matches!(refused(&upper, &lower, &given(|_| -5.0)).1, InterfaceError::TooDeep { .. }));
 }
 
 #[test]

@@ -59,7 +59,7 @@ pub(super) fn opening<S: Space>(
     imposed: [S::Vector; 2],
 ) -> Result<f64, InterfaceError> {
     let opening = pair.gap - (imposed[0] - imposed[1]).times(&pair.normal);
-    let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
+    let size = pair.gap.abs() + norm(imposed[0]) + norm(imposed[1]);
     if opening < -ROUND_OFF * size {
         let point = first.mesh().points()[pair.nodes[0]];
         return Err(InterfaceError::ClampedOverlap { point: point.into(), depth: -opening });

@@ -39,12 +39,11 @@ impl<S: Space> ContactInterface<S> {
     /// # Errors
     /// Supports that press the bodies into each other.
     pub(super) fn with_supports(
-        &self,
+        mut self,
         first: &Body<S>,
         imposed: &Imposed<'_, S>,
     ) -> Result<Self, InterfaceError> {
-        let mut found = self.clone();
-        for facet in &mut found.facets {
+        for facet in &mut self.facets {
             for corner in facet.clamped.as_mut().iter_mut().flatten() {
                 let pair = &self.clamped[corner.number as usize].pair;
                 if let Some([a, b]) = imposed(pair) {
@@ -52,7 +51,7 @@ impl<S: Space> ContactInterface<S> {
                 }
             }
         }
-        Ok(found)
+        Ok(self)
     }
 
     /// Notes the clamped pairs to which corners of facets belong.

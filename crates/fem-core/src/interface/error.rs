@@ -163,10 +163,7 @@ pub enum InterfaceError {
         gap: f64,
     },
     /// The bodies overlap before anything is loaded.
-    #[error(
-        "the bodies overlap: deepest by {depth:.3e} at {point} (the edges there are {spacing:.3e} long); the gap along the \
-         contact normal must be >= 0"
-    )]
+    #[error("the bodies overlap: deepest by {depth:.3e} at {point} (the edges there are {spacing:.3e} long)")]
     Overlap {
         /// Node of the first body.
         point: Point,
@@ -174,6 +171,16 @@ pub enum InterfaceError {
         depth: f64,
         /// Local edge length.
         spacing: f64,
+    },
+    /// The interference is deeper than a body is thick.
+    #[error("the bodies interfere by {depth:.3e} at {point}, and body {body} is thinner than that there")]
+    TooDeep {
+        /// 0 or 1.
+        body: usize,
+        /// The middle of a facet of the first body.
+        point: Point,
+        /// Depth, m.
+        depth: f64,
     },
     /// The surfaces are farther apart than the size of the smaller body.
     #[error(
@@ -189,7 +196,8 @@ pub enum InterfaceError {
     },
     /// Supports press clamped contact nodes into each other, or a clamped node into an obstacle.
     #[error(
-        "both sides are clamped at the contact node or edge at {point}, and their supports press them {depth:.3e} into each other there"
+        "both sides are clamped at the contact node or edge at {point}, and their supports and the gap press them {depth:.3e} into each other \
+         there"
     )]
     ClampedOverlap {
         /// Node of the first body.
@@ -241,8 +249,8 @@ pub enum InterfaceError {
         /// The node.
         point: Point,
     },
-    /// The initial gap is negative or not finite.
-    #[error("the initial gap at {point} is {}; it must be a finite number >= 0", shown(*value))]
+    /// The initial gap is not finite.
+    #[error("the initial gap at {point} is {}; it must be a finite number", shown(*value))]
     BadGap {
         /// The node.
         point: Point,
@@ -330,6 +338,7 @@ mod tests {
             InterfaceError::Counts { point, what: "edges", counts: [1, 2] },
             InterfaceError::Offset { point, offset: 1e300, spacing: 1e-300 },
             InterfaceError::Overlap { point, depth: 1e300, spacing: 1e-300 },
+            InterfaceError::TooDeep { body: 0, point, depth: 1e300 },
             InterfaceError::TooFar { point, distance: 1e300, size: 1e-300 },
             InterfaceError::SupportedNode { body: 0, point },
             InterfaceError::BadGap { point, value: -1e300 },

@@ -8,8 +8,8 @@ use crate::geometry::{Vector, norm};
 
 impl ContactInterface {
     /// Measures the difference between the initial gap and the one on the contact edges, relative to its largest
-    /// value, by sampling at [`crate::body::SAMPLES`] points: `g/|n|`, with
-    /// gap `g` and normal `n` linear between the pairs. `None` if the two are equal to round-off.
+    /// value, by sampling at [`crate::body::SAMPLES`] points: `G·n/|n|`, with
+    /// gap `G` ([`super::NodePair::gap_vector`]) and normal `n` linear between the pairs. `None` if the two are equal to round-off.
     ///
     /// * `body`: the one on which it is measured; `line`: the obstacle's, if there is one.
     pub(super) fn interpolated_gap(&self, body: &Body, line: Option<&RigidLine>) -> Option<Difference> {
@@ -24,15 +24,19 @@ impl ContactInterface {
             let gaps = pairs.map(|pair| pair.gap);
             let between = |a: Vector, b: Vector, s: f64| (1.0 - s) * a + s * b;
             let linear = |s: f64| (1.0 - s) * gaps[0] + s * gaps[1];
-            let meant = |s: f64| match (&interface.gap, profile, line) {
-                (Gap::Given(data), ..) => data.at(between(ends[0], ends[1], s)),
-                (Gap::Geometric, Some(profile), _) => profile.at(s),
-                (Gap::Geometric, None, Some(line)) => line.distance(between(ends[0], ends[1], s)).0,
-                (Gap::Geometric, None, None) | (Gap::Touching, ..) => linear(s),
+            let on_bent = |s: f64| {
+                let normal = between(pairs[0].normal, pairs[1].normal, s);
+                between(pairs[0].gap_vector(), pairs[1].gap_vector(), s).dot(&normal) / norm(normal)
             };
-            // Between the pairs the normal is shorter than one, so the same number is a wider gap.
-            let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
-            sum.compare(edge.measure, meant, |s| linear(s) / if edge.bent { normal(s) } else { 1.0 });
+            let factor = interface.gap_factor;
+            let meant = |s: f64| match (&interface.gap, profile, line) {
+                (Gap::Given(data), ..) => factor * data.at(between(ends[0], ends[1], s)),
+                (Gap::Touching, ..) => 0.0,
+                (gap, Some(profile), _) => factor * gap.kept(profile.at(s)),
+                (_, None, Some(line)) => factor * line.distance(between(ends[0], ends[1], s)).0,
+                (_, None, None) => linear(s),
+            };
+            sum.compare(edge.measure, meant, |s| if edge.bent { on_bent(s) } else { linear(s) });
         });
         sum.difference()
     }

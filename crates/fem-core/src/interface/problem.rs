@@ -320,16 +320,17 @@ impl<S: Space> ContactProblem<S> {
         Ok(self)
     }
 
-    /// Multiplies what the conditions of the bodies impose: the next load step on the same meshes. Gaps, obstacles and laws of friction
-    /// remain, and the slip before the step.
+    /// Multiplies what the conditions of the bodies impose, and the gaps of pairs: the next load step on the same meshes. Obstacles and laws of
+    /// friction remain, and the slip before the step.
     ///
-    /// * `factor`: of a condition of a body, dimensionless.
+    /// * `factor`: of a condition of a body, dimensionless; `of_gap`: of the gap of a pair.
     ///
     /// # Errors
     /// Conditions that contradict each other then, or press clamped nodes into each other.
     pub fn with_factors(
         &self,
         factor: &dyn Fn(usize, ConditionPlace) -> f64,
+        of_gap: &dyn Fn(usize) -> f64,
     ) -> Result<Self, LoadFactorError> {
         let scaled = |(b, body): (usize, &Body<S>)| {
             body.with_factors(&|place| factor(b, place))
@@ -337,13 +338,13 @@ impl<S: Space> ContactProblem<S> {
         };
         let bodies = self.bodies.iter().enumerate().map(scaled).collect::<Result<Vec<_>, _>>()?;
         let mut contacts = self.contacts.clone();
-        for pair in &mut contacts {
+        for (k, pair) in contacts.iter_mut().enumerate() {
             let first = &bodies[pair.body];
             let clamped = |of: &NodePair<S>| match pair.partner {
                 Partner::Obstacle(k) => self.obstacles[k].clamped(first, of),
                 Partner::Body(second) => super::clamped_ends::clamped([first, &bodies[second]], of),
             };
-            pair.interface = pair.interface.with_supports(first, &clamped)?;
+            pair.interface = pair.interface.clone().scaled_gap(of_gap(k)).with_supports(first, &clamped)?;
         }
         Ok(Self {
             bodies,
@@ -357,7 +358,7 @@ impl<S: Space> ContactProblem<S> {
 
 impl ContactProblem {
     /// Measures for each pair the difference between the initial gap and the one on the contact edges, relative to
-    /// its largest value: `g/|n|`, with gap `g` and normal `n` linear between the node pairs. `None` if the two are
+    /// its largest value: `G·n/|n|`, with gap `G` and normal `n` linear between the node pairs. `None` if the two are
     /// equal to round-off.
     pub fn interpolated_gaps(&self) -> Vec<Option<Difference>> {
         let of_pair = |pair: &ContactPair| {
@@ -383,8 +384,8 @@ impl ContactProblem<Solid> {
             let line = self.obstacle_of(pair).map(|obstacle| &obstacle.line).filter(round);
             let meant = |x| match (&pair.interface.gap, line) {
                 (Gap::Given(gap), _) => Some(gap.at(x)),
-                (Gap::Geometric, Some(line)) => Some(line.distance(x).0),
-                (Gap::Geometric, None) | (Gap::Touching, _) => None,
+                (Gap::Touching, _) | (_, None) => None,
+                (_, Some(line)) => Some(line.distance(x).0),
             };
             let points = self.bodies[pair.body].mesh().points();
             let sum = DifferenceSum::of(pair.interface.facets(), |sum, facet| {

@@ -42,11 +42,11 @@ impl Profile {
         Some(Self { pieces: Some(pieces), ..found })
     }
 
-    /// Evaluates the gap at a fraction of the edge; for an overlap of smooth curves it is 0.
+    /// Evaluates the distance at a fraction of the edge, m; it is negative if the smooth curves overlap, see [`super::Gap::kept`].
     pub fn at(&self, t: f64) -> f64 {
         let [a, b, c, d] = self.cubic;
         let s = 1.0 - t;
-        (s * s * s * a + 3.0 * s * t * (s * b + t * c) + t * t * t * d).max(0.0)
+        s * s * s * a + 3.0 * s * t * (s * b + t * c) + t * t * t * d
     }
 
     /// Returns the profiles of the edge's two halves.
@@ -63,6 +63,8 @@ impl Profile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::interface::Gap;
+    use crate::space::Plane;
 
     #[test]
     fn halves_are_the_same_cubic() {
@@ -76,7 +78,8 @@ mod tests {
             assert!((right.at(t) - cubic(0.5 + 0.5 * t)).abs() < 1e-14);
         }
         assert_eq!(Profile::through([0.0, 1.0, 2.0, 3.0], 1.0), None);
-        // An overlap counts as closed.
-        assert_eq!(Profile::through([0.0, -1.0, -1.0, 0.0], 1.0).unwrap().at(0.5), 0.0);
+        // An overlap counts as closed, unless it is kept.
+        let overlap = Profile::through([0.0, -1.0, -1.0, 0.0], 1.0).unwrap().at(0.5);
+        assert_eq!([Gap::<Plane>::Geometric, Gap::Interference].map(|gap| gap.kept(overlap)), [0.0, -1.125]);
     }
 }

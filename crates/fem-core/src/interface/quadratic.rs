@@ -22,7 +22,7 @@ impl ContactInterface<Solid> {
                 None => jump(facet.pairs[corner] as usize),
                 Some(clamped) => clamped.jump,
             };
-            let open = [0, 1, 2].map(|corner: usize| gap(of[corner]) - moved(corner));
+            let open = [0, 1, 2].map(|corner: usize| of[corner].gap_vector() - moved(corner));
             ContactFacet::<Solid>::edges()
                 .map(move |[i, j]| 0.5 * (open[i].dot(&of[j].normal) + open[j].dot(&of[i].normal)))
         };
@@ -51,11 +51,6 @@ impl ContactFacet<Solid> {
             pairs.iter().zip(at).map(|(pair, part)| of(pair) * *part).sum()
         };
         let normal = sum(&|pair| pair.normal);
-        sum(&gap).dot(&normal) / normal.length()
+        sum(&NodePair::gap_vector).dot(&normal) / normal.length()
     }
-}
-
-/// Computes the gap of a pair as a vector, m.
-fn gap(pair: &NodePair<Solid>) -> Vector {
-    pair.normal * (pair.gap / pair.normal.dot(&pair.normal))
 }

@@ -101,7 +101,12 @@ const PAIRS: &[Fault] = &[
     ("press", "name = \"stamp\"", "name = \"Table\"", &["cannot name this pair"]),
     ("press", TOP, "surfaces = [\"top\"]\nnormal = [0.0, 1.0]\n", &["no meaning against an obstacle"]),
     ("press", TOP, "surfaces = [\"top\"]\nimposed = \"first\"\n", &["no meaning against an obstacle"]),
-    ("press", BOTTOM, "surfaces = [\"bottom\"]\ngap = -0.1\n", &["`contact.0.gap` is negative"]),
+    (
+        "press",
+        BOTTOM,
+        "surfaces = [\"bottom\"]\ngap = -0.1\ninterference = true\n",
+        &["`contact.0.interference` keeps"],
+    ),
     ("assembly", "bodies = [\"roller\", \"base\"]\n", "", &["`contact.0.bodies` is missing"]),
     ("assembly", "[\"roller\", \"base\"]", "[\"roller\", \"roller\"]", &["a body cannot touch itself"]),
     (

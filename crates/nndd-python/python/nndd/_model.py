@@ -493,8 +493,10 @@ class Contact:
     surfaces : str or sequence
         A side of each of the bodies; each may be a list of sides.
     gap : number, expression, (n,) array, function or "geometric", optional
-        Initial gap, m: an array has a value at each node of the first body's mesh; "geometric" is measured between the meshes. By
-        default the surfaces must touch.
+        Initial gap, m, negative for an interference: an array has a value at each node of the first body's mesh; "geometric" is measured
+        between the meshes. By default the surfaces must touch.
+    interference : bool, optional
+        Keeps a drawn overlap as a negative gap, which is then measured.
     friction : Friction, optional
         The law; by default the surfaces slide freely.
     normal : (2,) array_like, optional
@@ -516,6 +518,7 @@ class Contact:
         surfaces: Union[str, Sequence[Sides]],
         *,
         gap: Optional[Datum] = None,
+        interference: bool = False,
         friction: Optional[Friction] = None,
         normal: Optional[Pair] = None,
         direction: Optional[Vector] = None,
@@ -536,6 +539,7 @@ class Contact:
         self.name = name
         self._keys: dict[str, Any] = {
             "gap": gap,
+            "interference": interference or None,
             "normal": normal,
             "direction": direction,
             "imposed": imposed,

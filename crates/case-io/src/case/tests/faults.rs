@@ -200,7 +200,11 @@ fn numbers_must_be_finite_and_in_range() {
             "c.toml:8:63: `body.0.generator.size.1` is ",
         );
     }
-    refused("gap = -1.0", "c.toml:15:7: `contact.gap` is negative");
+    refused(
+        "gap = -1.0\ninterference = true",
+        "c.toml:16:16: `contact.interference` keeps an overlap that is drawn",
+    );
+    refused("friction = 0.3", "c.toml:15:12: `contact.friction` is a number, and friction is a law");
     refused("[model]\nthickness = 0", "c.toml:16:13: `model.thickness` is 0; expected a number > 0");
     refused("[solver]\ntheta = 0", "c.toml:16:9: `solver.theta` is 0; expected a number > 0, or \"auto\"");
     refused("[solver]\ntheta = \"aut\"", "c.toml:16:9: `solver.theta` is the string \"aut\"");
@@ -344,6 +348,37 @@ fn relaxation_is_by_steps_or_by_tolerance() {
 fn refused_too(rest: &str, expected: &str) {
     let found = faults(&minimal(rest));
     assert!(found.iter().any(|f| f.starts_with(expected)), "{found:#?}");
+}
+
+#[test]
+fn words_of_other_programs_get_a_sentence() {
+    for (rest, sentence) in [
+        ("[model]\nhypothesis = \"axisymmetric\"", "there are no problems with an axis of symmetry"),
+        ("mu = 0.3", "`friction = { law = \"coulomb\", mu = 0.3 }`"),
+        ("friction = 0.3", "`friction = { law = \"coulomb\", mu = 0.3 }`"),
+        ("[solver]\nNLgeom = true", "displacements and strains are small throughout"),
+        ("clearance = 0.1", "this is `gap`"),
+    ] {
+        let found = faults(&minimal(rest));
+        assert!(found.len() == 1 && found[0].contains(sentence), "{found:#?}");
+    }
+}
+
+#[test]
+fn a_modulus_that_no_solid_has_in_the_units_is_a_warning() {
+    let said = |young: &str, units: &str| -> Vec<String> {
+        let text =
+            minimal(&format!("[units]\n{units}")).replacen("young = 1.0", &format!("young = {young}"), 1);
+        Case::parse(&text, "c", &[]).unwrap().warnings().iter().map(ToString::to_string).collect()
+    };
+    let millimetres = "length = \"mm\"\nforce = \"N\"";
+    let found = said("210e9", millimetres).concat();
+    assert!(found.contains("2.1e17 Pa") && found.contains("if it is in Pa, write 2.1e5"), "{found}");
+    let found = said("0.21", "length = \"m\"\nforce = \"N\"").concat();
+    assert!(found.contains("if it is in GPa, write 2.1e8"), "{found}");
+    assert!(said("210e3", millimetres).is_empty());
+    // The names of other units are not known.
+    assert!(said("210e9", "length = \"ell\"\nforce = \"N\"").is_empty());
 }
 
 #[test]
