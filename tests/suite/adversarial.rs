@@ -62,6 +62,18 @@ fn the_default_relaxation_leaves_little_to_gain() {
 }
 
 #[test]
+fn bonded_bodies_keep_every_promise() {
+    let trials: Vec<Trial> = (0..16).into_par_iter().map(|k| Trial::new(30 * k + 23).unwrap()).collect();
+    for trial in &trials {
+        let violations: Vec<_> = trial.violations().collect();
+        assert!(violations.is_empty(), "{}: {violations:?}", trial.number);
+    }
+    let refused: Vec<_> =
+        trials.iter().filter(|t| t.code != 0).map(|t| (t.number, t.code, &t.reason)).collect();
+    assert!(2 * refused.len() < trials.len(), "{refused:#?}");
+}
+
+#[test]
 fn the_table_of_keys_names_the_features_that_draw_them() {
     let table: toml::Table = tests::matrix::KEYS.parse().unwrap();
     let problems: Vec<Problem> = (0..600).map(|n| Problem::new(n).unwrap()).collect();

@@ -9,6 +9,7 @@
 //! common, by whatever settings and on whatever nested meshes; two fields are not farther apart than both their bounds together; a finer
 //! admissible field has not less energy than the bound allows. Some problems have linear solutions or forces that equilibrium gives.
 
+mod bonded;
 mod draw;
 mod judge;
 mod layouts;
@@ -24,7 +25,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 76] = [
+pub const FEATURES: [&str; 79] = [
     "no contact",
     "one body",
     "two bodies",
@@ -101,9 +102,12 @@ pub const FEATURES: [&str; 76] = [
     "Coulomb steps",
     "labels of units",
     "limits",
+    "bonded pair",
+    "offset of a bond",
+    "contact beside a bond",
 ];
 
-/// One of this many problems has a corner of one side, and one has a pin that may spin. They are not among the layouts, so that the other
+/// One of this many problems has a corner of one side, one has a pin that may spin, and one has bonded bodies. They are not among the layouts, so that the other
 /// problems keep their numbers.
 const SELDOM: u64 = 30;
 /// One of this many problems is a press fit, so that the other problems keep their numbers.
@@ -174,6 +178,7 @@ impl Problem {
             _ if d.presses => presses[layout % presses.len()](&mut d)?,
             7 => layouts::spun(&mut d)?,
             15 => layouts::kinked(&mut d)?,
+            23 => bonded::layout(&mut d)?,
             _ => LAYOUTS[layout](&mut d)?,
         };
         if last != 1.0 {

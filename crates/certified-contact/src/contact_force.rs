@@ -48,6 +48,12 @@ pub enum NoContactForce {
         /// The pair, from 0.
         pair: usize,
     },
+    /// Both sides belong to one body, which bonds made.
+    #[error("both sides of contact line {} belong to bonded bodies", pair + 1)]
+    WithinABody {
+        /// The pair, from 0.
+        pair: usize,
+    },
     /// Neither body can move the whole line along its normal.
     #[error(
         "neither body can move all of contact line {} by one length along its normal: supports or other contact lines hold a node of it",
@@ -60,6 +66,18 @@ pub enum NoContactForce {
     /// The bound of the error overflows.
     #[error("the bound of the error is not finite")]
     NotFinite,
+}
+
+impl NoContactForce {
+    /// Gives the pair another number.
+    pub(crate) fn renumbered(self, number: impl Fn(usize) -> usize) -> Self {
+        match self {
+            Self::Bent { pair } => Self::Bent { pair: number(pair) },
+            Self::WithinABody { pair } => Self::WithinABody { pair: number(pair) },
+            Self::Held { pair } => Self::Held { pair: number(pair) },
+            Self::NoLine | Self::NotFinite => self,
+        }
+    }
 }
 
 /// The displacement `w` of one body.
@@ -106,6 +124,9 @@ fn of_pair<S: Recovery>(
 ) -> Result<[f64; 2], NoContactForce> {
     let pair = &problem.problem().contacts[k];
     let held = NoContactForce::Held { pair: k };
+    if pair.is_within_a_body() {
+        return Err(NoContactForce::WithinABody { pair: k });
+    }
     if pair.interface.has_bent_facets() || pair.interface.pairs().iter().any(|p| p.normal_length() != 1.0) {
         return Err(NoContactForce::Bent { pair: k });
     }

@@ -2,7 +2,7 @@
 
 use contact_geometry::RefineError;
 use cre_estimator::EstimatorError;
-use fem_core::interface::{ContactProblem, InterfaceError, LoadFactorError};
+use fem_core::interface::{BondError, ContactProblem, InterfaceError, LoadFactorError};
 use fem_core::prepared::{AssemblyMotion, PrepareError};
 use fem_core::space::{Plane, Space};
 use nndd::{NnddError, UnresistedMotion};
@@ -30,6 +30,9 @@ pub enum SolveError<S: Space = Plane> {
         /// A motion that no forces within the cones resist, with the load along it. The bodies may move otherwise.
         motion: AssemblyMotion<S>,
     },
+    /// Bonded bodies cannot become one.
+    #[error(transparent)]
+    Bonds(#[from] BondError),
     /// The iteration cannot be run.
     #[error(transparent)]
     Nndd(NnddError),

@@ -58,6 +58,7 @@
 //! [`Observer`] reports its progress.
 
 mod adapt;
+mod bonded;
 mod bounds;
 mod checkpoint;
 mod contact_force;
@@ -104,7 +105,9 @@ pub use nndd;
 pub use observer::{Observer, Phase, Silent};
 pub use reactions::{Balance, Reaction, RigidSideResults};
 pub use recovered_pressure::recovered_pressure;
-pub use results::{FrictionResults, PairResults, PatchResults, PeakStress, PrincipalStress, Results};
+pub use results::{
+    BondResults, FrictionResults, PairResults, PatchResults, PeakStress, PrincipalStress, Results,
+};
 pub use settings::{Criterion, Imposed, Settings, prefers_exact, suits_iteration};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;

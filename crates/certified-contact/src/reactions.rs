@@ -5,10 +5,9 @@ use fem_core::dense::pseudo_inverse;
 use fem_core::directions::Directions;
 use fem_core::field;
 use fem_core::geometry::{Coordinates, norm};
-use fem_core::interface::Partner;
+use fem_core::interface::{ContactProblem, Partner};
 use fem_core::mesh::Mesh;
 use fem_core::mesh::id::NodeId;
-use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use fem_core::space::{Plane, Space};
 use nalgebra::DMatrix;
@@ -191,15 +190,15 @@ fn shares<S: Space>(force: S::Vector, holders: &[Holder<S>]) -> Vec<(usize, S::V
     shares
 }
 
-/// Adds the reactions of a body's supports and of its rigid sides, and returns its balance.
+/// Adds the reactions of a body's supports and of its rigid sides, and returns its balance. At nodes of bonds they have no reactions: those of the joined
+/// bodies know them.
 pub(crate) fn support_reactions<S: Space>(
-    prepared: &PreparedProblem<S>,
+    (problem, external_forces): (&ContactProblem<S>, &[Vec<S::Vector>]),
     iterate: &Iterate,
     (b, displacement): (usize, &[S::Vector]),
     mut residual: Vec<S::Vector>,
     (reactions, rigid_sides): (&mut Vec<Reaction<S>>, &mut Vec<RigidSideResults<S>>),
 ) -> Balance<S> {
-    let problem = prepared.problem();
     let body = &problem.bodies[b];
     let centroid = centroid(body.mesh());
     let arm = |node: usize| body.mesh().points()[node] - centroid;
@@ -217,8 +216,16 @@ pub(crate) fn support_reactions<S: Space>(
             balance.add(arm(node), force);
         }
     }
-    for (node, force) in prepared.external_forces()[b].iter().enumerate() {
+    for (node, force) in external_forces[b].iter().enumerate() {
         balance.add(arm(node), *force);
+    }
+    for pair in problem.contacts.iter().filter(|pair| pair.is_bonded()) {
+        // What is left at a node of a bond is the force of the bond and of supports there.
+        let Some(side) = pair.side_of(Partner::Body(b)) else { continue };
+        for of in pair.interface.pairs() {
+            let node = of.nodes[side].index();
+            balance.add(arm(node), std::mem::take(&mut residual[node]));
+        }
     }
     let mut holders: Vec<Vec<Holder<S>>> = vec![Vec::new(); residual.len()];
     for (support, set) in body.supports().iter().enumerate() {

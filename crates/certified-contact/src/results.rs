@@ -7,10 +7,9 @@ use crate::recovered_pressure::recovered_pressure;
 use crate::space::ContactSpace;
 use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress, Recovery};
 use fem_core::body::Body;
-use fem_core::geometry::norm;
+use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::{ContactArea, ContactPatch, ContactProblem};
 use fem_core::mesh::id::NodeId;
-use fem_core::prepared::PreparedProblem;
 use fem_core::space::{Plane, Space};
 use nndd::Iterate;
 
@@ -46,6 +45,20 @@ pub struct PairResults<S: Space = Plane> {
     pub min_opening: f64,
     /// The results of friction; `None` without friction.
     pub friction: Option<FrictionResults<S>>,
+    /// The results of a bond; `None` if the pair is in contact. A bonded pair has no pressure.
+    pub bond: Option<BondResults<S>>,
+}
+
+/// The results of a bonded pair.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BondResults<S: Space = Plane> {
+    /// The largest mean normal traction of a facet, Pa, by the equilibrated stress; 0 without tension.
+    pub max_tension: f64,
+    /// The middle of that facet, m; `None` without tension.
+    pub at: Option<S::Vector>,
+    /// The normal traction at each pair of nodes, the mean of the facets around, Pa: negative in tension, like a pressure.
+    pub pressure: Vec<f64>,
 }
 
 /// The force of a patch of [`ContactArea::patches`].
@@ -140,14 +153,13 @@ pub struct Results<S: Space = Plane> {
 
 /// Computes the results of an iteration.
 ///
-/// * `low`: low-order parts of the displacements (their rounding errors), if known.
+/// * `external_forces`: of each body, N/m; `low`: low-order parts of the displacements (their rounding errors), if known.
 pub(crate) fn results<S: ContactSpace>(
-    prepared: &PreparedProblem<S>,
+    (problem, external_forces): (&ContactProblem<S>, &[Vec<S::Vector>]),
     iterate: &Iterate,
     estimate: &Estimate<S>,
     low: Option<Vec<Vec<S::Vector>>>,
 ) -> Results<S> {
-    let problem = prepared.problem();
     let pair = &estimate.pair;
     let low = |b: usize| low.as_ref().map(|low| &low[b]);
     let (mut reactions, mut rigid_sides) = (Vec::new(), Vec::new());
@@ -155,7 +167,13 @@ pub(crate) fn results<S: ContactSpace>(
     for (b, fields) in pair.bodies.iter().enumerate() {
         let forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
         let held = (&mut reactions, &mut rigid_sides);
-        balance.push(support_reactions(prepared, iterate, (b, &fields.displacement), forces, held));
+        balance.push(support_reactions(
+            (problem, external_forces),
+            iterate,
+            (b, &fields.displacement),
+            forces,
+            held,
+        ));
     }
     let von_mises = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
         let values = fields.stress.iter().enumerate().map(|(t, s)| S::von_mises(body.material(t), *s));
@@ -165,7 +183,8 @@ pub(crate) fn results<S: ContactSpace>(
     let means = problem.bodies.iter().zip(&estimate.mean_stress);
     let recovered: Vec<RecoveredStress<S>> = means.map(|(body, of)| RecoveredStress::new(body, of)).collect();
     let peak_stress = peak_stress(problem, &recovered);
-    let contacts: Vec<PairResults<S>> = pairs().map(|pair| of_pair(&pair)).collect();
+    let contacts: Vec<PairResults<S>> =
+        pairs().map(|pair| with_bond(of_pair(&pair), &pair, estimate)).collect();
     let stretches: Vec<Stretch> = pairs().flat_map(|pair| S::stretches(&pair)).collect();
     Results {
         energy_norm_squared: estimate.energy_norm_squared.clone(),
@@ -173,7 +192,12 @@ pub(crate) fn results<S: ContactSpace>(
         contact_intervals: contacts.first().map(|pair| pair.contact_intervals.clone()).unwrap_or_default(),
         max_pressure: largest(contacts.iter().map(|pair| pair.max_pressure)),
         max_facet_pressure: largest(contacts.iter().map(|pair| pair.max_facet_pressure)),
-        min_opening: contacts.iter().map(|pair| pair.min_opening).reduce(f64::min).unwrap_or(0.0),
+        min_opening: contacts
+            .iter()
+            .filter(|pair| pair.bond.is_none())
+            .map(|pair| pair.min_opening)
+            .reduce(f64::min)
+            .unwrap_or(0.0),
         contacts,
         contact_stretches: stretches,
         reactions,
@@ -289,5 +313,43 @@ fn of_pair<S: ContactSpace>(of: &PairForces<'_, S>) -> PairResults<S> {
         active: of.force.iter().filter(|r| **r > 0.0).count(),
         min_opening: of.distances(of.opening).fold(f64::INFINITY, f64::min),
         friction: friction(of),
+        bond: None,
     }
+}
+
+/// Adds what the bond of a pair carries to its results, which are zero otherwise: by the tractions of the equilibrated stress.
+fn with_bond<S: ContactSpace>(
+    results: PairResults<S>,
+    of: &PairForces<'_, S>,
+    estimate: &Estimate<S>,
+) -> PairResults<S> {
+    let pair = &of.problem.contacts[of.pair];
+    if !pair.is_bonded() {
+        return results;
+    }
+    let mesh = of.problem.bodies[pair.body].mesh();
+    let moments = &estimate.pair.bodies[pair.body].equilibrated.facet_moments;
+    let (mut resultant, mut moment) = (S::Vector::default(), S::Spin::default());
+    let mut bond = BondResults { max_tension: 0.0, at: None, pressure: vec![0.0; of.force.len()] };
+    for contact in of.interface.facets() {
+        let facet = contact.facets[0];
+        let (nodes, normal) = (mesh.topology().facets()[facet], mesh.facet_normal(facet));
+        let mut sum = S::Vector::default();
+        for (node, force) in nodes.into_iter().zip(moments[facet]) {
+            sum += force;
+            moment += S::moment(of.points[node.index()], force);
+            for k in contact.pairs {
+                let of_pair = &of.interface.pairs()[k as usize];
+                if of_pair.nodes[0] == node {
+                    bond.pressure[k as usize] -= force.times(&normal) / of_pair.weight;
+                }
+            }
+        }
+        resultant += sum;
+        let tension = sum.times(&normal) / mesh.facet_measure(facet);
+        if tension > bond.max_tension {
+            (bond.max_tension, bond.at) = (tension, Some(mesh.facet_middle(facet)));
+        }
+    }
+    PairResults { resultant, moment, max_recovered_pressure: None, bond: Some(bond), ..results }
 }

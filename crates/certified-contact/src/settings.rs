@@ -2,7 +2,7 @@
 
 use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::space::{Plane, Space};
 use nndd::{Method, NewtonSettings};
 
@@ -95,7 +95,8 @@ impl<S: Space> Settings<S> {
 /// inside. Measured on stacks and walls of 3 to 288 bodies: at 38 rows it takes a third of the time, at 60 as long or less, at 162 twice as long.
 const FEW_ROWS: usize = 100;
 
-/// Tells whether a problem is left to the exact solution unless a method is named: one with friction, one with obstacles, and an assembly whose
+/// Tells whether a problem is left to the exact solution unless a method is named: one with friction, one with obstacles, one with a pair
+/// within a bonded body, and an assembly whose
 /// bodies have few rows each, unless it is the paper's problem.
 pub fn prefers_exact<S: Space>(problem: &ContactProblem<S>) -> bool {
     // Most rows are those of two bodies.
@@ -103,7 +104,8 @@ pub fn prefers_exact<S: Space>(problem: &ContactProblem<S>) -> bool {
     // Measured on one body above 1 to 64 obstacles, and on beams on rollers: with few rows newton-nn takes four times as long, with 642 to 1752 half
     // as long to twice as long.
     let on_obstacles = !problem.obstacles.is_empty();
-    problem.has_friction() || (few || on_obstacles) && !suits_iteration(problem)
+    let within = problem.contacts.iter().any(ContactPair::<S>::is_within_a_body);
+    within || problem.has_friction() || (few || on_obstacles) && !suits_iteration(problem)
 }
 
 /// Tells whether a problem is the paper's: one pair without friction, of two bodies that their supports hold, apart from its nodes along the

@@ -1,5 +1,6 @@
 //! The steps from a problem to a certified solution.
 
+use crate::bonded;
 use crate::bounds::Bounds;
 use crate::defect_correction::{self, Corrected};
 use crate::error::SolveError;
@@ -14,7 +15,7 @@ use crate::stopping::{EstimatorStop, enough, rounding};
 use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
 use fem_core::boundary::ScalarData;
 use fem_core::condensation::CondensedBody;
-use fem_core::interface::{ContactPair, ContactProblem, Roles};
+use fem_core::interface::{Bonds, ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
 use fem_core::space::{Plane, Space};
@@ -56,6 +57,24 @@ type StepSolution<S> = (CertifiedSolution<S>, Vec<CondensedBody<S>>);
 /// Solves and certifies a load step, and returns the factorised bodies as well.
 pub(crate) fn solve_step<S: ContactSpace>(
     problem: ContactProblem<S>,
+    mut previous: Previous<Start, S>,
+    settings: &Settings<S>,
+    observer: &mut dyn Observer<S>,
+) -> Result<StepSolution<S>, SolveError<S>> {
+    let Some(mut bonds) = Bonds::new(&problem)? else {
+        return solve_joined(problem, previous, settings, observer);
+    };
+    previous.start = previous.start.map(|start| bonded::start_of(&bonds, &start));
+    let settings = bonded::settings_of(&bonds, settings);
+    let joined = bonds.take_joined();
+    let found = solve_joined(joined, previous, &settings, observer);
+    let (solution, bodies) = found.map_err(|error| error.of_members(&bonds))?;
+    Ok((bonded::separated(problem, bonds, solution), bodies))
+}
+
+/// [`solve_step`] of a problem without bonded pairs.
+fn solve_joined<S: ContactSpace>(
+    problem: ContactProblem<S>,
     previous: Previous<Start, S>,
     settings: &Settings<S>,
     observer: &mut dyn Observer<S>,
@@ -89,6 +108,24 @@ fn initial_lambda<S: Space>(problem: &ContactProblem<S>, lambda: &ScalarData<S>)
 
 /// Solves a finer problem in the order of the coarser one, starting from its solution.
 pub(crate) fn solve_again<S: ContactSpace>(
+    problem: ContactProblem<S>,
+    reason: RoleReason,
+    start: Start,
+    settings: &Settings<S>,
+    observer: &mut dyn Observer<S>,
+) -> Result<CertifiedSolution<S>, SolveError<S>> {
+    let Some(mut bonds) = Bonds::new(&problem)? else {
+        return iterate_again(problem, reason, start, settings, observer);
+    };
+    let (start, settings) = (bonded::start_of(&bonds, &start), bonded::settings_of(&bonds, settings));
+    let joined = bonds.take_joined();
+    let found = iterate_again(joined, reason, start, &settings, observer);
+    let found = found.map_err(|error| error.of_members(&bonds))?;
+    Ok(bonded::separated(problem, bonds, found))
+}
+
+/// [`solve_again`] without bonded pairs.
+fn iterate_again<S: ContactSpace>(
     problem: ContactProblem<S>,
     reason: RoleReason,
     start: Start,
@@ -146,7 +183,9 @@ fn iterate<S: ContactSpace>(
     }
     let last = &nndd.last;
     observer.phase(Phase::Estimate);
-    let results = estimate.as_ref().map(|e| results::results(&problem, last, e, low));
+    let results = estimate
+        .as_ref()
+        .map(|e| results::results((problem.problem(), problem.external_forces()), last, e, low));
     let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, last, e));
     let unknowns = problem.bodies().iter().map(|body| body.dofs().len()).collect();
     let (problem, bodies) = problem.into_parts();

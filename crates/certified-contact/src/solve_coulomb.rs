@@ -10,7 +10,7 @@ use crate::state::state_of;
 use cre_estimator::{Relaxation, estimate_with};
 use fem_core::condensation::CondensedBody;
 use fem_core::contact_system::{ContactSystem, PairRows, RowLaw};
-use fem_core::interface::{ContactPair, ContactProblem};
+use fem_core::interface::{Bonds, ContactPair, ContactProblem};
 use nndd::{CoulombSettings, CoulombStart, NnddError, PairFriction, coulomb_coupling};
 
 /// Solves a contact problem with Coulomb friction in one or more of its pairs. The other pairs keep their law.
@@ -43,6 +43,8 @@ pub(crate) fn solve_coulomb_step<S: ContactSpace>(
     if problem.contacts.iter().all(|pair| pair.friction.coulomb().is_none()) {
         return Err(SolveError::NoCoulomb);
     }
+    // Friction beside bonds is refused.
+    Bonds::new(&problem)?;
     let prepared = prepare(problem, previous.bodies, observer)?;
     observer.phase(Phase::Iterations);
     let proceed = || !observer.should_stop() && !observer.must_stop();
@@ -62,7 +64,7 @@ pub(crate) fn solve_coulomb_step<S: ContactSpace>(
         Some(signs) => couplings(&system, signs).map_err(of_nndd)?,
         None => (None, None),
     };
-    let results = results(&prepared, &last, &estimate, None);
+    let results = results((prepared.problem(), prepared.external_forces()), &last, &estimate, None);
     let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
     let (problem, bodies) = prepared.into_parts();
     let one_sign = signs.is_some();

@@ -1,9 +1,10 @@
 //! The question whether an assembly is held, in words of its bodies.
 
+use crate::bonded;
 use crate::error::{SolveError, in_bodies};
 use crate::space::ContactSpace;
 use fem_core::body::RigidMotion;
-use fem_core::interface::{ContactProblem, Partner};
+use fem_core::interface::{Bonds, ContactProblem, Partner};
 use fem_core::prepared::AssemblyMotion;
 use fem_core::space::{Plane, Space};
 use nndd::UnresistedMotion;
@@ -45,6 +46,14 @@ pub struct Support<S: Space = Plane> {
 /// # Errors
 /// Numbers that are not finite; [`SolveError::OutsideCones`] if no forces within the cones of Coulomb friction balance the loads.
 pub fn support<S: ContactSpace>(problem: &ContactProblem<S>) -> Result<Support<S>, SolveError<S>> {
+    if let Some(mut bonds) = Bonds::new(problem)? {
+        let found = support(&bonds.take_joined()).map_err(|error| error.of_members(&bonds))?;
+        return Ok(Support {
+            free_motions: of_members(&bonds, found.free_motions),
+            unresisted: found.unresisted.map(|of| bonded::of_members(&bonds, of)),
+            forces: Vec::new(),
+        });
+    }
     let problem = &S::without_spin(problem.clone())?;
     let found =
         nndd::support(&problem.contact_rows()).map_err(|error| SolveError::of_nndd(problem, error))?;
@@ -63,8 +72,25 @@ pub fn support<S: ContactSpace>(problem: &ContactProblem<S>) -> Result<Support<S
 pub fn free_motions<S: ContactSpace>(
     problem: &ContactProblem<S>,
 ) -> Result<Vec<FreeMotion<S>>, SolveError<S>> {
+    if let Some(mut bonds) = Bonds::new(problem)? {
+        let found = free_motions(&bonds.take_joined())?;
+        return Ok(of_members(&bonds, found));
+    }
     let found = nndd::free_motions(&problem.contact_rows()).map_err(SolveError::Nndd)?;
     Ok(free_in_bodies(problem, &found))
+}
+
+/// Says which of the given bodies move.
+fn of_members<S: Space>(bonds: &Bonds<S>, found: Vec<FreeMotion<S>>) -> Vec<FreeMotion<S>> {
+    let members = |(partner, motion): (Partner, RigidMotion<S>)| -> PartnerMotions<S> {
+        match partner.body() {
+            Some(body) => bonds.members(body).map(|member| (Partner::Body(member), motion)).collect(),
+            None => vec![(partner, motion)],
+        }
+    };
+    let of =
+        |of: FreeMotion<S>| FreeMotion { bodies: of.bodies.into_iter().flat_map(members).collect(), ..of };
+    found.into_iter().map(of).collect()
 }
 
 fn free_in_bodies<S: ContactSpace>(

@@ -155,7 +155,7 @@ pub(super) fn pair_with<S: Space>(
     let (distance, normal) = line.distance(point);
     let gap = match gap {
         Some(Gap::Given(data)) => data.at(point),
-        Some(Gap::Touching) => 0.0,
+        Some(Gap::Touching | Gap::Bonded { .. }) => 0.0,
         Some(Gap::Interference) => distance,
         Some(Gap::Geometric) | None => {
             let size = body.mesh().diagonal();

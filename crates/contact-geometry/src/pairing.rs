@@ -81,7 +81,7 @@ pub(super) fn pair_surfaces(
         }
         (None, gap) => {
             let partner = match gap {
-                Gap::Given(_) | Gap::Touching => {
+                Gap::Given(_) | Gap::Touching | Gap::Bonded { .. } => {
                     let nodes = chain.iter().flat_map(|s| s.nodes.iter().copied());
                     matching::nearest(bodies, edges, nodes, |point| point)?
                 }
@@ -120,7 +120,7 @@ pub(super) fn pair_surfaces(
             }
             given_gap(points, &mut pairs, data)?;
         }
-        Gap::Touching => surfaces.check_touching(points, &pairs)?,
+        Gap::Touching | Gap::Bonded { .. } => surfaces.check_touching(points, &pairs)?,
         Gap::Geometric | Gap::Interference => surfaces.take_gaps(points, &mut pairs, gap)?,
     }
     depth::check(bodies.map(Some), &pairs, &edges)?;

@@ -329,7 +329,7 @@ fn middle_pair(
     };
     let factor = interface.gap_factor();
     let gap = match (interface.gap(), profile) {
-        (Gap::Touching, _) => 0.0,
+        (Gap::Touching | Gap::Bonded { .. }, _) => 0.0,
         (Gap::Given(data), _) => factor * scale * data.at(point),
         (gap, Some(profile)) => {
             let distance = profile.pieces.as_ref().and_then(measured).unwrap_or_else(|| profile.at(0.5));

@@ -134,7 +134,9 @@ pub(super) fn pair_known(
     for facet in &mut facets {
         facet.bent = check_face(bodies, facet, &pairs)?;
     }
-    pairs.iter().try_for_each(|pair| check_supports(bodies, pair))?;
+    if !gap.is_bonded() {
+        pairs.iter().try_for_each(|pair| check_supports(bodies, pair))?;
+    }
     // Surfaces laid over each other face each other along one direction, not along their normals.
     let is_overlay = known.is_some() && flat.is_none();
     let drawn = match is_overlay {
@@ -149,8 +151,10 @@ pub(super) fn pair_known(
             check_distances(points, &pairs, &facets, (drawn.gaps(), apart))?;
             pairing::given_gap(points, &mut pairs, data)?;
         }
-        Gap::Touching if is_overlay => check_distances(points, &pairs, &facets, (drawn.gaps(), apart))?,
-        Gap::Touching => found.check_touching(points, &pairs)?,
+        Gap::Touching | Gap::Bonded { .. } if is_overlay => {
+            check_distances(points, &pairs, &facets, (drawn.gaps(), apart))?
+        }
+        Gap::Touching | Gap::Bonded { .. } => found.check_touching(points, &pairs)?,
         Gap::Geometric | Gap::Interference => found.take_gaps(points, &mut pairs, gap)?,
     }
     depth::check(bodies.map(Some), &pairs, &facets)?;

@@ -301,7 +301,9 @@ impl FinerSurface {
                 _ => {}
             }
             check_gap(pair, at[0])?;
-            check_supports(bodies, pair)?;
+            if !interface.gap().is_bonded() {
+                check_supports(bodies, pair)?;
+            }
         }
         for facet in &mut facets {
             facet.bent = check_face(bodies, facet, &pairs)?;

@@ -272,9 +272,16 @@ impl Rows {
                 // The pressure acts against the normal on the first body.
                 let sign = if side == 0 { 1.0 } else { -1.0 };
                 let entries = work(k, &motion).into_iter().zip(tractions.lines[k].start..);
-                line.extend(entries.map(|(w, at)| (at, sign * without_rounding(w, most * sizes[at]))));
+                line.extend(entries.map(|(w, at)| (at, sign * w)));
             }
-            matrix.push(line);
+            // A pair within a body has both sides there.
+            line.sort_by_key(|(at, _)| *at);
+            line.dedup_by(|next, sum| {
+                let same = next.0 == sum.0;
+                sum.1 += if same { next.1 } else { 0.0 };
+                same
+            });
+            matrix.push(line.into_iter().map(|(at, w)| (at, without_rounding(w, most * sizes[at]))));
             loads.push(of.load);
         }
         let groups: Vec<usize> =

@@ -53,12 +53,12 @@ pub struct Estimate<S: Space = Plane> {
     /// `a(u, u)` of the state's displacements in each body, J/m.
     pub energy_norm_squared: Vec<f64>,
     /// The energy norm of each body up to which its displacements may be rigid motions and rounding, square root of J/m.
-    energy_rounding: Vec<f64>,
+    pub(crate) energy_rounding: Vec<f64>,
     /// The mean of `τ` in every triangle of each body, Pa.
     pub mean_stress: Vec<Vec<S::Tensor>>,
-    indicators: Indicators,
+    pub(crate) indicators: Indicators,
     /// True if a limit of friction is `μ p` of the estimate itself.
-    coulomb: bool,
+    pub(crate) coulomb: bool,
 }
 
 /// The numbers that are bounds if the checks pass, square root of J/m.
@@ -232,7 +232,8 @@ impl<'a, S: Recovery> Estimator<'a, S> {
         let (mut admissibility, mut cells) = check_and_measure(problem, &pair, noise, accuracy);
         let distances = cells.iter_mut().map(|cells| std::mem::take(&mut cells.distances)).collect();
         let cre = Cre::from_cells(problem, &pair, distances);
-        let energy_norm_squared = energies(problem, &pair)?;
+        let energy_norm_squared = energies(problem, &pair);
+        check_sizes(&pair, &energy_norm_squared)?;
         let residuals = round_off::residuals(prepared, &pair, &cells, accuracy);
         let mean_stress = cells.into_iter().map(|cells| cells.mean).collect();
         let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), frozen, noise);
@@ -330,7 +331,10 @@ struct Measured<S: Space> {
 
 /// Computes `64 ε √(Σ A tr(E) (Σ_k |u_k| |∇φ_k|)²)` of the triangles of each body: the energy norm without the cancellation of a rigid
 /// motion.
-fn energy_rounding<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePair<S>) -> Vec<f64> {
+pub(crate) fn energy_rounding<S: Recovery>(
+    problem: &ContactProblem<S>,
+    pair: &AdmissiblePair<S>,
+) -> Vec<f64> {
     let energy = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
         let mesh = body.mesh();
         sum_over_cells(fields.stress.len(), |t| {
@@ -345,14 +349,15 @@ fn energy_rounding<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePa
     problem.bodies.iter().zip(&pair.bodies).map(|of| 64.0 * f64::EPSILON * energy(of).sqrt()).collect()
 }
 
-/// Computes `a(u, u)` of each body.
-fn energies<S: Recovery>(
-    problem: &ContactProblem<S>,
-    pair: &AdmissiblePair<S>,
-) -> Result<Vec<f64>, EstimatorError> {
+/// Computes `a(u, u)` of each body, J/m.
+pub(crate) fn energies<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePair<S>) -> Vec<f64> {
     let energy =
         |(body, fields): (&Body<S>, &AdmissibleBody<S>)| product(body, &fields.stress, &fields.stress);
-    let energies: Vec<f64> = problem.bodies.iter().zip(&pair.bodies).map(energy).collect();
+    problem.bodies.iter().zip(&pair.bodies).map(energy).collect()
+}
+
+/// Refuses energies that underflow.
+fn check_sizes<S: Recovery>(pair: &AdmissiblePair<S>, energies: &[f64]) -> Result<(), EstimatorError> {
     // Squares of smaller numbers underflow, and the checks with them.
     let largest = |fields: &AdmissibleBody<S>| {
         largest_of(fields.stress.len(), |t| {
@@ -365,5 +370,5 @@ fn energies<S: Recovery>(
     if stress > 0.0 && (stress * stress).min(energy) < SMALLEST_SQUARE {
         return Err(EstimatorError::TooSmall { stress, energy });
     }
-    Ok(energies)
+    Ok(())
 }

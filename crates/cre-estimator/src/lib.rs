@@ -92,6 +92,7 @@ mod measures;
 mod node_lines;
 mod openings;
 pub mod parts;
+mod parts_of_bonds;
 mod plane;
 pub mod pressure;
 #[cfg(test)]

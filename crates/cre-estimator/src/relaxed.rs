@@ -137,7 +137,10 @@ fn relax_bodies<'a, S: Recovery>(
 
 /// Tells whether a body carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts.
 pub(crate) fn freezes_lambda<S: Recovery>(problem: &ContactProblem<S>, b: usize) -> bool {
-    let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == Partner::Body(b);
+    let imposed = |(k, _): (usize, usize)| {
+        let pair = &problem.contacts[k];
+        pair.imposed() == Partner::Body(b) && !pair.is_within_a_body()
+    };
     let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_facets();
     let sides = || problem.sides_of(Partner::Body(b));
     problem.carries_lambda(b) && sides().all(imposed) && sides().all(straight)

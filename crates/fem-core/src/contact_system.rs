@@ -234,8 +234,17 @@ impl ContactRows {
             let moved = problem.moved_by(of);
             let place = of.partner.place(found.bodies);
             let traces = sides[place].iter().flat_map(|side| found.traces_of(problem, *side, &moved));
+            let mut traces: Vec<(usize, f64)> = traces.collect();
+            // A pair within a body has both sides there.
+            traces.sort_by_key(|(row, _)| *row);
+            traces.dedup_by(|next, sum| {
+                let same = next.0 == sum.0;
+                sum.1 += if same { next.1 } else { 0.0 };
+                same
+            });
             let largest = largest(&moved);
-            let traces = traces.map(|(row, trace)| (row, without_rounding(trace, largest))).collect();
+            let traces =
+                traces.into_iter().map(|(row, trace)| (row, without_rounding(trace, largest))).collect();
             let load = without_rounding(of.load, load_sizes[place] * largest);
             found.motions.push(RowMotion { partner: of.partner, traces, load });
         }

@@ -3,6 +3,7 @@
 //! Its types have a [`Space`] as parameter. Arc lengths, clamped ends and friction are those of the plane.
 
 mod area;
+mod bonds;
 mod clamped_ends;
 mod clamped_pairs;
 mod error;
@@ -27,6 +28,7 @@ use std::ops::{Add, Mul};
 
 pub use crate::rigid_line::RigidLine;
 pub use area::{ContactArea, ContactPatch};
+pub use bonds::{BondError, Bonds, Part};
 pub use clamped_ends::Line;
 pub use clamped_pairs::{ClampedCorner, ClampedPair};
 pub use error::InterfaceError;
@@ -179,12 +181,22 @@ pub enum Gap<S: Space = Plane> {
     Geometric,
     /// Measured like [`Self::Geometric`], but an overlap that is drawn is kept: a negative gap, the interference of a press fit.
     Interference,
+    /// None: the surfaces touch as for [`Gap::Touching`] and are bonded, see [`Bonds`].
+    Bonded {
+        /// The displacement of the first body less that of the second, m.
+        offset: S::Vector,
+    },
 }
 
 impl<S: Space> Gap<S> {
     /// Tells whether the gap is the distance of the drawn surfaces.
     pub fn is_measured(&self) -> bool {
         matches!(self, Self::Geometric | Self::Interference)
+    }
+
+    /// Tells whether the surfaces are bonded.
+    pub fn is_bonded(&self) -> bool {
+        matches!(self, Self::Bonded { .. })
     }
 
     /// Returns the gap for a measured distance, m: an overlap is closed, unless it is to be kept.

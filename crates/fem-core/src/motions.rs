@@ -148,6 +148,9 @@ impl ContactProblem {
         let mut of_polygon = 0.0;
         for (pair, rows) in self.contacts.iter().zip(self.normal_rows()) {
             let Some(side) = pair.side_of(Partner::Body(body)) else { continue };
+            if pair.is_within_a_body() {
+                return false;
+            }
             let Some(own) = pair.interface.centre() else { return false };
             // The largest displacement is 1 m, at the radius 1/|spin|.
             if !((own - centre).norm() * motion.spin.abs() <= SAME_CENTRE) {

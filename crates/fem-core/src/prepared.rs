@@ -3,7 +3,7 @@
 use crate::assembly::{AssemblyError, System, external_forces};
 use crate::condensation::{CondensationError, CondensedBody};
 use crate::dof::DofMap;
-use crate::interface::{ContactProblem, Roles};
+use crate::interface::{ContactPair, ContactProblem, Roles};
 use crate::parallel::each_body;
 use crate::space::{Plane, Space};
 
@@ -54,6 +54,12 @@ pub enum PrepareError {
         /// The error of the factorisation.
         source: CondensationError,
     },
+    /// A bonded pair, whose bodies were not joined.
+    #[error("pair {} is bonded; join its bodies first, see `fem_core::interface::Bonds`", pair + 1)]
+    Bonded {
+        /// The pair, from 0.
+        pair: usize,
+    },
     /// The caller ended it.
     #[error("ended before all bodies were factorised")]
     Stopped,
@@ -77,6 +83,9 @@ impl<S: Space> PreparedProblem<S> {
         mut proceed: impl FnMut(Stage) -> bool,
     ) -> Result<Self, PrepareError> {
         let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
+        if let Some(pair) = problem.contacts.iter().position(ContactPair::<S>::is_bonded) {
+            return Err(PrepareError::Bonded { pair });
+        }
         let count = problem.bodies.len();
         before(Stage::Ordering)?;
         let dofs = each_body(count, |b| DofMap::new(&problem.bodies[b], &problem.side(b)));

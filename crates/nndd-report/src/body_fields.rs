@@ -137,7 +137,8 @@ impl<S: ReportSpace> BodyFields<'_, S> {
         for (k, side) in solution.problem.sides_of(Partner::Body(self.body)) {
             for pair in solution.problem.contacts[k].interface.pairs() {
                 let node = pair.nodes[side].index();
-                let slides = !solution.problem.contacts[k].friction.acts();
+                let pair_of = &solution.problem.contacts[k];
+                let slides = !pair_of.friction.acts() && !pair_of.is_bonded();
                 let held: Directions<S> = match model.node_constraints()[node].held.is_none() && slides {
                     true => Directions::along(pair.normal / norm(pair.normal)),
                     false => Directions::ALL,

@@ -141,6 +141,13 @@ fn refuse<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> Result
             S::MOTIONS[..S::DIM].join(", ")
         )));
     }
+    if let Some(pair) = case.contacts.iter().find(|contact| contact.bond.is_some()) {
+        return Err(Failure::invalid(format!(
+            "the pair \"{}\" is bonded, and displacements of other programs are certified without bonds only\n  expected: pairs in \
+             contact\n  fix: mesh the bonded bodies as one, or solve the case with nndd",
+            pair.name
+        )));
+    }
     let Some(pair) = case.contacts.iter().find(|contact| contact.friction.is_some()) else { return Ok(()) };
     Err(Failure::invalid(format!(
         "the pair \"{}\" has friction, and displacements of other programs are certified without friction only\n  expected: \

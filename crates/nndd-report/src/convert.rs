@@ -6,7 +6,7 @@ use case_io::case::Dimension;
 use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{Bonds, ContactProblem};
 use nndd::{Acceleration, CoulombSettings, Method, NewtonSettings, NnddSettings, Weights};
 
 /// Makes the settings of a solve from the settings in a case.
@@ -65,7 +65,8 @@ fn asks_for_iteration<S: Dimension>(case: &Case<S>) -> bool {
 
 /// Returns the method that solves a problem: the one of the case, or what its `auto` chooses.
 pub fn method<S: Dimension>(case: &Case<S>, problem: &ContactProblem<S>) -> case::Method {
-    match settings(case).method_for(problem) {
+    let bonds = Bonds::new(problem).ok().flatten();
+    match settings(case).method_for(bonds.as_ref().map_or(problem, |bonds| &bonds.joined)) {
         Method::Nndd(_) => case::Method::Nndd,
         Method::NewtonNn(_) => case::Method::NewtonNn,
         _ => case::Method::Exact,

@@ -231,10 +231,13 @@ impl Failure {
                 | EstimatorError::Balance(QpError::NotFinite { .. })),
             ) => Self::overflow(source),
             SolveError::Nndd(source @ NnddError::Qp(QpError::NotFinite { .. })) => Self::overflow(source),
-            SolveError::Nndd(e @ NnddError::DependentRows { .. }) => Self::invalid(format!(
-                "{e}\n  expected: a problem that the iteration can solve\n  fix: leave solver.method out, or use \
+            SolveError::Bonds(e) => Self::invalid(e.to_string()),
+            SolveError::Nndd(e @ (NnddError::DependentRows { .. } | NnddError::WithinABody { .. })) => {
+                Self::invalid(format!(
+                    "{e}\n  expected: a problem that the iteration can solve\n  fix: leave solver.method out, or use \
                      method = \"exact\""
-            )),
+                ))
+            }
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::invalid(e.to_string())
             }

@@ -77,7 +77,10 @@ const MOST_PAIRS: usize = 32;
 /// Chooses the pairs that are drawn: if there are several, those under pressure, and of many those with the largest forces. Also returns the
 /// number of all pairs under pressure.
 fn drawn_pairs(contact: &NamedRows<'_>, report: &Report) -> (Vec<usize>, usize) {
-    let pressed = |k: &usize| contact.len() == 1 || contact[*k].1.iter().any(|row| row.pressure > 0.0);
+    let pressed = |k: &usize| {
+        let touches = report.contact[*k].max_tension.is_none();
+        touches && (contact.len() == 1 || contact[*k].1.iter().any(|row| row.pressure > 0.0))
+    };
     let mut pairs: Vec<usize> = (0..contact.len()).filter(pressed).collect();
     let count = pairs.len();
     if count > MOST_PAIRS {

@@ -126,9 +126,10 @@ fn contact_summary<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, k: 
     let kind = if pair.partner.is_obstacle() { "obstacle" } else { "bodies" };
     ContactSummary {
         name: case.contacts[k].name.clone(),
+        law: if pair.is_bonded() { "bonded" } else { "unilateral" }.to_owned(),
         kind: kind.to_owned(),
         bodies: pair.partners().into_iter().filter_map(name).collect(),
-        imposed: name(pair.imposed()).unwrap_or_default(),
+        imposed: name(pair.imposed()).filter(|_| !pair.is_bonded()).unwrap_or_default(),
         pairs: pair.interface.pairs().len(),
         line: S::contact_line(pair, found),
         surface: S::contact_surface(pair, found),
@@ -141,6 +142,7 @@ fn contact_summary<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, k: 
         max_pressure_recovered: found.and_then(|found| found.max_recovered_pressure),
         active: found.map(|found| found.active),
         min_opening: found.map(|found| found.min_opening),
+        max_tension: found.and_then(|found| found.bond.as_ref()).map(|bond| bond.max_tension),
         friction: found.and_then(|found| found.friction.as_ref()).map(|found| FrictionSummary {
             law: case.contacts[k].friction.as_ref().map_or("", |friction| friction.law()).to_owned(),
             mu: pair.friction.coulomb(),
@@ -333,7 +335,8 @@ pub(crate) fn contact_rows<S: ReportSpace>(solution: &Fields<'_, S>, pair: usize
             .map(|(k, node)| node.normal_length() * solution.last.contact.normal_reaction[first + k])
             .collect()
     };
-    let recovered = recovered_pressure(solution.problem, pair, &forces);
+    let recovered = recovered_pressure(solution.problem, pair, &forces).filter(|_| !of.is_bonded());
+    let bond = solution.results.and_then(|results| results.contacts.get(pair)?.bond.as_ref());
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.body].mesh().points();
     let (last, interface) = (solution.last, &pair.interface);
@@ -352,8 +355,8 @@ pub(crate) fn contact_rows<S: ReportSpace>(solution: &Fields<'_, S>, pair: usize
                 z: place.entries().get(2).copied(),
                 gap: pair.gap / normal,
                 opening: last.opening[first + k] / normal,
-                pressure: force * normal / length,
-                active: u8::from(force > 0.0),
+                pressure: bond.map_or(force * normal / length, |bond| bond.pressure[k]),
+                active: u8::from(force > 0.0 || bond.is_some()),
                 pressure_recovered: recovered.as_ref().map(|recovered| recovered[k]),
                 step: None,
                 friction: friction(k, force > 0.0, (length, normal)),

@@ -211,7 +211,7 @@ pub fn choices<S: Dimension>(case: &Case<S>, solved: &Solved<S>) -> String {
             return text;
         }
     };
-    let Some(pair) = solution.problem.contacts.first() else { return text };
+    let Some(pair) = solution.problem.contacts.iter().find(|pair| !pair.is_bonded()) else { return text };
     let name = |of: Partner| of.body().map_or("the obstacle", |body| case.bodies[body].name.as_str());
     let names = pair.partners().map(name);
     let carrier = name(pair.imposed());

@@ -37,6 +37,12 @@ pub enum NnddError {
         /// The pair, from 0.
         pair: usize,
     },
+    /// The iteration is asked for with a pair both sides of which belong to one body.
+    #[error("both sides of pair {} belong to one bonded body, which the iteration does not solve; use the exact method", pair + 1)]
+    WithinABody {
+        /// The pair, from 0.
+        pair: usize,
+    },
     /// No forces within the cones of Coulomb friction balance the loads.
     #[error(
         "the load is not balanced within the friction cones; hold the bodies, or raise the coefficients of friction"

@@ -112,6 +112,31 @@ pub struct Tangential {
 }
 
 impl Iterate {
+    /// Returns the iterate of a problem without friction that has further pairs of nodes, at which nothing happens.
+    ///
+    /// * `places`: for each pair of nodes of that problem its number here; `None`: it has zero openings, traces and forces.
+    #[must_use]
+    pub fn spread(&self, places: &[Option<usize>]) -> Self {
+        let numbers = |values: &[f64]| -> Vec<f64> {
+            places.iter().map(|place| place.map_or(0.0, |k| values[k])).collect()
+        };
+        let active = places.iter().map(|place| place.is_some_and(|k| self.contact.active.is_active(k)));
+        let own = self.own.as_ref();
+        Self {
+            lambda: numbers(&self.lambda),
+            reaction: numbers(&self.reaction),
+            opening: numbers(&self.opening),
+            contact: UnilateralSolution {
+                normal_trace: numbers(&self.contact.normal_trace),
+                normal_reaction: numbers(&self.contact.normal_reaction),
+                active: ActiveSet::new(active.collect()),
+                ..self.contact.clone()
+            },
+            own: own.map(|own| OwnFields { reaction: numbers(&own.reaction), bodies: own.bodies.clone() }),
+            ..self.clone()
+        }
+    }
+
     /// Counts the pairs in contact: those with a positive force. A pair that touches without a force does
     /// not count, since its bound may count as active or not.
     pub fn contact_nodes(&self) -> usize {

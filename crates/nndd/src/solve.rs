@@ -11,7 +11,7 @@ use crate::paper::iteration;
 use crate::settings::{Method, NnddSettings};
 use crate::solution::NnddSolution;
 use crate::stopping::StoppingCriterion;
-use fem_core::contact_system::{ContactSystem, PairRows};
+use fem_core::contact_system::{ContactSystem, PairRows, Partner};
 
 /// Solves a contact problem of any number of bodies and pairs by the Neumann-Neumann iteration (8)-(11), or exactly.
 ///
@@ -50,6 +50,9 @@ pub fn solve_from(
         Method::Newton(settings) => exact_iterate::solve(system, settings, stop),
         Method::Nndd(settings) => {
             refuse_coulomb(system)?;
+            if let Some(pair) = system.rows.pairs.iter().position(is_within_a_body) {
+                return Err(NnddError::WithinABody { pair });
+            }
             if let Some([row, _]) = system.rows.tangential_planes().next() {
                 return Err(NnddError::FrictionInSpace { pair: system.rows.rows[row].pair });
             }
@@ -57,11 +60,21 @@ pub fn solve_from(
             balance.check_held(&system.rows.limits())?;
             iteration((system, &balance), start, settings, stop)
         }
-        Method::NewtonNn(settings) => match system.rows.pairs.iter().any(PairRows::has_friction) {
+        Method::NewtonNn(settings) => match system.rows.pairs.iter().any(needs_exact) {
             true => exact_iterate::solve(system, settings, stop),
             false => newton_nn::solve(system, start, settings, stop),
         },
     }
+}
+
+/// Tells whether both sides of a pair belong to one body, which bonds made.
+fn is_within_a_body(pair: &PairRows) -> bool {
+    pair.partner == Partner::Body(pair.body)
+}
+
+/// Tells whether Newton's method leaves a pair to the exact solution.
+fn needs_exact(pair: &PairRows) -> bool {
+    pair.has_friction() || is_within_a_body(pair)
 }
 
 /// Checks what is given.

@@ -475,7 +475,8 @@ fn of_field(
 ) {
     let solved = &claim.solution.problem;
     let mut random = Random::new(problem.number);
-    if solved.has_friction() || random.unit() > 0.3 {
+    let bonded = solved.contacts.iter().any(ContactPair::is_bonded);
+    if bonded || solved.has_friction() || random.unit() > 0.3 {
         return;
     }
     let Ok(own) = done.case.build_bodies() else { return };

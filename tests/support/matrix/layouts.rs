@@ -37,7 +37,7 @@ pub(super) struct Column {
     pub(super) sunk: Vec<f64>,
 }
 
-const CLAMPED: &str = "[[body.displacement]]\non = \"@bottom\"\nfixed = true\n";
+pub(super) const CLAMPED: &str = "[[body.displacement]]\non = \"@bottom\"\nfixed = true\n";
 
 /// The keys of a gap and of friction for a pair on the line `y = const` between two places.
 struct Between<'a> {
@@ -53,7 +53,7 @@ impl Draw {
         if self.steps.is_empty() { "" } else { "name = \"push\"\n" }
     }
 
-    fn displaced(&self, side: &str, components: &str) -> String {
+    pub(super) fn displaced(&self, side: &str, components: &str) -> String {
         format!("[[body.displacement]]\n{}on = \"@{side}\"\n{components}\n", self.named())
     }
 
@@ -62,7 +62,7 @@ impl Draw {
     }
 
     /// A traction on a side, of a random size and direction.
-    fn random_traction(&mut self, side: &str) -> String {
+    pub(super) fn random_traction(&mut self, side: &str) -> String {
         let load = self.stress * self.strain;
         let [x, y] = [0, 1].map(|_| format!("{:?}", load * self.random.signed()));
         self.pulled(side, [&x, &y])
@@ -70,7 +70,7 @@ impl Draw {
 
     /// The load on the top of a floating body between two places: a pressure, a traction, or a rigid side under a force; returns the
     /// force downwards.
-    fn pressed(&mut self, [left, right]: [f64; 2]) -> (String, f64) {
+    pub(super) fn pressed(&mut self, [left, right]: [f64; 2]) -> (String, f64) {
         let width = self.length * (right - left);
         let load = self.stress * self.strain * self.between(0.2, 1.0);
         let middle = 0.5 * (left + right);
@@ -226,7 +226,7 @@ pub(super) fn blocks(d: &mut Draw) -> Made<Known> {
     Ok(Known::default())
 }
 
-fn body_force(d: &mut Draw, height: f64) -> String {
+pub(super) fn body_force(d: &mut Draw, height: f64) -> String {
     let weight = 0.3 * d.stress * d.strain / (d.length * height);
     format!("body_force = [{:?}, {:?}]\n", weight * 0.3 * d.random.signed(), -weight * d.random.unit())
 }

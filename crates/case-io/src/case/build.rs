@@ -117,11 +117,12 @@ impl<S: Dimension> Case<S> {
     /// Returns the gap and the normal of a pair as the case gives them.
     pub(super) fn gap_and_normal(&self, contact: usize) -> (Gap<S>, ContactNormal<S>) {
         let given = &self.contacts[contact];
-        let gap = match given.geometric {
-            true if given.interference => Gap::Interference,
-            true => Gap::Geometric,
-            false if self.is_given(&format!("{}.gap", given.path)) => Gap::Given(given.gap.scalar()),
-            false => Gap::Touching,
+        let gap = match (&given.bond, given.geometric) {
+            (Some(offset), _) => Gap::Bonded { offset: S::vector(offset) },
+            (None, true) if given.interference => Gap::Interference,
+            (None, true) => Gap::Geometric,
+            (None, false) if self.is_given(&format!("{}.gap", given.path)) => Gap::Given(given.gap.scalar()),
+            (None, false) => Gap::Touching,
         };
         (gap, given.normal.as_ref().map_or(ContactNormal::Averaged, |n| ContactNormal::Fixed(S::vector(n))))
     }

@@ -27,6 +27,8 @@ pub struct Contact<S: Dimension = Plane> {
     pub geometric: bool,
     /// True if a measured gap keeps an overlap that is drawn.
     pub interference: bool,
+    /// `law = "bonded"` with its `offset`, the displacement of the first body less that of the second, m; `None`: they touch and part.
+    pub bond: Option<S::Axes<f64>>,
     /// A fixed direction of contact, out of the first body; averaged at the nodes if it is left out.
     pub normal: Option<S::Axes<f64>>,
     /// Which body of this pair carries λ, if not the one that the solver chooses for all.

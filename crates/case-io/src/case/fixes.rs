@@ -4,8 +4,8 @@ use crate::case_file::Reader;
 use crate::diagnostic::significant;
 use contact_geometry::OverlayError;
 use contact_geometry::common_refinement::CommonRefinementError;
-use fem_core::body::BodyError;
-use fem_core::interface::InterfaceError;
+use fem_core::body::{BodyError, JoinError};
+use fem_core::interface::{BondError, InterfaceError};
 use fem_core::material::MaterialError;
 
 /// The expected input, and one fix.
@@ -260,6 +260,52 @@ pub(super) fn of_overlay(error: &OverlayError) -> Fix {
         ),
         // Mesh, Body and future variants.
         _ => ("a body that can be cut along its contact side", "mesh the two sides with the same divisions"),
+    }
+}
+
+/// Returns what bonded bodies have to be, and a fix.
+pub(super) fn of_bonds(error: &BondError) -> Fix {
+    match error {
+        BondError::Circle { .. } => {
+            ("offsets that add up to zero around every circle of bonds", "change one of the offsets")
+        }
+        BondError::Friction { .. } => {
+            ("pairs without friction beside bonds", "take friction out, or mesh the bonded bodies as one")
+        }
+        BondError::Bent { .. } => {
+            ("flat contact sides beside an offset", "take the offset out, or move the mesh of one body by it")
+        }
+        BondError::NoNode { .. } => {
+            ("a contact side with a node that can move", "make its mesh finer, or take the pair out")
+        }
+        BondError::Interface { .. } => {
+            ("an offset that leaves room where bonded bodies touch", "change the offset, or the contact side")
+        }
+        BondError::Join { source, .. } => match source {
+            JoinError::Apart { .. } => (
+                "bonded sides whose nodes coincide, to 1e-6 of the smaller body",
+                "mesh both sides alike: curved sides that do not match cannot be bonded",
+            ),
+            JoinError::Supports { .. } => (
+                "supports that differ by the offset where both sides of a bond are held",
+                "hold one of the two sides there, or change the offset",
+            ),
+            JoinError::Rigid { .. } => (
+                "rigid sides that end beside the supports of the other body",
+                "let one of the two end elsewhere",
+            ),
+            JoinError::BodyForce => {
+                ("one body force for all bonded bodies", "give them the same `body_force`")
+            }
+            JoinError::Occupied { .. } => {
+                ("bonded sides without loads and supports", "take the condition off the bonded side")
+            }
+            _ => (
+                "bodies that make a sound mesh together",
+                "check that the bodies only share their bonded sides",
+            ),
+        },
+        _ => ("bodies that can be bonded", "mesh them as one body"),
     }
 }
 

@@ -7,7 +7,7 @@ use contact_geometry::common_refinement::CommonRefinementError;
 use contact_geometry::{PairingError, Refined, Sides};
 use fem_core::body::Body;
 use fem_core::geometry::{Coordinates, shown};
-use fem_core::interface::{ContactPair, ContactProblem, GapChange, InterfaceError};
+use fem_core::interface::{BondError, Bonds, ContactPair, ContactProblem, GapChange, InterfaceError};
 use mesh_io::words::counted;
 use std::collections::HashSet;
 
@@ -40,9 +40,20 @@ impl<S: Dimension> Case<S> {
         for (k, pair) in pairs() {
             self.check_lambda(k, &problem.bodies, &pair.interface)?;
         }
+        Bonds::new(&problem).map_err(|error| self.bond_diagnostic(&error))?;
         let mut known = HashSet::new();
         notes.retain(|note| known.insert(note.clone()));
         Ok((problem, notes))
+    }
+
+    /// Attributes an error of bonded bodies to the pair that it names; bodies are called by their names.
+    fn bond_diagnostic(&self, error: &BondError) -> CaseError {
+        let given = &self.contacts[error.pair()];
+        let message = error.to_string();
+        let message = message.split_once(": ").map_or(message.as_str(), |(_, message)| message);
+        let message = format!("the pair \"{}\": {message}", given.name);
+        let (expected, fix) = fixes::of_bonds(error);
+        self.diagnostic(code::CONTACT, &given.path, message).expected(expected).fix(fix).into()
     }
 
     /// Describes a pair for fem-core.

@@ -19,6 +19,9 @@ const ROTATION: &str = "rotation";
 /// The gap between the meshes, measured.
 pub(super) const GEOMETRIC: &str = "geometric";
 
+/// The law of surfaces that hang together.
+pub(super) const BONDED: &str = "bonded";
+
 /// Reads the pairs: an array of tables, or one table if there are two bodies.
 pub(super) fn contacts<S: Keys>(root: &mut Reader<'_>, bodies: &mut [BodyCase<S>]) -> Vec<Contact<S>> {
     let single = matches!(root.node("contact").map(|n| &n.value), Some(NodeValue::Table(_)));
@@ -167,6 +170,7 @@ fn contact<S: Keys>(
     }
     let imposed = r.choice("imposed", Imposed::NAMES);
     let friction = if foreign { None } else { friction(r) };
+    let bond = bond::<S>(r, against);
     let motion = r.axes::<S>("motion");
     let obstacle = against_obstacle::<S>(r, obstacle, motion);
     let name = |b: &usize| bodies.get(*b).map_or("", |body| body.name.as_str());
@@ -200,6 +204,7 @@ fn contact<S: Keys>(
         gap,
         geometric,
         interference,
+        bond,
         normal,
         imposed,
         friction,
@@ -219,6 +224,32 @@ fn gap(r: &mut Reader<'_>) -> (Value, bool, bool) {
         r.refuse("interference", message, "a gap that is measured", fix);
     }
     (gap, geometric || interference, interference)
+}
+
+/// Reads the law of a pair: `None` if its sides touch and part, and the offset if they are bonded.
+fn bond<S: Keys>(r: &mut Reader<'_>, against: bool) -> Option<S::Axes<f64>> {
+    let bonded = r.choice("law", &[("unilateral", false), (BONDED, true)]).unwrap_or_default();
+    let offset = r.axes::<S>("offset");
+    if !bonded {
+        if offset.is_some() {
+            let message =
+                format!("`{}` is the jump of a bond, and this pair is not bonded", r.path_of("offset"));
+            r.refuse("offset", message, "a pair with `law = \"bonded\"`", "take it out, or add the law");
+        }
+        return None;
+    }
+    if against {
+        let message = "a body cannot be bonded to an obstacle";
+        let fix = "hold its side by a [[body.displacement]] or a [[body.rigid]]";
+        r.refuse("law", message, "two bodies", fix);
+        return None;
+    }
+    let without = ["friction", "gap", "interference", "imposed", S::DIRECTION];
+    for key in without.into_iter().filter(|key| r.has(key)) {
+        let message = format!("`{}` has no meaning in a bonded pair", r.path_of(key));
+        r.refuse(key, message, "a bonded pair with `offset` at most", "take it out");
+    }
+    Some(offset.unwrap_or(S::axes(|_| 0.0)))
 }
 
 /// The laws of friction, each with its reader.

@@ -110,6 +110,8 @@ fn contact<S: Dimension>(given: &Contact<S>, bodies: &[BodyCase<S>]) -> Json {
     insert(&mut object, "normal", given.normal.as_ref().map(|normal| normal.as_ref()));
     insert(&mut object, "imposed", given.imposed);
     insert(&mut object, "friction", given.friction.as_ref());
+    insert(&mut object, "law", given.bond.as_ref().map(|_| read_contact::BONDED));
+    insert(&mut object, "offset", given.bond.as_ref().map(|offset| offset.as_ref()));
     object
 }
 

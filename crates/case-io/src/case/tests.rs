@@ -1,5 +1,6 @@
 //! Every default, every check with its place.
 
+mod bonds;
 mod building;
 mod data;
 mod faults;

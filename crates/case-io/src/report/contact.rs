@@ -10,6 +10,9 @@ pub struct ContactSummary {
     /// Its name.
     #[serde(default)]
     pub name: String,
+    /// `unilateral`, or `bonded`.
+    #[serde(default)]
+    pub law: String,
     /// `bodies`, or `obstacle` for a body and an obstacle.
     #[serde(default)]
     pub kind: String,
@@ -52,6 +55,9 @@ pub struct ContactSummary {
     /// Smallest opening, m.
     #[serde(default)]
     pub min_opening: Option<f64>,
+    /// The largest mean normal traction of a facet of a bond, Pa; left out if the pair is not bonded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_tension: Option<f64>,
     /// Results of friction; left out without friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<FrictionSummary>,

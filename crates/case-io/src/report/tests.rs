@@ -101,7 +101,7 @@ fn keys_and_their_order_are_the_contract() {
     assert_eq!(keys(&value["bodies"][0]), "name nodes triangles unknowns floating free_motions");
     assert_eq!(
         keys(&value["contact"][0]),
-        "name kind bodies imposed pairs length contact_intervals width resultant moment centre max_pressure_at contact_force \
+        "name law kind bodies imposed pairs length contact_intervals width resultant moment centre max_pressure_at contact_force \
          max_pressure active min_opening"
     );
     assert_eq!(

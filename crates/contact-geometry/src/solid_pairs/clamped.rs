@@ -44,6 +44,9 @@ pub(crate) fn without_clamped(
     bodies: [&Body<Solid>; 2],
     whole: ContactInterface<Solid>,
 ) -> Result<ContactInterface<Solid>, InterfaceError> {
+    if whole.gap().is_bonded() {
+        return Ok(whole);
+    }
     let known: Vec<Option<Known>> = whole.pairs().iter().map(|pair| Known::of(bodies, pair)).collect();
     if known.iter().all(Option::is_none) {
         return Ok(whole);

@@ -81,7 +81,10 @@ impl Line {
         gap: Gap,
         measured_on: usize,
     ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
-        self.without_clamped(bodies[0], &|pair| clamped(bodies, pair), gap, measured_on)
+        // Bonded pairs have no unknowns of their own.
+        let bonded = gap.is_bonded();
+        let clamped = |pair: &NodePair| if bonded { None } else { clamped(bodies, pair) };
+        self.without_clamped(bodies[0], &clamped, gap, measured_on)
     }
 
     /// [`Self::between`] a body and an obstacle: the second node of each remaining pair is its number.

@@ -31,7 +31,7 @@ impl ContactInterface {
             let factor = interface.gap_factor;
             let meant = |s: f64| match (&interface.gap, profile, line) {
                 (Gap::Given(data), ..) => factor * data.at(between(ends[0], ends[1], s)),
-                (Gap::Touching, ..) => 0.0,
+                (Gap::Touching | Gap::Bonded { .. }, ..) => 0.0,
                 (gap, Some(profile), _) => factor * gap.kept(profile.at(s)),
                 (_, None, Some(line)) => factor * line.distance(between(ends[0], ends[1], s)).0,
                 (_, None, None) => linear(s),

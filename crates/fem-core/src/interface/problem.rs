@@ -192,7 +192,9 @@ impl<S: Space> ContactProblem<S> {
     /// Returns the only pair, if it joins two bodies. Bodies that touch nothing do not count.
     pub fn only_pair(&self) -> Option<&ContactPair<S>> {
         match self.contacts.as_slice() {
-            [pair] if !pair.partner.is_obstacle() => Some(pair),
+            [pair] if !pair.partner.is_obstacle() && !pair.is_within_a_body() && !pair.is_bonded() => {
+                Some(pair)
+            }
             _ => None,
         }
     }
@@ -213,7 +215,10 @@ impl<S: Space> ContactProblem<S> {
 
     /// Lists the sides of a body or an obstacle: number of the pair, and 0 if it is the first of it, 1 if it is the second.
     pub fn sides_of(&self, partner: Partner) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.contacts.iter().enumerate().filter_map(move |(k, pair)| Some((k, pair.side_of(partner)?)))
+        self.contacts.iter().enumerate().flat_map(move |(k, pair)| {
+            let sides = pair.partners().into_iter().enumerate().filter(move |(_, of)| *of == partner);
+            sides.map(move |(side, _)| (k, side))
+        })
     }
 
     /// Lists the sides of all bodies and then all obstacles, see [`Self::sides_of`], in one pass over the pairs.
@@ -384,7 +389,7 @@ impl ContactProblem<Solid> {
             let line = self.obstacle_of(pair).map(|obstacle| &obstacle.line).filter(round);
             let meant = |x| match (&pair.interface.gap, line) {
                 (Gap::Given(gap), _) => Some(gap.at(x)),
-                (Gap::Touching, _) | (_, None) => None,
+                (Gap::Touching | Gap::Bonded { .. }, _) | (_, None) => None,
                 (_, Some(line)) => Some(line.distance(x).0),
             };
             let points = self.bodies[pair.body].mesh().points();

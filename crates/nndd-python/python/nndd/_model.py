@@ -482,7 +482,7 @@ class Friction:
 
 
 class Contact:
-    """Two sides that may touch.
+    """Two sides that may touch, or hang together.
 
     Parameters
     ----------
@@ -499,6 +499,10 @@ class Contact:
         Keeps a drawn overlap as a negative gap, which is then measured.
     friction : Friction, optional
         The law; by default the surfaces slide freely.
+    law : {"unilateral", "bonded"}, optional
+        Whether the sides touch and part, the default, or hang together.
+    offset : (2,) or (3,) array_like, optional
+        Of a bonded pair: the displacement of the first body less that of the second, m.
     normal : (2,) array_like, optional
         One direction of contact, out of the first body, in the plane; averaged at the nodes by default.
     direction : (3,) array_like, optional
@@ -520,6 +524,8 @@ class Contact:
         gap: Optional[Datum] = None,
         interference: bool = False,
         friction: Optional[Friction] = None,
+        law: Optional[str] = None,
+        offset: Optional[Vector] = None,
         normal: Optional[Pair] = None,
         direction: Optional[Vector] = None,
         imposed: Optional[str] = None,
@@ -540,6 +546,8 @@ class Contact:
         self._keys: dict[str, Any] = {
             "gap": gap,
             "interference": interference or None,
+            "law": law,
+            "offset": offset,
             "normal": normal,
             "direction": direction,
             "imposed": imposed,

@@ -50,10 +50,19 @@ pub(super) fn results<S: ReportSpace>(
         let of = if report.contact.len() > 1 { format!(" of {}", contact.name) } else { String::new() };
         for (c, axis) in S::COORDINATES.iter().enumerate() {
             let force = contact.resultant.as_ref().map(|force| force[c]);
-            row(&format!("resultant {axis} of the contact{of}, on the first body"), force, Kind::Force);
+            let what = if contact.max_tension.is_some() { "bond" } else { "contact" };
+            row(&format!("resultant {axis} of the {what}{of}, on the first body"), force, Kind::Force);
         }
         for (axis, moment) in about::<S>(contact.moment.as_ref()) {
             row(&format!("moment{axis}{of} about the origin"), Some(moment), Kind::Moment);
+        }
+        if let Some(tension) = contact.max_tension {
+            row(
+                &format!("largest tension{of}, the mean of a {}", S::WORDS.facet),
+                Some(tension),
+                Kind::Stress,
+            );
+            continue;
         }
         for (axis, x) in S::COORDINATES.iter().zip(contact.centre.iter().flatten()) {
             row(&format!("centre of pressure{of}, {axis}"), Some(*x), Kind::Length);

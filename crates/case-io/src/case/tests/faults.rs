@@ -70,7 +70,7 @@ fn unknown_keys_get_the_nearest_name() {
     refused(
         "gip = 1",
         "c.toml:15:1: unknown key `gip` in `contact`; expected only the keys `bodies`, `obstacle`, `surfaces`, `gap`, `normal`, \
-         `imposed`, `friction`, `motion`, `name`; help: did you",
+         `imposed`, `friction`, `law`, `offset`, `motion`, `name`; help: did you",
     );
     replaced("young = 1.0", "young = 1.0\nnu = 1", "c.toml:4:1: unknown key `nu` in `materials.m`");
     replaced(
