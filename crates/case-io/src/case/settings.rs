@@ -98,7 +98,8 @@ fn body<S: Dimension>(body: &BodyCase<S>) -> Json {
 
 fn contact<S: Dimension>(given: &Contact<S>, bodies: &[BodyCase<S>]) -> Json {
     let gap = if given.geometric { json!(read_contact::GEOMETRIC) } else { json!(given.gap) };
-    let mut object = json!({ "surfaces": given.surfaces, "gap": gap });
+    let mut object = json!({ "surfaces": given.surfaces });
+    insert(&mut object, "gap", given.bond.is_none().then_some(gap));
     if given.path != SINGLE || given.named {
         object["name"] = json!(given.name);
     }
