@@ -58,6 +58,7 @@ mod solid_friction;
 mod solids;
 mod solve;
 mod solve_solids;
+mod springs;
 mod step_case;
 mod terms;
 mod threads;

@@ -33,6 +33,7 @@ mod read_contact;
 mod regions;
 mod settings;
 mod side;
+mod springs;
 mod steps;
 mod units;
 mod warnings;
@@ -52,6 +53,7 @@ pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};
 pub use side::{Circle, Cylinder, SideCase};
+pub use springs::{Along, Rest, SpringCase};
 pub use steps::{Factors, StepCase};
 pub use units::Units;
 

@@ -18,6 +18,7 @@
 //! A line on which the normal changes has no such P1 displacement, nor has one with a node that supports hold in both bodies.
 
 use cre_estimator::{Estimate, Recovery};
+use fem_core::assembly::spring_forces;
 use fem_core::each_body;
 use fem_core::element::Element;
 use fem_core::geometry::{Coordinates, norm};
@@ -254,10 +255,13 @@ fn of_trace<S: Recovery>(
         mesh.measure(t) * S::contracted(stress[t], strain)
     });
     let squared = energy_norm_squared(body, &w).max(0.0);
-    let loads = || problem.external_forces()[b].iter().zip(&w).map(|(f, w)| f.times(w));
-    let size =
-        (estimate.energy_norm_squared[b].max(0.0) * squared).sqrt() + loads().map(f64::abs).sum::<f64>();
-    Some(Displacement { squared, work: inner - loads().sum::<f64>(), size, defect })
+    let displacement = &estimate.pair.bodies[b].displacement;
+    let of_springs = spring_forces(body, displacement).map(|(node, f)| f.times(&w[node]));
+    let of_loads = problem.external_forces()[b].iter().zip(&w).map(|(f, w)| f.times(w));
+    let (loads, sizes) =
+        of_loads.chain(of_springs).fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
+    let size = (estimate.energy_norm_squared[b].max(0.0) * squared).sqrt() + sizes;
+    Some(Displacement { squared, work: inner - loads, size, defect })
 }
 
 /// The rigid motions of a body or of an obstacle: displacements of its nodes and the load along each.

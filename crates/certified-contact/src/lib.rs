@@ -103,7 +103,7 @@ pub use history::{IterationRecord, Step};
 pub use lines::Stretch;
 pub use nndd;
 pub use observer::{Observer, Phase, Silent};
-pub use reactions::{Balance, Reaction, RigidSideResults};
+pub use reactions::{Balance, Reaction, RigidSideResults, SpringForce};
 pub use recovered_pressure::recovered_pressure;
 pub use results::{
     BondResults, FrictionResults, PairResults, PatchResults, PeakStress, PrincipalStress, Results,

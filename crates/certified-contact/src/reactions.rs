@@ -1,6 +1,7 @@
-//! Reactions of supports and rigid sides, and the balance of each body.
+//! Reactions of supports and rigid sides, forces of springs, and the balance of each body.
 
-use fem_core::body::{Body, RigidMotion, RigidSide, SupportSet};
+use fem_core::assembly::spring_forces;
+use fem_core::body::{Body, RigidMotion, RigidSide, SpringFacet, SupportSet};
 use fem_core::dense::pseudo_inverse;
 use fem_core::directions::Directions;
 use fem_core::field;
@@ -40,6 +41,34 @@ pub struct RigidSideResults<S: Space = Plane> {
     pub force: S::Vector,
     /// Moment about that point, N.
     pub moment: S::Spin,
+}
+
+/// The force of the springs of one side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpringForce<S: Space = Plane> {
+    /// The body, in the order of [`crate::Results`].
+    pub body: usize,
+    /// The side.
+    pub on: String,
+    /// `−∫ k (u − u₀)`: force of the springs on the body, N/m.
+    pub force: S::Vector,
+}
+
+/// Computes the forces of the springs of a body, in the order of its conditions.
+pub(crate) fn spring_sides<S: Space>(
+    (body, b): (&Body<S>, usize),
+    displacement: &[S::Vector],
+) -> impl Iterator<Item = SpringForce<S>> {
+    let mesh = body.mesh();
+    body.springs().iter().map(move |side| {
+        let of_facet = |of: &SpringFacet<S>| -> S::Vector {
+            let nodes = mesh.topology().facets()[of.facet];
+            let traction = of.traction(&S::axes(|k| displacement[nodes[k]]));
+            let mean = traction.into_iter().sum::<S::Vector>() / S::DIM as f64;
+            mean * mesh.facet_measure(of.facet)
+        };
+        SpringForce { body: b, on: side.group.clone(), force: side.facets.iter().map(of_facet).sum() }
+    })
 }
 
 /// Sum of all forces on one body.
@@ -219,6 +248,7 @@ pub(crate) fn support_reactions<S: Space>(
     for (node, force) in external_forces[b].iter().enumerate() {
         balance.add(arm(node), *force);
     }
+    spring_forces(body, displacement).for_each(|(node, force)| balance.add(arm(node.index()), force));
     for pair in problem.contacts.iter().filter(|pair| pair.is_bonded()) {
         // What is left at a node of a bond is the force of the bond and of supports there.
         let Some(side) = pair.side_of(Partner::Body(b)) else { continue };

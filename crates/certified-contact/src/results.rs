@@ -2,7 +2,9 @@
 
 use crate::lines::Stretch;
 use crate::pair_forces::{PairForces, mean, pair_forces};
-use crate::reactions::{Balance, Reaction, RigidSideResults, nodal_forces, support_reactions};
+use crate::reactions::{
+    Balance, Reaction, RigidSideResults, SpringForce, nodal_forces, spring_sides, support_reactions,
+};
 use crate::recovered_pressure::recovered_pressure;
 use crate::space::ContactSpace;
 use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress, Recovery};
@@ -117,7 +119,7 @@ pub struct PrincipalStress<S: Space = Plane> {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Results<S: Space = Plane> {
-    /// `a(u, u)`, J/m.
+    /// `a(u, u)` with `∫ k u²` of springs, J/m.
     pub energy_norm_squared: Vec<f64>,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
@@ -135,9 +137,11 @@ pub struct Results<S: Space = Plane> {
     pub min_opening: f64,
     /// Reactions of the supports.
     pub reactions: Vec<Reaction<S>>,
+    /// Forces of the springs.
+    pub springs: Vec<SpringForce<S>>,
     /// Motions and forces of the rigid sides.
     pub rigid_sides: Vec<RigidSideResults<S>>,
-    /// Sum of loads, reactions and contact forces of each body: zero to round-off.
+    /// Sum of loads, reactions, contact forces and springs of each body: zero to round-off.
     pub balance: Vec<Balance<S>>,
     /// Largest displacement, m.
     pub max_displacement: f64,
@@ -163,7 +167,7 @@ pub(crate) fn results<S: ContactSpace>(
     let pair = &estimate.pair;
     let low = |b: usize| low.as_ref().map(|low| &low[b]);
     let (mut reactions, mut rigid_sides) = (Vec::new(), Vec::new());
-    let mut balance = Vec::new();
+    let (mut balance, mut springs) = (Vec::new(), Vec::new());
     for (b, fields) in pair.bodies.iter().enumerate() {
         let forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
         let held = (&mut reactions, &mut rigid_sides);
@@ -174,6 +178,7 @@ pub(crate) fn results<S: ContactSpace>(
             forces,
             held,
         ));
+        springs.extend(spring_sides((&problem.bodies[b], b), &fields.displacement));
     }
     let von_mises = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
         let values = fields.stress.iter().enumerate().map(|(t, s)| S::von_mises(body.material(t), *s));
@@ -201,6 +206,7 @@ pub(crate) fn results<S: ContactSpace>(
         contacts,
         contact_stretches: stretches,
         reactions,
+        springs,
         rigid_sides,
         balance,
         max_displacement: largest(pair.bodies.iter().flat_map(|body| &body.displacement).map(|u| norm(*u))),

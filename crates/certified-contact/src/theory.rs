@@ -237,6 +237,21 @@
 //! | (37) | [`LoadSteps`](crate::LoadSteps), [`SlipBefore`](fem_core::interface::SlipBefore) |
 //! | (34), (35) | [`CoulombResult`](crate::CoulombResult); `c`: [`nndd::coulomb_coupling`] |
 //!
+//! # Springs
+//! On a side `Γ_S` on springs the traction along them is `−k (u − u₀)`. With `‖w‖² = a(w, w) + ∫ k w²` and `t = τ n` there,
+//! ```math
+//! e_CRE² = ∑_α ‖τ^α − σ(v^α)‖² + ∫_Γ_S (1/k) |t + k (v − u₀)|² + 2 ∫ p o
+//!        = ‖u − v‖² + ‖σ − τ‖² + ∫_Γ_S (1/k) |t − t_ex|² + 2 ∫ (p o_ex + p_ex o)     (41)
+//! ```
+//! (41): the cross term of (16) gains `2∫ (t − t_ex)·(u − v)`, and `(1/k)|t + k(v − u₀)|²` is
+//! `(1/k)|t − t_ex|² + k|u − v|² − 2(t − t_ex)·(u − v)`. The split (17) holds with `∫ (1/k)|t + k(û − u₀)|²` in its first part and `∫ k|û − v|²`
+//! in its second. `k` is constant and `u₀` linear on each facet: the posed problem has the value of `k` in the middle of a facet. EET chooses the traction
+//! closest to that of `û`, with the weight `(1 + E/(k h))/|Γ|`; soft springs keep it.
+//! | formula | where |
+//! |---|---|
+//! | springs | [`FacetSprings`](fem_core::body::FacetSprings), [`SpringForce`](crate::SpringForce) |
+//! | (41) | [`constitutive_relation_error`](cre_estimator::constitutive_relation_error) |
+//!
 //! # The percentage
 //! The percentage that the program prints is relative to the norm of the computed displacements. A guaranteed bound
 //! of the error over the norm of the *exact* ones follows, because `‖u‖ ≥ ‖v‖ − e_CRE`:

@@ -13,7 +13,8 @@ use crate::pressure;
 use crate::recovery::Recovery;
 use crate::relaxation::RelaxationReport;
 use crate::side::side_sign;
-use fem_core::body::FacetCondition;
+use crate::springs::{released, stretched};
+use fem_core::body::{FacetCondition, FacetSprings};
 use fem_core::condensation::CondensedBody;
 use fem_core::directions::Directions;
 use fem_core::each_body;
@@ -215,8 +216,12 @@ fn recover<S: Recovery>(
 ) -> AdmissibleBody<S> {
     let problem = prepared.problem();
     let body = &problem.bodies[b];
-    let conditions = with_pressure(problem, b, contacts);
-    let stress = neumann_stress(problem, &prepared.bodies()[b], b, contacts, accuracy);
+    let neumann = neumann_field(problem, &prepared.bodies()[b], b, contacts, accuracy);
+    let conditions = released(body, with_pressure(problem, b, contacts), &[&neumann.high, &neumann.low]);
+    let stress = match accuracy {
+        Accuracy::Double => field::stresses(body, &neumann.high),
+        Accuracy::Refined => residual::stresses(body, &neumann),
+    };
     AdmissibleBody {
         stress: field::stresses(body, displacement),
         equilibrated: EquilibratedStress::recover(body, stress, conditions),
@@ -226,14 +231,14 @@ fn recover<S: Recovery>(
 }
 
 /// Solves a body's Neumann problem with the consistent loads of the pressures, `−p n` on the first body of a pair and `+p n`
-/// on the second, and returns its stress.
-fn neumann_stress<S: Recovery>(
+/// on the second.
+fn neumann_field<S: Recovery>(
     problem: &ContactProblem<S>,
     condensed: &CondensedBody<S>,
     b: usize,
     contacts: &[AdmissibleContact<S>],
     accuracy: Accuracy,
-) -> Vec<S::Tensor> {
+) -> SplitField<S> {
     let body = &problem.bodies[b];
     let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_facets();
     let forces = pressure_forces(problem, b, contacts);
@@ -248,14 +253,11 @@ fn neumann_stress<S: Recovery>(
         let loads: Vec<Vec<f64>> = problem.sides_of(Partner::Body(b)).map(load).collect();
         condensed.displacement_from_force(&condensed.dofs().interface_forces(&loads))
     };
-    match accuracy {
-        Accuracy::Double => field::stresses(body, &displacement),
-        Accuracy::Refined => {
-            let mut field = SplitField::new(displacement);
-            condensed.refine(body, &forces, false, &mut field);
-            residual::stresses(body, &field)
-        }
+    let mut field = SplitField::new(displacement);
+    if accuracy == Accuracy::Refined {
+        condensed.refine(body, &forces, false, &mut field);
     }
+    field
 }
 
 /// Computes the consistent loads of pressure and friction on a straight contact line, by row, N/m.
@@ -313,10 +315,13 @@ fn with_pressure<S: Recovery>(
 }
 
 /// Sets the conditions of an imposed λ on all contact edges of a body: the normal traction is a reaction, the tangential one is zero, or a
-/// reaction as well if there is friction.
+/// reaction as well if there is friction. Springs there keep their traction.
+///
+/// * `displacement`: of the body, m.
 pub(crate) fn with_imposed_normal<S: Recovery>(
     problem: &ContactProblem<S>,
     b: usize,
+    displacement: &[S::Vector],
 ) -> Vec<FacetCondition<S>> {
     let body = &problem.bodies[b];
     let mut conditions = body.facet_conditions().to_vec();
@@ -326,8 +331,12 @@ pub(crate) fn with_imposed_normal<S: Recovery>(
             let normal = interface.pairs()[edge.pairs[0] as usize].normal;
             let friction = problem.contacts[k].friction.acts();
             let reaction = if friction { Directions::ALL } else { Directions::along(normal) };
-            let place = body.mesh().topology().boundary_place(edge.facets[side]);
-            conditions[place] = FacetCondition { reaction, traction: S::ZEROS };
+            let own = edge.facets[side];
+            let place = body.mesh().topology().boundary_place(own);
+            let of_springs =
+                stretched(body, own, &body.facet_conditions()[place].springs, displacement).traction();
+            let traction = S::axes(|k| of_springs[k] - reaction.project(of_springs[k]));
+            conditions[place] = FacetCondition { reaction, traction, springs: FacetSprings::NONE };
         }
     }
     conditions

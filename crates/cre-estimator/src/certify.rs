@@ -11,7 +11,7 @@ use crate::side::side_sign;
 use fem_core::body::Body;
 use fem_core::field::nodal_residual;
 use fem_core::geometry::{Coordinates, norm};
-use fem_core::interface::{ContactPair, ContactProblem, ContactState, LeftOut, NodePair, PairState};
+use fem_core::interface::{ContactPair, ContactProblem, ContactState, LeftOut, NodePair, PairState, Partner};
 use fem_core::mesh::id::NodeId;
 use fem_core::mesh_field::MeshField;
 use fem_core::norm::energy_distance_squared;
@@ -102,6 +102,19 @@ pub fn certify<S: Recovery>(
     let problem = prepared.problem();
     if let Some(pair) = problem.contacts.iter().position(|pair| pair.friction.acts()) {
         return Err(EstimatorError::FrictionOfField { pair });
+    }
+    let touches = |b: usize| {
+        let facets = problem.sides_of(Partner::Body(b));
+        let mut facets = facets
+            .flat_map(|(k, side)| problem.contacts[k].interface.facets().iter().map(move |f| f.facets[side]));
+        facets.any(|facet| {
+            problem.bodies[b].facet_condition(facet).is_some_and(|of| !of.springs.directions.is_none())
+        })
+    };
+    let cut =
+        |(b, field): &(usize, &MeshField<'_, S>)| !field.has_mesh(problem.bodies[*b].mesh()) && touches(*b);
+    if let Some((body, _)) = displacements.iter().enumerate().take(problem.bodies.len()).find(cut) {
+        return Err(EstimatorError::SpringsOfField { body });
     }
     let mut fields = fields(problem, displacements)?;
     if let Some(pressures) = pressures {

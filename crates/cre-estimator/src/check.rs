@@ -51,7 +51,7 @@ pub struct Admissibility {
     pub imposed_displacement: f64,
     /// Largest resultant of the pressure and the loads on a floating body, relative to the forces on it.
     pub rigid_balance: f64,
-    /// The largest mean rotation of a floating body, radians.
+    /// The largest mean rotation of a body that floats or is on springs, radians.
     pub rotation: f64,
 }
 
@@ -234,9 +234,9 @@ fn friction_cone<S: Recovery>(
     larger(relative(larger(beyond, negative), largest), relative(difference, size))
 }
 
-/// Computes the mean rotation of a body that its supports leave free to move, radians; 0 for a held one.
+/// Computes the mean rotation of a body that its supports leave free to move, or that is on springs, radians; 0 for another one.
 fn rotation<S: Recovery>(body: &Body<S>, displacement: &[S::Vector]) -> f64 {
-    if body.free_motion().is_none() {
+    if body.free_motion().is_none() && body.springs().is_empty() {
         return 0.0;
     }
     let mesh = body.mesh();
@@ -317,7 +317,12 @@ pub(crate) fn check_stress_and_measure<S: Recovery>(
     stress: &EquilibratedStress<S>,
     measured: Option<(Against<'_, S>, Accuracy)>,
 ) -> (Admissibility, CellMeasures<S>) {
-    let (found, cells) = S::measured(body, stress, measured);
+    let (found, mut cells) = S::measured(body, stress, measured);
+    for (distances, displacement) in cells.distances.iter_mut().zip([Some(displacement), None]) {
+        if !distances.is_empty() {
+            stress.spring_terms(body, displacement).for_each(|(cell, term)| distances[cell] += term);
+        }
+    }
     (residuals(found, noise.force(displacement)), cells)
 }
 

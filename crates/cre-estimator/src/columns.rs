@@ -19,9 +19,10 @@ use crate::check::check_stress;
 use crate::equilibrated::{EquilibratedStress, FacetMoments, add, product};
 use crate::recovery::Recovery;
 use crate::relaxation::{LEAST, ROUND_OFF, Relaxation, RelaxationReport};
+use crate::springs::released;
 use cocycles::Sets;
 use fem_core::assembly::System;
-use fem_core::body::{Body, FacetCondition};
+use fem_core::body::{Body, FacetCondition, FacetSprings};
 use fem_core::condensation::CondensedBody;
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
@@ -166,13 +167,15 @@ fn make<'a, S: Recovery>(
         None => Cow::Owned(factorised(body)?),
     };
     let fields = orthonormal_fields(body, &each_task(jumps.len(), |k| field(body, &factor, jumps, k)));
-    let unloaded = |of: &FacetCondition<S>| FacetCondition { traction: S::ZEROS, ..*of };
     let conditions: Vec<_> = body.facet_conditions().iter().map(unloaded).collect();
     let relaxation = match relaxation {
         Relaxation::Tolerance { .. } => Relaxation::Steps(LEAST),
         fixed => fixed,
     };
-    let recover = |body: &Body<S>, field| EquilibratedStress::recover(body, field, conditions.clone());
+    let recover = |body: &Body<S>, field: Field<S>| {
+        let conditions = released(body, conditions.clone(), &[&field.moved]);
+        EquilibratedStress::recover(body, field.stress, conditions)
+    };
     if body.body_force() == S::Vector::ZERO {
         let relaxed = fields.into_iter().map(|field| {
             let mut column = recover(body, field);
@@ -189,6 +192,12 @@ fn make<'a, S: Recovery>(
     Some(orthonormal(&body, columns))
 }
 
+/// Returns a condition without a load, with its springs relaxed.
+fn unloaded<S: Space>(of: &FacetCondition<S>) -> FacetCondition<S> {
+    let springs = FacetSprings { stretch: S::ZEROS, ..of.springs };
+    FacetCondition { traction: S::ZEROS, springs, ..*of }
+}
+
 /// Combines columns in equilibrium to orthonormal ones, as many as are independent.
 ///
 /// * `body`: without a body force.
@@ -197,6 +206,7 @@ fn orthonormal<S: Recovery>(body: &Body<S>, mut columns: Vec<EquilibratedStress<
     let mut work = match columns.first() {
         Some(first) => EquilibratedStress {
             finite_element: vec![S::Tensor::default(); first.finite_element.len()],
+            conditions: first.conditions.iter().map(unloaded).collect(),
             ..first.clone()
         },
         None => return Vec::new(),
@@ -252,12 +262,20 @@ fn minimise<S: Recovery>(
 /// Factorises a body without contact sides.
 fn factorised<S: Space>(body: &Body<S>) -> Option<CondensedBody<S>> {
     let dofs = fem_core::dof::DofMap::new(body, &InterfaceSide::default());
-    let system = System::with_springs(body, dofs).ok()?;
+    let system = System::stabilised(body, dofs).ok()?;
     CondensedBody::factorise(system, body.mesh().points()).ok()
 }
 
-/// Computes the FE stress of a jump without loads, Pa per unit of the jump.
-fn field<S: Space>(body: &Body<S>, factor: &CondensedBody<S>, jumps: &Jumps<S>, k: usize) -> Vec<S::Tensor> {
+/// An FE field without loads.
+struct Field<S: Space> {
+    /// The stress of each cell, Pa.
+    stress: Vec<S::Tensor>,
+    /// The displacement of each node beyond the jump, which stretches springs, m; empty without springs.
+    moved: Vec<S::Vector>,
+}
+
+/// Computes the FE field of a jump without loads, per unit of the jump.
+fn field<S: Space>(body: &Body<S>, factor: &CondensedBody<S>, jumps: &Jumps<S>, k: usize) -> Field<S> {
     let mesh = body.mesh();
     let elements: Vec<Element<S>> =
         (0..mesh.cells().len()).map(|cell| Element::new(mesh.corners(cell))).collect();
@@ -280,24 +298,31 @@ fn field<S: Space>(body: &Body<S>, factor: &CondensedBody<S>, jumps: &Jumps<S>, 
     let mut solution = factor.rough_along_unknowns(&forces);
     factor.factor().solve(&mut solution);
     let correction = factor.dofs().correction(&solution);
-    displacement.iter_mut().zip(correction).for_each(|(sum, correction)| *sum += correction);
-    stresses(&displacement)
+    displacement.iter_mut().zip(&correction).for_each(|(sum, correction)| *sum += *correction);
+    let moved = if body.springs().is_empty() { Vec::new() } else { correction };
+    Field { stress: stresses(&displacement), moved }
 }
 
-/// Combines FE stresses to orthonormal ones, as many as are independent.
-fn orthonormal_fields<S: Space>(body: &Body<S>, fields: &[Vec<S::Tensor>]) -> Vec<Vec<S::Tensor>> {
-    let entry = |k: usize, l: usize| product(body, &fields[k.max(l)], &fields[k.min(l)]);
+/// Combines FE fields to ones with orthonormal stresses, as many as are independent.
+fn orthonormal_fields<S: Space>(body: &Body<S>, fields: &[Field<S>]) -> Vec<Field<S>> {
+    let entry = |k: usize, l: usize| product(body, &fields[k.max(l)].stress, &fields[k.min(l)].stress);
     let gram = DMatrix::from_fn(fields.len(), fields.len(), entry);
     let combined = |factors: Vec<f64>| {
         let at = |cell: usize| -> S::Tensor {
             let mut sum = S::components(|_| 0.0);
             for (factor, field) in factors.iter().zip(fields) {
-                let part: S::Components<f64> = field[cell].into();
+                let part: S::Components<f64> = field.stress[cell].into();
                 (0..S::COMPONENTS).for_each(|c| sum[c] += factor * part[c]);
             }
             sum.into()
         };
-        (0..body.mesh().cells().len()).map(at).collect()
+        let moved = |node: usize| {
+            factors.iter().zip(fields).map(|(factor, field)| field.moved[node] * *factor).sum::<S::Vector>()
+        };
+        Field {
+            stress: (0..body.mesh().cells().len()).map(at).collect(),
+            moved: (0..fields[0].moved.len()).map(moved).collect(),
+        }
     };
     inverse_roots(gram).into_iter().map(combined).collect()
 }

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 /// e_CRE²  = ∑ ‖τ − σ(v)‖² + 2 ∫ p o
 ///         = ∑ ‖τ − σ̂‖² + [∑ ‖σ̂ − σ(v)‖² + 2 ∫ p o]
 /// ```
-/// On curved contact lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26). With friction (32) is added to both sides, and (36) with a lift.
+/// Sides on springs add (41). On curved contact lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26). With friction (32) is added to both sides, and (36) with a lift.
 #[derive(Clone, Debug)]
 pub struct Cre {
     /// `e_CRE²`, a bound of `‖u − v‖² + ‖σ − τ‖²`.
@@ -66,7 +66,12 @@ pub fn constitutive_relation_error<S: Recovery>(
         };
         let (to_given, to_finite_element) =
             (0..body.mesh().cells().len()).into_par_iter().with_min_len(512).map(of_cell).unzip();
-        [to_given, to_finite_element]
+        let mut distances: [Vec<f64>; 2] = [to_given, to_finite_element];
+        for (distances, displacement) in distances.iter_mut().zip([Some(&fields.displacement[..]), None]) {
+            let terms = fields.equilibrated.spring_terms(body, displacement);
+            terms.for_each(|(cell, term)| distances[cell] += term);
+        }
+        distances
     };
     Cre::from_cells(problem, pair, each_body(problem.bodies.len(), of_body))
 }
@@ -89,6 +94,7 @@ impl Cre {
         let contact: f64 = by_contact_edge.iter().flatten().sum();
         let algebraic = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
             distance_squared(body, &fields.equilibrated.finite_element, &fields.stress)
+                + fields.equilibrated.spring_distance(body, &fields.displacement)
         };
         let (by_cell, discretisation_by_cell): (Vec<_>, Vec<_>) =
             distances.into_iter().map(<(Vec<f64>, Vec<f64>)>::from).unzip();

@@ -13,14 +13,16 @@
 
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::FacetMoments;
+use crate::springs::relaxes;
 use crate::star::{Spoke, Star, StarList};
 use fem_core::body::{Body, FacetCondition};
-use fem_core::directions::{Directions, with_products};
+use fem_core::directions::with_products;
 use fem_core::geometry::{Vector, cross, perpendicular};
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::for_each_task;
 use fem_core::space::Plane;
 use fem_core::tensor::SymTensor2;
+use nalgebra::Matrix2;
 use rayon::prelude::*;
 
 /// Vertices handled by one task.
@@ -86,6 +88,19 @@ impl Work {
     }
 }
 
+/// What the conditions at the ends of an open star say of its first moment.
+enum Given {
+    None,
+    /// Its component along a unit vector.
+    One(Vector, f64),
+    All(Vector),
+}
+
+/// Returns the boundary edges of an open star with the sign of the moment on their triangle: on the last spoke the triangle lies before it.
+fn ends(star: Star<'_>) -> [(usize, f64); 2] {
+    [(0, 1.0), (star.spokes.len() - 1, -1.0)]
+}
+
 impl Recovery<'_> {
     /// Finds the moments about a vertex.
     fn vertex(&self, node: NodeId, work: &mut Work, found: &AtomicSlots) {
@@ -93,7 +108,11 @@ impl Recovery<'_> {
         self.differences(work);
         let mean = self.mean(node, work);
         let (star, relative) = (work.stars.get(0), &work.relative);
-        let first = if star.is_closed() { mean } else { self.fit_ends(star, relative, mean) };
+        let first = match () {
+            () if star.is_closed() => mean,
+            () if self.is_on_springs(star) => self.fit_springs(node, work, mean),
+            () => self.fit_ends(star, relative, mean),
+        };
         for (spoke, relative) in star.spokes.iter().zip(relative) {
             let after = first + *relative;
             // The moment acts on the edge's first triangle.
@@ -153,33 +172,84 @@ impl Recovery<'_> {
 
     /// Changes the mean so that it satisfies the conditions on the two boundary edges of an open star.
     fn fit_ends(&self, star: Star<'_>, relative: &[Vector], mean: Vector) -> Vector {
-        let last = star.spokes.len() - 1;
-        let mut given: Vec<(Vector, f64)> = Vec::with_capacity(4);
-        for (spoke, sign) in [(0, 1.0), (last, -1.0)] {
-            let (reaction, moment) = self.boundary(star.spokes[spoke]);
-            // On the last spoke the triangle lies before it, so that the moment on it is −c.
-            let value = sign * moment - relative[spoke];
-            given.extend(reaction.complement().basis().iter().map(|d| (*d, d.dot(&value))));
+        match self.given(star, relative) {
+            Given::None => mean,
+            Given::One(e, value) => mean + (value - e.dot(&mean)) * e,
+            Given::All(moment) => moment,
         }
-        let Some(&(e, value)) = given.first() else { return mean };
+    }
+
+    /// Finds the conditions that the two boundary edges of an open star put on the first moment.
+    fn given(&self, star: Star<'_>, relative: &[Vector]) -> Given {
+        let mut given: Vec<(Vector, f64)> = Vec::with_capacity(4);
+        for (spoke, sign) in ends(star) {
+            let (condition, moment) = self.boundary(star.spokes[spoke]);
+            let value = sign * moment - relative[spoke];
+            given.extend(condition.reaction.complement().basis().iter().map(|d| (*d, d.dot(&value))));
+        }
+        let Some(&(e, value)) = given.first() else { return Given::None };
         // Of the others the most perpendicular to the first; a parallel one is equivalent, by FE equilibrium.
         let other =
             given[1..].iter().copied().max_by(|a, b| cross(e, a.0).abs().total_cmp(&cross(e, b.0).abs()));
         match other {
-            Some((d, second)) if cross(e, d).abs() > 1e-6 => with_products::<Plane>([e, d], [value, second]),
-            _ => mean + (value - e.dot(&mean)) * e,
+            Some((d, second)) if cross(e, d).abs() > 1e-6 => {
+                Given::All(with_products::<Plane>([e, d], [value, second]))
+            }
+            _ => Given::One(e, value),
         }
     }
 
-    /// Returns the condition on a boundary edge: directions of reaction, and the moment about the vertex.
-    fn boundary(&self, Spoke { edge, ring, .. }: Spoke) -> (Directions, Vector) {
+    /// Tells whether the traction on a boundary edge of an open star is unknown along springs.
+    fn is_on_springs(&self, star: Star<'_>) -> bool {
+        ends(star).into_iter().any(|(spoke, _)| relaxes(self.boundary(star.spokes[spoke]).0))
+    }
+
+    /// Changes the mean so that it satisfies the conditions on the two boundary edges of an open star on springs. Along springs the moment is closest
+    /// to that of the FE displacement, with the weight `(1 + E/(k |Γ|))/|Γ|`.
+    fn fit_springs(&self, node: NodeId, work: &Work, mean: Vector) -> Vector {
+        let mesh = self.body.mesh();
+        let Work { stars, ends: points, stress, relative } = work;
+        let (star, own) = (stars.get(0), mesh.points()[node]);
+        let total: f64 = points.iter().map(|end| 1.0 / (end - own).norm()).sum();
+        // The minimum of ½ c·A c − r·c.
+        let (mut a, mut r) = (Matrix2::from_diagonal_element(total), total * mean);
+        for (spoke, sign) in ends(star) {
+            let (condition, moment) = self.boundary(star.spokes[spoke]);
+            if !relaxes(condition) {
+                continue;
+            }
+            let (along, triangle) = (points[spoke] - own, if spoke == 0 { 0 } else { stress.len() - 1 });
+            let weight = 1.0 / along.norm();
+            let modulus = self.body.material(star.triangles[triangle].triangle as usize).axial_modulus();
+            let springs = &condition.springs;
+            let average = stress[triangle].apply(-0.5 * perpendicular(along)) - relative[spoke];
+            let target = sign * moment - relative[spoke];
+            for d in springs.directions.basis() {
+                let soft = weight * weight * modulus * springs.strained(&[*d; 2])[0];
+                a += d * soft.transpose();
+                r += d * (weight * (target - average).dot(d) + soft.dot(&target));
+            }
+        }
+        let free = |e: Vector, value: f64| {
+            let f = perpendicular(e);
+            value * e + f.dot(&(r - value * (a * e))) / f.dot(&(a * f)) * f
+        };
+        match self.given(star, relative) {
+            Given::None => a.try_inverse().map_or(mean, |inverse| inverse * r),
+            Given::One(e, value) => free(e, value),
+            Given::All(moment) => moment,
+        }
+    }
+
+    /// Returns the condition on a boundary edge, and the moment about the vertex.
+    fn boundary(&self, Spoke { edge, ring, .. }: Spoke) -> (&FacetCondition, Vector) {
         let mesh = self.body.mesh();
         let place = mesh.topology().boundary_place(edge);
         let condition = &self.conditions[place];
-        let [a, b] = condition.traction;
+        let [a, b] = condition.expected_traction();
         let first = mesh.topology().facets()[edge][1] == ring;
         let (near, far) = if first { (a, b) } else { (b, a) };
         let moment = mesh.facet_measure(edge) / 6.0 * (2.0 * near + far);
-        (condition.reaction, moment)
+        (condition, moment)
     }
 }

@@ -51,6 +51,15 @@ pub enum EstimatorError {
         /// The pair, from 0.
         pair: usize,
     },
+    /// A side on springs is in contact, and was cut after the field was computed.
+    #[error(
+        "a side of body {} is on springs and in contact with surfaces that do not match; its field is certified on meshes that match only",
+        body + 1
+    )]
+    SpringsOfField {
+        /// The body, from 0.
+        body: usize,
+    },
     /// The pressure that keeps the floating bodies in balance could not be computed.
     #[error("the pressure in balance: {0}")]
     Balance(#[from] QpError),

@@ -113,7 +113,7 @@ fn measure<S: Recovery>(
     let displaced = (fields.displacement.as_slice(), noise);
     let (admissibility, cells) = check_stress_and_measure(body, displaced, stress, Some((against, accuracy)));
     let squared = of_cells(&cells.distances[0]);
-    let residual = stress_residual(body, condensed, (&cells, accuracy), &[]);
+    let residual = stress_residual(body, condensed, (stress, &cells, accuracy), Vec::new());
     Frozen { squared, admissibility, residual }
 }
 

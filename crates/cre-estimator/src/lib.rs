@@ -105,6 +105,7 @@ mod round_off;
 mod side;
 mod size;
 mod solid;
+mod springs;
 mod star;
 pub mod star_relaxation;
 
@@ -123,6 +124,7 @@ pub use recovered::RecoveredStress;
 pub use recovery::Recovery;
 pub use relaxation::{Relaxation, RelaxationReport};
 pub use relaxed::admissible_pair;
+pub use springs::released;
 pub use star_relaxation::StarRelaxation;
 
 /// The examples of README.md, run as tests.

@@ -19,11 +19,11 @@ use crate::node_lines::NodeLines;
 use crate::recovery::Recovery;
 use crate::side::side_sign;
 use crate::size::larger;
-use fem_core::body::Body;
+use fem_core::body::{Body, FacetSprings};
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactFacet, ContactInterface, ContactPair, ContactProblem, NodePair};
-use fem_core::mesh::id::NodeId;
+use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::Space;
 use std::collections::HashMap;
 
@@ -360,7 +360,11 @@ fn energy<S: Recovery>(body: &Body<S>, field: &[(NodeId, S::Vector)]) -> f64 {
         let strain = Element::<S>::new(mesh.corners(t)).strain(S::corners(|k| at(nodes[k])));
         mesh.measure(t) * S::contracted(body.material(t).stress(strain), strain)
     };
-    triangles.into_iter().map(of_cell).sum()
+    let of_springs = |(facet, springs): (FacetId, &FacetSprings<S>)| {
+        let nodes = mesh.topology().facets()[facet];
+        springs.energy(&S::axes(|k| at(nodes[k])), mesh.facet_measure(facet))
+    };
+    triangles.into_iter().map(of_cell).sum::<f64>() + body.facet_springs().map(of_springs).sum::<f64>()
 }
 
 #[cfg(test)]

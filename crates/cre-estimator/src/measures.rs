@@ -81,7 +81,7 @@ impl Forces {
         measure: f64,
     ) {
         self.raise_scale::<S>(own);
-        for (force, traction) in own.as_ref().iter().zip(condition.traction) {
+        for (force, traction) in own.as_ref().iter().zip(condition.expected_traction()) {
             let given = traction * measure;
             self.scale = larger(self.scale, square(given));
             let difference = condition.reaction.complement().components(*force - given);

@@ -55,7 +55,7 @@ pub trait Recovery: Space {
     /// Counts the bytes of the relaxation of a body.
     fn bytes_of_relaxation(mesh: &Mesh<Self>) -> usize;
 
-    /// Computes `‖τ − σ̂‖²` over a body, J/m in the plane, J in space. It does not depend on the number of threads.
+    /// Computes `‖τ − σ̂‖²` over the cells of a body, J/m in the plane, J in space. It does not depend on the number of threads.
     fn distance_squared(body: &Body<Self>, stress: &EquilibratedStress<Self>) -> f64;
 
     /// Computes the distance² to a stress that is constant in a cell, in the complementary norm.
@@ -128,7 +128,8 @@ pub trait Recovery: Space {
 }
 
 impl<S: Recovery> EquilibratedStress<S> {
-    /// Recovers an equilibrated stress from an FE stress that is in FE equilibrium with the conditions.
+    /// Recovers an equilibrated stress from an FE stress that is in FE equilibrium with the conditions; of a body on springs these are
+    /// [`crate::released`].
     pub fn recover(
         body: &Body<S>,
         finite_element: Vec<S::Tensor>,
@@ -138,9 +139,9 @@ impl<S: Recovery> EquilibratedStress<S> {
         Self { facet_moments, conditions, finite_element }
     }
 
-    /// Computes the distance² `‖τ − σ̂‖²` to the FE stress over the whole body, in the complementary norm, J/m in the plane, J in space.
-    /// It does not depend on the number of threads.
+    /// Computes the distance² `‖τ − σ̂‖²` to the FE stress over the whole body, in the complementary norm, J/m in the plane, J in space, and that
+    /// of the tractions on springs. It does not depend on the number of threads.
     pub fn distance_squared(&self, body: &Body<S>) -> f64 {
-        S::distance_squared(body, self)
+        S::distance_squared(body, self) + self.spring_energy(body)
     }
 }

@@ -7,6 +7,7 @@ use crate::error::EstimatorError;
 use crate::measures::Accuracy;
 use crate::recovery::Recovery;
 use crate::relaxation::{LEAST, Relaxation};
+use crate::springs::released;
 use fem_core::interface::{ContactProblem, ContactState, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -160,15 +161,16 @@ pub(crate) fn frozen_stress<'a, S: Recovery>(
     found: Option<Found<'_, 'a, S>>,
 ) -> EquilibratedStress<S> {
     let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
+    let mut field = SplitField::new(fields.displacement.clone());
     let stress = match accuracy {
         Accuracy::Double => fields.stress.clone(),
         Accuracy::Refined => {
-            let mut field = SplitField::new(fields.displacement.clone());
             condensed.refine(body, &[], true, &mut field);
             residual::stresses(body, &field)
         }
     };
-    let conditions = with_imposed_normal(prepared.problem(), b);
+    let conditions = with_imposed_normal(prepared.problem(), b, &field.high);
+    let conditions = released(body, conditions, &[&field.high, &field.low]);
     let mut recovered = EquilibratedStress::recover(body, stress, conditions);
     let bound = &fields.relaxation;
     let up_to = |steps: usize| match relaxation {

@@ -2,6 +2,7 @@
 //! allowance of the bound for it.
 
 use crate::admissible::{AdmissibleContact, AdmissiblePair, pressure_forces};
+use crate::equilibrated::EquilibratedStress;
 use crate::lift;
 use crate::measures::{Accuracy, CellMeasures, Shape};
 use crate::recovery::Recovery;
@@ -118,7 +119,12 @@ pub(crate) fn residuals<S: Recovery>(
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let of_body = |b: usize| {
         let forces = pressure_forces(problem, b, &pair.contacts);
-        stress_residual(&problem.bodies[b], &bodies[b], (&cells[b], accuracy), &forces)
+        stress_residual(
+            &problem.bodies[b],
+            &bodies[b],
+            (&pair.bodies[b].equilibrated, &cells[b], accuracy),
+            forces,
+        )
     };
     each_body(problem.bodies.len(), of_body)
 }
@@ -129,17 +135,18 @@ pub(crate) fn residuals<S: Recovery>(
 pub(crate) fn stress_residual<S: Recovery>(
     body: &Body<S>,
     condensed: &CondensedBody<S>,
-    (cells, accuracy): (&CellMeasures<S>, Accuracy),
-    forces: &[(NodeId, S::Vector)],
+    (stress, cells, accuracy): (&EquilibratedStress<S>, &CellMeasures<S>, Accuracy),
+    mut forces: Vec<(NodeId, S::Vector)>,
 ) -> Vec<f64> {
+    forces.extend(stress.spring_forces(body));
     match accuracy {
         Accuracy::Double => {
             let residual = field::stress_residual(body, &cells.mean);
-            condensed.rough_along_unknowns(&less_rough::<S>(residual, forces))
+            condensed.rough_along_unknowns(&less_rough::<S>(residual, &forces))
         }
         Accuracy::Refined => {
             let residual = residual::of_stress(body, &cells.exact_mean);
-            condensed.along_unknowns(&less::<S>(residual, forces))
+            condensed.along_unknowns(&less::<S>(residual, &forces))
         }
     }
 }

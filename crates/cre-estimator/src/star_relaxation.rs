@@ -40,6 +40,7 @@ use crate::cells::{self, Cells, load_tensor, set_tensor};
 use crate::equilibrated::EquilibratedStress;
 use crate::lanes::{LaneRow, MOST_LANES};
 use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
+use crate::springs::relaxes;
 use airy::{Gathered, Map, UNKNOWNS};
 use band::band_size;
 use fem_core::body::{Body, FacetCondition};
@@ -48,7 +49,7 @@ use fem_core::mesh::id::NodeId;
 use fem_core::parallel::each_task;
 pub(crate) use memory::bytes_of_stars;
 use pulp::Simd;
-use space::Space;
+use space::{Space, SpringColumns};
 use stars::{Stars, colour};
 use std::ops::Range;
 
@@ -64,7 +65,7 @@ pub(crate) fn relax_with_stars<'a>(
     used: Option<StarRelaxation<'_>>,
 ) -> RelaxationReport {
     if relaxation.max_steps() == 0 {
-        return RelaxationReport::unrelaxed(cells::distance_squared(body, stress));
+        return RelaxationReport::unrelaxed(stress.distance_squared(body));
     }
     match stars {
         Some(stars) => stars.restate(&stress.conditions),
@@ -72,7 +73,7 @@ pub(crate) fn relax_with_stars<'a>(
     }
     match stars {
         Some(stars) => stars.relax(stress, relaxation),
-        None => RelaxationReport::unrelaxed(cells::distance_squared(body, stress)),
+        None => RelaxationReport::unrelaxed(stress.distance_squared(body)),
     }
 }
 
@@ -80,7 +81,13 @@ pub(crate) fn relax_with_stars<'a>(
 pub struct StarRelaxation<'a> {
     space: Space<'a>,
     stars: Stars,
-    reactions: Vec<Directions>,
+    /// See [`freedom`].
+    freedoms: Vec<(Directions, bool)>,
+}
+
+/// Returns the directions of reaction of a boundary edge, and whether springs are among them.
+fn freedom(condition: &FacetCondition) -> (Directions, bool) {
+    (condition.reaction, relaxes(condition))
 }
 
 impl<'a> StarRelaxation<'a> {
@@ -95,17 +102,17 @@ impl<'a> StarRelaxation<'a> {
     fn in_memory_of(used: Option<StarRelaxation<'_>>, body: &'a Body, conditions: &[FacetCondition]) -> Self {
         let (space, colour_of) = rayon::join(|| Space::new(body, conditions), || colour(body.mesh()));
         let stars = Stars::new(&space, colour_of, used.map(|used| used.stars));
-        Self { space, stars, reactions: conditions.iter().map(|c| c.reaction).collect() }
+        Self { space, stars, freedoms: conditions.iter().map(freedom).collect() }
     }
 
     /// Prepares the stars for other conditions of the same body: only the bands near a boundary edge whose
     /// reactions have other directions are assembled again.
     pub(crate) fn restate(&mut self, conditions: &[FacetCondition]) {
-        let reactions = conditions.iter().map(|c| c.reaction);
-        if reactions.clone().eq(self.reactions.iter().copied()) {
+        let freedoms = conditions.iter().map(freedom);
+        if freedoms.clone().eq(self.freedoms.iter().copied()) {
             return;
         }
-        self.reactions = reactions.collect();
+        self.freedoms = freedoms.collect();
         let space = Space::new(self.space.body(), conditions);
         self.stars.update(&space, &space.differences(&self.space));
         self.space = space;
@@ -131,7 +138,7 @@ impl<'a> StarRelaxation<'a> {
         let body = self.space.body();
         let (found, expected) = (stress.facet_moments.len(), body.mesh().topology().facets().len());
         assert!(found == expected, "the stress has {found} edges, the prepared body {expected}");
-        let same = stress.conditions.iter().map(|c| c.reaction).eq(self.reactions.iter().copied());
+        let same = stress.conditions.iter().map(freedom).eq(self.freedoms.iter().copied());
         assert!(same, "the reactions of the stress are not in the directions the stars were prepared for");
         let (r, [energy, of_elements]) = self.residual(stress);
         let unit = self.stars.unit();
@@ -149,14 +156,35 @@ impl<'a> StarRelaxation<'a> {
 
     /// Computes the negative gradient of half the energy, `−⟨τ − σ̂, τ_i⟩`, the energy `‖τ − σ̂‖²`, and `‖σ̂‖²`.
     fn residual(&self, stress: &EquilibratedStress) -> (AtomicSlots, [f64; 2]) {
-        let nodes = self.space.body().mesh().points().len();
+        let body = self.space.body();
+        let nodes = body.mesh().points().len();
         let size = band_size(nodes);
         let r = AtomicSlots::zeros(self.space.len());
         let energies: Vec<[f64; 2]> = each_task(nodes.div_ceil(size), |k| {
             let nodes = k * size..nodes.min((k + 1) * size);
             pulp::Arch::new().dispatch(BandResidual { space: &self.space, nodes, stress, r: &r })
         });
-        (r, [0, 1].map(|k| energies.iter().map(|energies| energies[k]).sum()))
+        self.add_springs(stress, &r);
+        let [energy, of_elements]: [f64; 2] =
+            [0, 1].map(|k| energies.iter().map(|energies| energies[k]).sum());
+        (r, [energy + stress.spring_energy(body), of_elements])
+    }
+
+    /// Adds the part of the springs to the negative gradient of half the energy.
+    fn add_springs(&self, stress: &EquilibratedStress, r: &AtomicSlots) {
+        let mesh = self.space.body().mesh();
+        let topology = mesh.topology();
+        for (edge, _) in self.space.springs() {
+            let springs = &stress.conditions[topology.boundary_place(*edge)].springs;
+            let mut defect = springs.strained(&stress.spring_defect(self.space.body(), *edge, springs));
+            if topology.oriented_facet(*edge, mesh.cells()) != topology.facets()[*edge] {
+                defect.reverse();
+            }
+            let SpringColumns { unknowns, moments } = self.space.spring_columns(*edge);
+            for (unknown, of) in unknowns.into_iter().zip(&moments) {
+                r.set(unknown, r.get(unknown) - of[0].dot(&defect[0]) - of[1].dot(&defect[1]));
+            }
+        }
     }
 }
 

@@ -3,13 +3,13 @@
 //! Every column is gathered separately from the cells around its node, in a fixed order: columns run
 //! in parallel and the result does not depend on the number of threads, bit for bit.
 
-use crate::body::{Body, FreeMotion, RigidMotion};
+use crate::body::{Body, FreeMotion, RigidMotion, moments};
 use crate::dof::{DofMap, IMPOSED};
 use crate::element::{Block, Element};
 use crate::geometry::Coordinates;
 use crate::interface::InterfaceSide;
 use crate::memory::fits_in_memory;
-use crate::mesh::id::NodeId;
+use crate::mesh::id::{FacetId, NodeId};
 use crate::space::{Plane, Space};
 use crate::sparse::SymmetricCsc;
 use rayon::prelude::*;
@@ -78,7 +78,7 @@ impl<S: Space> System<S> {
         if let Some(motion) = body.free_motion() {
             return Err(AssemblyError::Floating { motion });
         }
-        Self::without_springs(body, dofs)
+        Self::bare(body, dofs)
     }
 
     /// Assembles a body that may float: each rigid motion that its supports leave free gets a spring at one unknown, as
@@ -87,9 +87,9 @@ impl<S: Space> System<S> {
     ///
     /// # Errors
     /// A body without unknowns; a body with overflowing data.
-    pub fn with_springs(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
-        let mut system = Self::without_springs(body, dofs)?;
-        for unknown in springs(body, &system.dofs) {
+    pub fn stabilised(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
+        let mut system = Self::bare(body, dofs)?;
+        for unknown in stabilised_unknowns(body, &system.dofs) {
             let SymmetricCsc { starts, rows, values } = &mut system.stiffness;
             let column = starts[unknown] as usize..starts[unknown + 1] as usize;
             for entry in column.filter(|entry| rows[*entry] as usize == unknown) {
@@ -99,13 +99,15 @@ impl<S: Space> System<S> {
         Ok(system)
     }
 
-    fn without_springs(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
+    fn bare(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
         if dofs.is_empty() {
             return Err(AssemblyError::NothingUnknown);
         }
-        let external = external_forces(body);
+        let mut external = external_forces(body);
+        spring_forces(body, &[]).for_each(|(node, force)| external[node] += force);
         let (first_beside, beside) = body.mesh().topology().node_neighbours();
-        let columns = Columns { body, dofs: &dofs, external: &external, first_beside, beside };
+        let springs = SpringsAround::new(body);
+        let columns = Columns { body, dofs: &dofs, external: &external, springs, first_beside, beside };
         let starts = columns.starts()?;
         debug_assert!(starts.is_sorted(), "the columns of the stiffness overlap");
         let entries = starts[dofs.len()] as usize;
@@ -131,7 +133,7 @@ const PREFERRED: f64 = 0.1;
 /// Chooses one unknown per rigid motion of a floating body, by elimination with pivots: the unknown that moves most, then
 /// the one that moves most in what the springs so far leave free. If nearly all nodes have several directions, as at corners of two
 /// pairs, the others do not move in every motion.
-fn springs<S: Space>(body: &Body<S>, dofs: &DofMap<S>) -> Vec<usize> {
+fn stabilised_unknowns<S: Space>(body: &Body<S>, dofs: &DofMap<S>) -> Vec<usize> {
     let mut motions = body.rigid_motions();
     if motions.is_empty() {
         return Vec::new();
@@ -171,12 +173,9 @@ pub fn external_forces<S: Space>(body: &Body<S>) -> Vec<S::Vector> {
         if traction == S::ZEROS {
             continue;
         }
-        // ∫ φ_j φ_k is the measure over d (d + 1) on a facet with d corners, twice that if j is k.
-        let share = mesh.facet_measure(facet) / (S::DIM * (S::DIM + 1)) as f64;
-        let nodes = mesh.topology().facets()[facet];
-        for k in 0..S::DIM {
-            let others = (0..S::DIM).filter(|j| *j != k);
-            forces[nodes[k]] += others.fold(traction[k] * 2.0, |sum, j| sum + traction[j]) * share;
+        let moments = moments::<S>(&traction, mesh.facet_measure(facet));
+        for (node, moment) in mesh.topology().facets()[facet].into_iter().zip(moments) {
+            forces[node] += moment;
         }
     }
     for (node, force) in body.rigid_forces() {
@@ -194,15 +193,53 @@ pub fn external_forces<S: Space>(body: &Body<S>) -> Vec<S::Vector> {
     forces
 }
 
+/// Computes the nodal forces of the springs of a displaced body, Cartesian, N/m in the plane, N in space: with the sides that they act on.
+///
+/// * `displacement`: of each node, m; of an empty one zero.
+pub fn spring_forces<'a, S: Space>(
+    body: &'a Body<S>,
+    displacement: &'a [S::Vector],
+) -> impl Iterator<Item = (NodeId, S::Vector)> + 'a {
+    let mesh = body.mesh();
+    body.facet_springs().flat_map(move |(facet, springs)| {
+        let nodes = mesh.topology().facets()[facet];
+        let moved = S::axes(|k| displacement.get(nodes[k].index()).copied().unwrap_or_default());
+        let forces = moments::<S>(&springs.stretched(&moved).traction(), mesh.facet_measure(facet));
+        nodes.into_iter().zip(forces)
+    })
+}
+
 /// Columns of the stiffness, node by node.
 struct Columns<'a, S: Space> {
     body: &'a Body<S>,
     dofs: &'a DofMap<S>,
     external: &'a [S::Vector],
+    springs: SpringsAround,
     /// The beginning of each node's list in `beside`.
     first_beside: Vec<u32>,
     /// The nodes joined to each node by a cell, ascending.
     beside: Vec<NodeId>,
+}
+
+/// The facets on springs, with each of their nodes, ascending by nodes.
+struct SpringsAround(Vec<(NodeId, FacetId)>);
+
+impl SpringsAround {
+    fn new<S: Space>(body: &Body<S>) -> Self {
+        let topology = body.mesh().topology();
+        let mut all: Vec<_> = body
+            .facet_springs()
+            .flat_map(|(facet, _)| topology.facets()[facet].into_iter().map(move |node| (node, facet)))
+            .collect();
+        all.sort_unstable();
+        Self(all)
+    }
+
+    /// Lists the facets on springs around a node.
+    fn of(&self, node: NodeId) -> impl Iterator<Item = FacetId> + '_ {
+        let first = self.0.partition_point(|(other, _)| *other < node);
+        self.0[first..].iter().take_while(move |(other, _)| *other == node).map(|(_, facet)| *facet)
+    }
 }
 
 /// Columns handled as one unit of parallel work.
@@ -352,6 +389,25 @@ impl<S: Space> Gather<S> {
                 };
                 for c in 0..S::DIM {
                     self.blocks[place][c] += block[c];
+                }
+            }
+        }
+        self.add_springs(columns, NodeId::new(node));
+    }
+
+    /// Adds the blocks of the springs on the facets around a node.
+    fn add_springs(&mut self, columns: &Columns<'_, S>, node: NodeId) {
+        let (body, beside) = (columns.body, columns.beside(node.index()));
+        for facet in columns.springs.of(node) {
+            let Some(condition) = body.facet_condition(facet) else { continue };
+            let share = body.mesh().facet_measure(facet) / (S::DIM * (S::DIM + 1)) as f64;
+            for other in body.mesh().topology().facets()[facet] {
+                let (place, share) = match beside.binary_search(&other) {
+                    Ok(place) => (place, share),
+                    Err(_) => (beside.len(), 2.0 * share),
+                };
+                for c in 0..S::DIM {
+                    self.blocks[place][c] += condition.springs.stiffness[c] * share;
                 }
             }
         }

@@ -9,6 +9,7 @@ mod joined;
 mod motion;
 mod onto_surfaces;
 mod rigid;
+mod springs;
 mod surfaces;
 
 use crate::boundary::{BoundaryConditions, Support};
@@ -35,17 +36,31 @@ pub(crate) use joined::Merged;
 pub use motion::{FreeMotion, RigidMotion};
 pub use onto_surfaces::{FinerBody, move_onto_surfaces};
 pub use rigid::RigidSide;
+pub use springs::{FacetSprings, SpringFacet, SpringSide, moments, tractions};
 pub use surfaces::{DeclaredSurface, SurfaceKind};
 
 /// The condition on one boundary facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacetCondition<S: Space = Plane> {
     /// The directions in which the traction is an unknown reaction: none on a Neumann facet, one on a roller, all on a clamped facet or one of a
-    /// rigid side.
+    /// rigid side. Springs do not count here.
     pub reaction: Directions<S>,
     /// Given traction at the facet's nodes (in the order of [`crate::mesh::topology::Topology::facets`]), Pa;
-    /// linear between them. Zero in the directions of unknown reaction.
+    /// linear between them. Zero in the directions of a support's reaction.
     pub traction: S::Axes<S::Vector>,
+    /// Springs on the facet. Their traction is not part of the given one.
+    pub springs: FacetSprings<S>,
+}
+
+impl<S: Space> FacetCondition<S> {
+    /// Returns the given traction and that of the springs in their stretch, Pa.
+    pub fn expected_traction(&self) -> S::Axes<S::Vector> {
+        if self.springs.directions.is_none() {
+            return self.traction;
+        }
+        let of_springs = self.springs.traction();
+        S::axes(|k| self.traction[k] + of_springs[k])
+    }
 }
 
 /// The nodes of one displacement condition, and how it holds them. A support on a single node has one node, any other at least two.
@@ -95,6 +110,7 @@ pub struct Body<S: Space = Plane> {
     /// Nodes of each displacement condition.
     supports: Vec<SupportSet<S>>,
     rigid_sides: Vec<RigidSide<S>>,
+    springs: Vec<SpringSide<S>>,
     /// See [`Body::roller_turn`].
     roller_turn: f64,
     /// The conditions and their facets, to evaluate them again on a finer mesh.
@@ -163,6 +179,7 @@ impl<S: Space> Body<S> {
     pub(crate) fn has_no_support(&self) -> bool {
         self.node_constraints.iter().all(|constraint| constraint.held.is_none())
             && self.rigid_sides.is_empty()
+            && self.springs.is_empty()
             && self.mesh.topology().pieces().1 == 1
     }
 
@@ -176,7 +193,7 @@ impl<S: Space> Body<S> {
         let displacements = conditions.displacements.iter().map(|c| &c.edges);
         let others =
             conditions.tractions.iter().map(|c| &c.edges).chain(conditions.rigid.iter().map(|c| &c.edges));
-        let mut selections = displacements.chain(others);
+        let mut selections = displacements.chain(others).chain(conditions.springs.iter().map(|c| &c.edges));
         if selections.all(|edges| edges.part.is_none()) {
             return Ok(self.clone());
         }
@@ -201,6 +218,7 @@ impl<S: Space> Body<S> {
             nodes: self.selected.nodes.clone(),
             tractions: both(&self.selected.tractions, &found.selected.tractions),
             rigid: both(&self.selected.rigid, &found.selected.rigid),
+            springs: both(&self.selected.springs, &found.selected.springs),
         }))
     }
 
@@ -219,9 +237,11 @@ impl<S: Space> Body<S> {
         self.mesh.add_group(name, edges);
     }
 
-    /// Tells whether an edge has neither a load nor an imposed displacement.
+    /// Tells whether an edge has neither a load nor springs nor an imposed displacement.
     pub fn is_free(&self, edge: FacetId) -> bool {
-        let free = |c: &FacetCondition<S>| c.reaction.is_none() && c.traction == S::ZEROS;
+        let free = |c: &FacetCondition<S>| {
+            c.reaction.is_none() && c.traction == S::ZEROS && c.springs.directions.is_none()
+        };
         self.facet_condition(edge).is_none_or(free)
     }
 
@@ -267,6 +287,19 @@ impl<S: Space> Body<S> {
     /// Returns the sides that stay rigid, in the order of the conditions.
     pub fn rigid_sides(&self) -> &[RigidSide<S>] {
         &self.rigid_sides
+    }
+
+    /// Returns the sides on springs, in the order of the conditions.
+    pub fn springs(&self) -> &[SpringSide<S>] {
+        &self.springs
+    }
+
+    /// Lists the boundary facets on springs, each with the sum of its springs.
+    pub fn facet_springs(&self) -> impl Iterator<Item = (FacetId, &FacetSprings<S>)> + '_ {
+        let facets = self.mesh.topology().boundary_facets().iter().copied();
+        let all = facets.zip(self.facet_conditions.iter().map(|condition| &condition.springs));
+        let all = (!self.springs.is_empty()).then_some(all);
+        all.into_iter().flatten().filter(|(_, springs)| !springs.directions.is_none())
     }
 
     /// Lists the nodal forces of the loads of its rigid sides, N/m, see [`RigidSide::forces`].
@@ -325,6 +358,7 @@ impl<S: Space> Body<S> {
             nodes: self.selected.nodes.clone(),
             tractions: self.selected.tractions.iter().map(finer).collect(),
             rigid: self.selected.rigid.iter().map(finer).collect(),
+            springs: self.selected.springs.iter().map(finer).collect(),
         };
         let materials = self.materials.inherited(parent_cell);
         let finer = conditions::evaluate(mesh.clone(), materials, &self.conditions, Some(selected))?;

@@ -126,6 +126,39 @@ pub enum Support<S: Space = Plane> {
     Normal(ScalarData<S>),
 }
 
+/// The directions in which springs act.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SpringDirection<S: Space = Plane> {
+    /// Along the outward normal of the side.
+    Normal,
+    /// In all directions.
+    All,
+    /// Along a vector, whose length does not count.
+    Vector(S::Vector),
+}
+
+/// The displacement at which springs are relaxed.
+#[derive(Clone, Debug)]
+pub enum SpringRest<S: Space = Plane> {
+    /// The component along the direction of the springs, m; none of springs in all directions.
+    Component(ScalarData<S>),
+    /// A vector by Cartesian components, m.
+    Vector(S::Data<ScalarData<S>>),
+}
+
+/// Springs between a part of the boundary and the ground: the traction `−k (u − u₀)` along their directions.
+#[derive(Clone, Debug)]
+pub struct SpringCondition<S: Space = Plane> {
+    /// The facets on which they act.
+    pub edges: FacetSelection<S>,
+    /// `k ≥ 0`, traction per displacement, Pa/m: constant on each facet, its value in the middle.
+    pub stiffness: ScalarData<S>,
+    /// The directions of the springs.
+    pub along: SpringDirection<S>,
+    /// `u₀`, linear on each facet between its values at the corners.
+    pub rest: SpringRest<S>,
+}
+
 /// The list that contains a condition, for error messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConditionList {
@@ -135,6 +168,8 @@ pub enum ConditionList {
     Traction,
     /// `BoundaryConditions::rigid`.
     Rigid,
+    /// `BoundaryConditions::springs`.
+    Spring,
     /// The curved sides of a body.
     Curve,
     /// The declared surfaces of a body.
@@ -156,6 +191,7 @@ impl fmt::Display for ConditionPlace {
             ConditionList::Displacement => "displacement condition",
             ConditionList::Traction => "traction condition",
             ConditionList::Rigid => "rigid side condition",
+            ConditionList::Spring => "spring condition",
             ConditionList::Curve => "curved side",
             ConditionList::Surface => "declared surface",
         };
@@ -237,6 +273,8 @@ pub struct BoundaryConditions<S: Space = Plane> {
     pub tractions: Vec<TractionCondition<S>>,
     /// Sides that stay rigid.
     pub rigid: Vec<RigidCondition<S>>,
+    /// Springs to the ground; several on one facet add up.
+    pub springs: Vec<SpringCondition<S>>,
     /// Constant body force per unit volume, N/m³.
     pub body_force: S::Vector,
 }
@@ -300,9 +338,21 @@ impl<S: Space> BoundaryConditions<S> {
         self
     }
 
+    /// Puts springs, relaxed at zero displacement, between a side and the ground.
+    pub fn spring(
+        mut self,
+        edges: impl Into<FacetSelection<S>>,
+        stiffness: impl Into<ScalarData<S>>,
+        along: SpringDirection<S>,
+    ) -> Self {
+        let (stiffness, rest) = (stiffness.into(), SpringRest::Vector(S::data(|_| 0.0.into())));
+        self.springs.push(SpringCondition { edges: edges.into(), stiffness, along, rest });
+        self
+    }
+
     /// Returns the conditions with other amounts of what they impose.
     ///
-    /// * `factor`: of each condition; the body force has none.
+    /// * `factor`: of each condition, in springs of `u₀`; the body force has none.
     #[must_use]
     pub(crate) fn scaled(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Self {
         let mut scaled = self.clone();
@@ -328,6 +378,13 @@ impl<S: Space> BoundaryConditions<S> {
             condition.motion = S::components(|k| condition.motion[k].map(|u| s * u));
             condition.force *= s;
             condition.moment = condition.moment * s;
+        }
+        for (k, condition) in scaled.springs.iter_mut().enumerate() {
+            let s = of(ConditionList::Spring, k);
+            condition.rest = match &condition.rest {
+                SpringRest::Component(data) => SpringRest::Component(data.scaled(s)),
+                SpringRest::Vector(all) => SpringRest::Vector(S::data(|c| all[c].scaled(s))),
+            };
         }
         scaled
     }

@@ -18,7 +18,7 @@ pub use crate::interface::{Partner, Roles};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ContactSystem<'a> {
-    /// The bodies. One that its supports do not hold is on springs, see [`crate::assembly::System::with_springs`].
+    /// The bodies. One that its supports do not hold is on springs, see [`crate::assembly::System::stabilised`].
     pub bodies: Vec<&'a InterfaceOperator>,
     /// The rows of each body, pair after pair.
     pub of_body: Vec<Vec<BodyRow>>,

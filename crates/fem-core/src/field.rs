@@ -1,6 +1,6 @@
 //! Fields on a body: strains and stresses of a displacement, residual forces.
 
-use crate::assembly::external_forces;
+use crate::assembly::{external_forces, spring_forces};
 use crate::body::Body;
 use crate::element::Element;
 use crate::space::Space;
@@ -36,10 +36,13 @@ pub(crate) fn strain<S: Space>(
 /// Computes `K u − f` at every node, Cartesian, N/m: zero at nodes with loads only, the support's
 /// reaction where a displacement is imposed, the contact force on the interface.
 pub fn nodal_residual<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> Vec<S::Vector> {
-    residual(body, |t, element| body.material(t).stress(strain(body, t, element, displacement)))
+    let mut forces =
+        residual(body, |t, element| body.material(t).stress(strain(body, t, element, displacement)));
+    spring_forces(body, displacement).for_each(|(node, force)| forces[node] -= force);
+    forces
 }
 
-/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every cell, Pa.
+/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every cell, Pa: without springs.
 pub fn stress_residual<S: Space>(body: &Body<S>, means: &[S::Tensor]) -> Vec<S::Vector> {
     residual(body, |t, _| means[t])
 }

@@ -245,6 +245,12 @@ impl<S: Space> LinearElastic<S> {
         S::components(|k| if k < S::DIM { e[k] } else { 0.5 * e[k] }).into()
     }
 
+    /// Computes `1/(E⁻¹)₁₁`, Pa: Young's modulus along the first axis, in plane strain over `1 − ν²`.
+    pub fn axial_modulus(&self) -> f64 {
+        let tension = S::components(|k| if k == 0 { 1.0 } else { 0.0 }).into();
+        1.0 / self.complementary(tension, tension)
+    }
+
     /// Computes `σ : E⁻¹ τ`, the complementary energy product of two stresses (J/m³, no factor ½).
     #[inline]
     pub fn complementary(&self, sigma: S::Tensor, tau: S::Tensor) -> f64 {

@@ -4,7 +4,7 @@ use crate::body::Body;
 use crate::element::Element;
 use crate::mesh::Mesh;
 use crate::mesh::cell_tree::{CellAt, CellTree};
-use crate::norm::{energy_distance_squared, sum_over_cells};
+use crate::norm::{energy_distance_squared, spring_energy, sum_over_cells};
 use crate::space::{Plane, Space};
 use std::sync::OnceLock;
 
@@ -46,7 +46,7 @@ impl<'a, S: Space> MeshField<'a, S> {
         mesh.points().iter().enumerate().map(value).collect()
     }
 
-    /// Computes `a(u − v, u − v)` for this field `u` and a field `v` of a body, J/m, exactly: over the common parts of the cells of
+    /// Computes `‖u − v‖²` for this field `u` and a field `v` of a body, J/m, exactly, if sides on springs are unchanged or finer: over the common parts of the cells of
     /// both meshes, on which both are linear. Regions that only one of the meshes covers are left out.
     ///
     /// * `field`: `v`, at the nodes of the body's mesh.
@@ -58,7 +58,7 @@ impl<'a, S: Space> MeshField<'a, S> {
         if self.has_mesh(mesh) {
             return energy_distance_squared(body, self.values, field);
         }
-        sum_over_cells(mesh.cells().len(), |t| {
+        let cells = sum_over_cells(mesh.cells().len(), |t| {
             let nodes = mesh.cells()[t];
             let corners = mesh.corners(t);
             if self.has_cell(mesh, t) {
@@ -76,10 +76,14 @@ impl<'a, S: Space> MeshField<'a, S> {
                 measure * energy_density(body, t, difference)
             };
             self.tree().common_measures(corners).into_iter().map(part).sum()
-        })
+        });
+        let own = if body.springs().is_empty() { Vec::new() } else { self.on(mesh) };
+        let difference: Vec<S::Vector> = own.iter().zip(field).map(|(u, v)| *u - *v).collect();
+        cells + spring_energy(body, &difference)
     }
 
-    fn has_mesh(&self, mesh: &Mesh<S>) -> bool {
+    /// Tells whether the field is on the nodes of this mesh.
+    pub fn has_mesh(&self, mesh: &Mesh<S>) -> bool {
         std::ptr::eq(self.mesh, mesh)
             || (self.mesh.points() == mesh.points() && self.mesh.cells() == mesh.cells())
     }

@@ -1,10 +1,11 @@
-//! Energy norms, all without the factor ½: `‖u‖² = a(u, u) = ∫ σ(u) : ε(u)`.
+//! Energy norms, all without the factor ½: `‖u‖² = a(u, u) = ∫ σ(u) : ε(u)`, and `∫ k u²` of springs.
 
-use crate::body::Body;
+use crate::body::{Body, FacetSprings};
 use crate::element::Element;
 use crate::field::strain;
 use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
+use crate::mesh::id::FacetId;
 use crate::parallel::each_task;
 use crate::quadrature::RADON7;
 use crate::space::Space;
@@ -29,17 +30,28 @@ pub fn from_squared(squared: f64) -> f64 {
     if squared < 0.0 { 0.0 } else { squared.sqrt() }
 }
 
-/// Computes `a(u, u)` of a displacement field, J/m.
+/// Computes `‖u‖² = a(u, u) + ∫ k u²` of a displacement field, J/m.
 pub fn energy_norm_squared<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> f64 {
     let mesh = body.mesh();
-    sum_over_cells(mesh.cells().len(), |t| {
+    let cells = sum_over_cells(mesh.cells().len(), |t| {
         let element = Element::<S>::new(mesh.corners(t));
         let strain = strain(body, t, &element, displacement);
         element.measure * S::contracted(body.material(t).stress(strain), strain)
-    })
+    });
+    cells + spring_energy(body, displacement)
 }
 
-/// Computes `a(u − v, u − v)` for the difference of two displacement fields, J/m.
+/// Computes `∫ k u²` of the springs of a body, J/m.
+pub fn spring_energy<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> f64 {
+    let mesh = body.mesh();
+    let of_facet = |(facet, springs): (FacetId, &FacetSprings<S>)| {
+        let nodes = mesh.topology().facets()[facet];
+        springs.energy(&S::axes(|k| displacement[nodes[k]]), mesh.facet_measure(facet))
+    };
+    body.facet_springs().map(of_facet).sum()
+}
+
+/// Computes `‖u − v‖²` for the difference of two displacement fields, J/m, springs included.
 ///
 /// # Panics
 /// If the fields do not have one entry per node.

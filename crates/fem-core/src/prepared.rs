@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 /// A contact problem with its factorised bodies and their loads: all that an iteration and an estimator need. Bodies that
-/// their supports do not hold are factorised with springs, see [`System::with_springs`].
+/// their supports do not hold are factorised with springs, see [`System::stabilised`].
 #[derive(Clone, Debug)]
 pub struct PreparedProblem<S: Space = Plane> {
     problem: ContactProblem<S>,
@@ -91,7 +91,7 @@ impl<S: Space> PreparedProblem<S> {
         let dofs = each_body(count, |b| DofMap::new(&problem.bodies[b], &problem.side(b)));
         before(Stage::Assembly)?;
         let assemble = |(b, dofs): (usize, DofMap<S>)| {
-            System::with_springs(&problem.bodies[b], dofs)
+            System::stabilised(&problem.bodies[b], dofs)
                 .map_err(|source| PrepareError::Assembly { body: b, source })
         };
         let systems = each_of(dofs, assemble)?;
@@ -127,7 +127,7 @@ impl<S: Space> PreparedProblem<S> {
         let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
         before(Stage::Assembly)?;
         let load = |(b, (body, dofs)): (usize, (CondensedBody<S>, DofMap<S>))| {
-            let system = System::with_springs(&problem.bodies[b], dofs)
+            let system = System::stabilised(&problem.bodies[b], dofs)
                 .map_err(|source| PrepareError::Assembly { body: b, source })?;
             Ok(body.with_loads(system))
         };

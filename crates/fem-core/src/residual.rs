@@ -7,6 +7,7 @@
 use crate::body::Body;
 use crate::double_double::{DoubleDouble, PreciseVector};
 use crate::geometry::Coordinates;
+use crate::mesh::id::FacetId;
 use crate::parallel::each_task;
 use crate::space::{Plane, Space};
 use rayon::prelude::*;
@@ -169,15 +170,52 @@ pub fn stresses<S: Space>(body: &Body<S>, field: &SplitField<S>) -> Vec<S::Tenso
 /// Computes `K u − f` at every node, Cartesian, N/m: the reaction of a support, the contact force on the interface, and zero
 /// elsewhere if the field is in FE equilibrium.
 pub fn of_field<S: Space>(body: &Body<S>, field: &SplitField<S>) -> Vec<PreciseVector<S>> {
-    residual(body, Source::Displacement(Nodal { high: &field.high, low: Some(&field.low) }))
+    of_nodal(body, Nodal { high: &field.high, low: Some(&field.low) })
 }
 
 /// [`of_field`] of a displacement in double precision.
 pub fn of_displacement<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> Vec<PreciseVector<S>> {
-    residual(body, Source::Displacement(Nodal { high: displacement, low: None }))
+    of_nodal(body, Nodal { high: displacement, low: None })
 }
 
-/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every cell.
+/// Computes the residual of a displacement, springs included.
+fn of_nodal<S: Space>(body: &Body<S>, field: Nodal<'_, S>) -> Vec<PreciseVector<S>> {
+    let mut residual = residual(body, Source::Displacement(field));
+    for (facet, springs) in body.facet_springs() {
+        let nodes = body.mesh().topology().facets()[facet];
+        // K (u − u₀) at the corners
+        let traction: S::Axes<PreciseVector<S>> = S::axes(|k| {
+            let moved = field.at(nodes[k].index());
+            let stretch: PreciseVector<S> = S::axes(|c| moved[c] + springs.stretch[k][c]);
+            S::axes(|c| {
+                let product = |j: usize| stretch[j] * springs.stiffness[c][j];
+                (1..S::DIM).fold(product(0), |sum, j| sum + product(j))
+            })
+        });
+        let share = facet_measure(body, facet) / factorial(S::DIM + 1);
+        for k in 0..S::DIM {
+            for c in 0..S::DIM {
+                let others = (0..S::DIM).filter(|j| *j != k);
+                let sum = others.fold(traction[k][c] + traction[k][c], |sum, j| sum + traction[j][c]);
+                residual[nodes[k]][c] += share * sum;
+            }
+        }
+    }
+    residual
+}
+
+/// Computes the measure of a facet times the factorial of its dimension.
+fn facet_measure<S: Space>(body: &Body<S>, facet: FacetId) -> DoubleDouble {
+    let corners = body.mesh().facet_corners(facet);
+    let difference = |k: usize, c: usize| DoubleDouble::difference(corners[k][c], corners[0][c]);
+    let edges =
+        S::axes(|k| S::axes(|c| if k + 1 < S::DIM { difference(k + 1, c) } else { DoubleDouble::ZERO }));
+    // The last vector is no edge, and its cofactors are the normal.
+    let normal = S::cofactors(&edges)[S::DIM - 1];
+    (1..S::DIM).fold(normal[0] * normal[0], |sum, c| sum + normal[c] * normal[c]).sqrt()
+}
+
+/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every cell: without springs.
 ///
 /// * `means`: components of the mean of each cell, Pa.
 pub fn of_stress<S: Space>(body: &Body<S>, means: &[S::Components<DoubleDouble>]) -> Vec<PreciseVector<S>> {
@@ -246,14 +284,7 @@ fn external_forces<S: Space>(body: &Body<S>) -> Vec<PreciseVector<S>> {
         if traction == S::ZEROS {
             continue;
         }
-        let corners = mesh.facet_corners(facet);
-        let difference = |k: usize, c: usize| DoubleDouble::difference(corners[k][c], corners[0][c]);
-        let edges =
-            S::axes(|k| S::axes(|c| if k + 1 < S::DIM { difference(k + 1, c) } else { DoubleDouble::ZERO }));
-        // The last vector is no edge, and its cofactors are the normal.
-        let normal = S::cofactors(&edges)[S::DIM - 1];
-        let square = (1..S::DIM).fold(normal[0] * normal[0], |sum, c| sum + normal[c] * normal[c]);
-        let share = square.sqrt() / parts;
+        let share = facet_measure(body, facet) / parts;
         let nodes = mesh.topology().facets()[facet];
         for k in 0..S::DIM {
             for c in 0..S::DIM {

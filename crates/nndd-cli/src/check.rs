@@ -24,6 +24,9 @@ fn describe<S: ReportSpace>(text: &mut String, body: &CheckedBody<S>) {
     let _ = writeln!(text, "\n  body \"{}\"", one_line(&body.name));
     let _ = writeln!(text, "    {:<15} {}", format!("{} groups", S::WORDS.facet), sides.join(", "));
     let _ = writeln!(text, "    supports        {supports} on {}", counted(body.held_nodes, "node"));
+    if body.springs > 0 {
+        let _ = writeln!(text, "    on springs      {}", counted(body.springs, "side"));
+    }
     if body.rigid_sides > 0 {
         let _ = writeln!(text, "    rigid           {}", counted(body.rigid_sides, "side"));
     }

@@ -30,6 +30,8 @@ pub struct CheckedBody<S: Space = Plane> {
     pub supports: usize,
     /// Number of sides that stay rigid.
     pub rigid_sides: usize,
+    /// Number of sides on springs.
+    pub springs: usize,
     /// Number of nodes that are held in some direction, by supports or rigid sides that cannot move.
     pub held_nodes: usize,
     /// Number of conditions that load it: tractions, rigid sides with a force or a moment, and a body force.
@@ -57,6 +59,7 @@ pub fn check<S: ReportSpace>(
             sides: model.mesh().groups().iter().map(|(name, edges)| (name.clone(), edges.len())).collect(),
             supports: model.supports().len(),
             rigid_sides: model.rigid_sides().len(),
+            springs: model.springs().len(),
             held_nodes: model.node_constraints().iter().filter(|node| !node.supported().is_none()).count(),
             loads: body.tractions.len()
                 + model.rigid_sides().iter().filter(loaded).count()
@@ -213,6 +216,7 @@ pub fn summary<S: ReportSpace>(
             "supports": body.supports,
             "held_nodes": body.held_nodes,
             "rigid_sides": body.rigid_sides,
+            "springs": body.springs,
             "loads": body.loads,
             "resultant": body.resultant.entries(),
             "smallest_angle": body.smallest_angle,

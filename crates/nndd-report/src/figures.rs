@@ -459,7 +459,11 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
         .filter_map(|edge| {
             let condition = body.facet_condition(*edge)?;
             let nodes = nodes_of[*edge];
-            let held = if rigid.contains(edge) { Held::Rigid } else { sign_of(&condition.reaction) };
+            let held = match sign_of(&condition.reaction) {
+                _ if rigid.contains(edge) => Held::Rigid,
+                Held::Free if !condition.springs.directions.is_none() => Held::Springs,
+                held => held,
+            };
             // Only what the edge itself imposes: its ends may belong to another side too.
             let displacement = condition.reaction.project(mean(nodes.map(imposed)));
             Some(SketchEdge {

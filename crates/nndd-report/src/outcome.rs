@@ -146,8 +146,8 @@ fn failed_checks<S: ContactSpace + Dimension>(
              contact; use a finer mesh there"
         }
         Some(("rotation", ..)) => {
-            "a body that only contact holds turns so far that small displacements are no longer a fair assumption: hold it, \
-             or lower the loads"
+            "a body that only contact or springs hold turns so far that small displacements are no longer a fair assumption: \
+             hold it, or lower the loads"
         }
         _ if failed.iter().any(|(name, _)| *name == "boundary_traction") && pin.is_some() => {
             pin.as_deref().unwrap_or("")

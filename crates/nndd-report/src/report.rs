@@ -250,13 +250,15 @@ fn bounds<S: ReportSpace>(solution: &CertifiedSolution<S>) -> Bounds {
 fn results<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, change: Option<f64>) -> Results {
     let lines = S::line_results(solution.results);
     let Some(r) = solution.results else { return Results { lines, ..Results::default() } };
-    let reactions = r.reactions.iter().map(|reaction| Reaction {
-        body: case.bodies[reaction.body].name.clone(),
-        on: reaction.on.clone(),
-        fx: reaction.force[0],
-        fy: reaction.force[1],
-        fz: reaction.force.entries().get(2).copied(),
-    });
+    let force = |body: usize, on: &str, force: S::Vector| Reaction {
+        body: case.bodies[body].name.clone(),
+        on: on.to_owned(),
+        fx: force[0],
+        fy: force[1],
+        fz: force.entries().get(2).copied(),
+    };
+    let reactions = r.reactions.iter().map(|of| force(of.body, &of.on, of.force));
+    let springs = r.springs.iter().map(|of| force(of.body, &of.on, of.force));
     Results {
         energy_norm_squared: Some(r.energy_norm_squared.clone()),
         contact_force: Some(r.contact_force),
@@ -266,6 +268,7 @@ fn results<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, change: Opt
         max_edge_pressure: Some(r.max_facet_pressure),
         min_opening: Some(r.min_opening),
         reactions: Some(reactions.collect()),
+        springs: (!r.springs.is_empty()).then(|| springs.collect()),
         balance: Some(r.balance.iter().map(|b| S::motion(b.force, b.moment).as_ref().to_vec()).collect()),
         max_displacement: Some(r.max_displacement),
         max_von_mises: r.max_von_mises,

@@ -19,7 +19,7 @@ pub(crate) enum LambdaOwner {
 }
 
 /// A body with `n` independent rows. With `S_s` of the body on its springs, which it has if it floats (see
-/// [`fem_core::assembly::System::with_springs`]), the body alone has `S = S_s − S_s Q (Qᵀ S_s Q)⁻¹ Qᵀ S_s`.
+/// [`fem_core::assembly::System::stabilised`]), the body alone has `S = S_s − S_s Q (Qᵀ S_s Q)⁻¹ Qᵀ S_s`.
 pub(crate) struct Subdomain<'a> {
     /// Numbers of its rows among those of the assembly.
     pub(crate) rows: Vec<usize>,

@@ -110,7 +110,7 @@ fn of_factors(record: &Recorder, problem: &ContactProblem) {
 
     let assemble = |dofs: Vec<DofMap>| -> Vec<System> {
         let numbered = dofs.into_par_iter().enumerate().with_max_len(1);
-        numbered.map(|(b, dofs)| System::with_springs(&bodies[b], dofs).unwrap()).collect()
+        numbered.map(|(b, dofs)| System::stabilised(&bodies[b], dofs).unwrap()).collect()
     };
     let (systems, seconds) = record.time(|| dofs.clone(), assemble);
     let sizes = bodies.iter().zip(&systems).map(|(body, system)| counts::assembly(body.mesh(), system));

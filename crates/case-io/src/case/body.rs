@@ -1,6 +1,6 @@
 //! `[[body]]`: mesh, material, supports and loads of one body.
 
-use super::{Dimension, MaterialRegion, Part, Rigid, SideCase, Value};
+use super::{Dimension, MaterialRegion, Part, Rigid, SideCase, SpringCase, Value};
 use fem_core::space::Plane;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -27,6 +27,8 @@ pub struct BodyCase<S: Dimension = Plane> {
     pub sides: Vec<SideCase<S>>,
     /// Rigid sides in the file's order.
     pub rigid: Vec<RigidCase<S>>,
+    /// Springs in the file's order.
+    pub springs: Vec<SpringCase<S>>,
     /// Curved sides in the file's order.
     pub curves: Vec<CurveCase<S>>,
 }

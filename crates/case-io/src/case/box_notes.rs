@@ -41,7 +41,8 @@ impl<S: Dimension> Case<S> {
             let supports = given.displacements.iter().map(|d| ("displacement", &d.on, d.part));
             let loads = given.tractions.iter().map(|t| ("traction", &t.on, t.part));
             let rigid = given.rigid.iter().map(|s| ("rigid side", &s.on, s.part));
-            for (what, on, part) in supports.chain(loads).chain(rigid) {
+            let springs = given.springs.iter().map(|s| ("spring", &s.on, s.part));
+            for (what, on, part) in supports.chain(loads).chain(rigid).chain(springs) {
                 let found = on_side(body.mesh(), on, part);
                 if found.cut > 0 {
                     notes.push(format!(

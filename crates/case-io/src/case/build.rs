@@ -134,6 +134,7 @@ impl<S: Dimension> Case<S> {
                 ConditionList::Displacement => "displacement",
                 ConditionList::Traction => "traction",
                 ConditionList::Rigid => "rigid",
+                ConditionList::Spring => "spring",
                 ConditionList::Curve => "curve",
                 ConditionList::Surface => "surface",
             };
@@ -165,6 +166,10 @@ impl<S: Dimension> Case<S> {
             BodyError::EmptySelection { place, .. } => of(place, ".on"),
             BodyError::LoadOnSupport { place, .. } => self.load_path(&of(place, "")),
             BodyError::NotFinite { place, .. } => self.expression_path(&of(place, "")),
+            BodyError::Stiffness { place, .. }
+            | BodyError::TooStiff { place, .. }
+            | BodyError::TooSoft { place, .. } => of(place, ".stiffness"),
+            BodyError::SpringOnSupport { place, .. } => of(place, ""),
             BodyError::Conflict { place, .. } | BodyError::RigidOccupied { place, .. } => of(place, ""),
             BodyError::Materials { .. } => format!("body.{body}.material"),
             BodyError::BodyForce { .. } => format!("body.{body}.body_force"),

@@ -1,6 +1,6 @@
 //! Boundary conditions: from the case's words to fem-core's.
 
-use super::{Case, Dimension, Displacement, Imposition, Load, Part, RigidCase, Traction, Value};
+use super::{Case, Dimension, Displacement, Imposition, Load, Part, RigidCase, SpringCase, Traction, Value};
 use fem_core::boundary::{self, BoundaryConditions, FacetSelection, Support};
 
 impl<S: Dimension> Case<S> {
@@ -18,6 +18,7 @@ impl<S: Dimension> Case<S> {
         }
         conditions.tractions.extend(given.tractions.iter().map(traction));
         conditions.rigid.extend(given.rigid.iter().map(rigid));
+        conditions.springs.extend(given.springs.iter().map(spring));
         conditions
     }
 }
@@ -48,6 +49,15 @@ fn rigid<S: Dimension>(given: &RigidCase<S>) -> boundary::RigidCondition<S> {
         force: given.rigid.force(),
         moment: given.rigid.moment.unwrap_or_default(),
         about: given.rigid.about.as_ref().map(S::vector),
+    }
+}
+
+fn spring<S: Dimension>(given: &SpringCase<S>) -> boundary::SpringCondition<S> {
+    boundary::SpringCondition {
+        edges: selection(&given.on, given.part),
+        stiffness: given.stiffness.scalar(),
+        along: given.direction(),
+        rest: given.at_rest(),
     }
 }
 

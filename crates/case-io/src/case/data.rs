@@ -105,7 +105,7 @@ impl<S: Dimension> Case<S> {
 
     /// Names a datum by body, side and key.
     fn datum(&self, body: usize, found: &DataDifference) -> String {
-        use super::{Imposition, Load};
+        use super::{Imposition, Load, Rest};
         let given = &self.bodies[body];
         let index = found.place.index;
         let (on, key, value) = match found.place.list {
@@ -128,6 +128,18 @@ impl<S: Dimension> Case<S> {
                     }
                     (Load::Pressure(value), _) => ("pressure".to_owned(), Some(value)),
                     _ => ("traction".to_owned(), None),
+                };
+                (&condition.on, key, value)
+            }
+            ConditionList::Spring => {
+                let Some(condition) = given.springs.get(index) else { return String::new() };
+                let (key, value): (String, _) = match (&condition.rest, found.component) {
+                    (_, None) => ("stiffness".to_owned(), Some(&condition.stiffness)),
+                    (Some(Rest::Vector(values)), Some(c)) => {
+                        (format!("rest {}", S::COORDINATES[c]), Some(&values[c]))
+                    }
+                    (Some(Rest::Component(value)), _) => ("rest".to_owned(), Some(value)),
+                    (None, _) => ("rest".to_owned(), None),
                 };
                 (&condition.on, key, value)
             }
@@ -163,8 +175,10 @@ impl<S: Dimension> Case<S> {
 
     /// Finds the key of the first expression in a condition.
     pub(super) fn expression_path(&self, condition: &str) -> String {
-        let of_vector = (0..S::DIM).map(|c| format!("vector.{c}"));
-        let others = S::MOTIONS[..S::DIM].iter().chain(&["normal", "pressure"]).map(|key| (*key).to_owned());
+        let of_vector =
+            ["vector", "rest"].into_iter().flat_map(|key| (0..S::DIM).map(move |c| format!("{key}.{c}")));
+        let others =
+            S::MOTIONS[..S::DIM].iter().chain(&["normal", "pressure", "rest"]).map(|key| (*key).to_owned());
         let mut paths = others.chain(of_vector).map(|key| format!("{condition}.{key}"));
         let is_expression = |path: &String| {
             self.place(path).filter(|_| self.is_given(path)).is_some_and(|place| {
@@ -194,11 +208,14 @@ fn note<S: Dimension>(what: &str, difference: Difference) -> String {
              from node to node"
         );
     }
+    // The stiffness of springs is constant on a facet.
+    let shape = match what.contains(", stiffness = ") {
+        true => format!("not constant on every {}", S::WORDS.facet),
+        false => format!("not linear {}", S::ALONG),
+    };
     format!(
-        "{what}: not linear {}, so the bound is for interpolated data; at the points checked they differ from the \
+        "{what}: {shape}, so the bound is for interpolated data; at the points checked they differ from the \
          expression by at most {:.1e} of its largest value ({:.1e} in the mean; {checked})",
-        S::ALONG,
-        difference.largest,
-        difference.mean
+        difference.largest, difference.mean
     )
 }

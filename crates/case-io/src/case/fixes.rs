@@ -46,6 +46,22 @@ pub(super) fn of_body(error: &BodyError) -> Fix {
             "a rigid side of one piece, without other conditions and apart from other rigid sides",
             "take the other condition out, or end one of the two sides earlier with `part`",
         ),
+        BodyError::Stiffness { .. } => (
+            "a stiffness that is finite and not negative on every part of the side",
+            "change the expression where it is negative, or end the springs earlier with `part`",
+        ),
+        BodyError::TooStiff { .. } => (
+            "springs at most 1e6 times as stiff as the body beside them",
+            "hold the side by a [[body.displacement]], or check the units of `stiffness`: force / length³",
+        ),
+        BodyError::TooSoft { .. } => (
+            "springs at most 1e12 times as soft as the body beside them",
+            "take the springs out, or check the units of `stiffness`: force / length³",
+        ),
+        BodyError::SpringOnSupport { .. } => (
+            "springs along directions in which the side is free",
+            "take the springs or the support out, or write the other direction into `along`",
+        ),
         BodyError::NoArc { .. } => (
             "a bent side with three nodes or more",
             "take this [[body.curve]] out, or write `kind = \"smooth\"`",

@@ -2,7 +2,7 @@
 
 use super::build::generator_fault;
 use super::dimension::Keys;
-use super::{Case, Dimension, Friction, Value, read_body};
+use super::{Case, Dimension, Friction, Rest, Value, read_body};
 use crate::case_file::{At, Findings, NodeValue, Reader, Table};
 use crate::diagnostic::{CaseError, code};
 use crate::expression::{AtNodes, Given, NodalData};
@@ -61,11 +61,18 @@ impl<S: Dimension> Case<S> {
             let imposed =
                 body.displacements.iter_mut().map(|given| (&given.on, given.imposition.values_mut()));
             let loads = body.tractions.iter_mut().map(|given| (&given.on, given.load.values_mut()));
+            let springs = body.springs.iter_mut();
+            let springs = springs.map(|given| {
+                let values = [&mut given.stiffness]
+                    .into_iter()
+                    .chain(given.rest.iter_mut().flat_map(Rest::values_mut));
+                (&given.on, values.collect())
+            });
             let of_side = move |(on, values): (&String, Vec<_>)| {
                 let on = on.clone();
                 values.into_iter().map(move |value| (b, on.clone(), value))
             };
-            imposed.chain(loads).flat_map(of_side)
+            imposed.chain(loads).chain(springs).flat_map(of_side)
         });
         let of_contacts = self.contacts.iter_mut().flat_map(|contact| {
             let first = contact.bodies.first().copied().zip(contact.surfaces.first().cloned());

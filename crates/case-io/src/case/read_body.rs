@@ -1,11 +1,12 @@
-//! The `[[body]]` tables: names, meshes, displacements and tractions.
+//! The `[[body]]` tables: names, meshes, displacements, tractions and springs.
 
 use super::body::file_stem;
 use super::dimension::{Keys, refuse_foreign};
 use super::regions::regions;
+use super::springs::spring;
 use super::{
-    BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, Traction,
-    Value,
+    BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, SpringCase,
+    Traction, Value,
 };
 use super::{read_contact, side};
 use crate::case_file::Reader;
@@ -48,9 +49,22 @@ fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> Bo
         r.tables("displacement").unwrap_or_default().into_iter().map(|r| displacement(r, s)).collect();
     let tractions = r.tables("traction").unwrap_or_default().into_iter().map(|r| traction(r, s)).collect();
     let rigid = r.tables("rigid").unwrap_or_default().into_iter().map(|r| rigid(r, s)).collect();
+    let springs = r.tables("spring").unwrap_or_default().into_iter().map(|r| on_springs(r, s)).collect();
     let curves = if foreign { None } else { r.tables(S::CURVE_TABLE) };
     let curves = curves.unwrap_or_default().into_iter().filter_map(|r| curve(r, s)).collect();
-    BodyCase { name, material, regions, mesh, body_force, displacements, tractions, sides, rigid, curves }
+    BodyCase {
+        name,
+        material,
+        regions,
+        mesh,
+        body_force,
+        displacements,
+        tractions,
+        sides,
+        rigid,
+        springs,
+        curves,
+    }
 }
 
 /// Bytes of the name of a body, at most: it also names files.
@@ -228,6 +242,13 @@ fn rigid<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> RigidCase<
     let rigid = read_contact::rigid(&mut r);
     r.finish();
     RigidCase { name, on, part, rigid }
+}
+
+fn on_springs<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> SpringCase<S> {
+    let name = r.string("name");
+    let on = on(&mut r, sides);
+    let part = Part::read(&mut r, "part");
+    spring(r, name, on, part)
 }
 
 fn curve<S: Keys>(mut r: Reader<'_>, sides: &mut Vec<SideCase<S>>) -> Option<CurveCase<S>> {

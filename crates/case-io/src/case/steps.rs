@@ -48,6 +48,7 @@ impl<S: Dimension> BodyCase<S> {
             ConditionList::Displacement => self.displacements.get(place.index).map(|c| &c.name),
             ConditionList::Traction => self.tractions.get(place.index).map(|c| &c.name),
             ConditionList::Rigid => self.rigid.get(place.index).map(|c| &c.name),
+            ConditionList::Spring => self.springs.get(place.index).map(|c| &c.name),
             ConditionList::Curve | ConditionList::Surface => None,
         };
         name?.as_deref()
@@ -58,6 +59,7 @@ impl<S: Dimension> BodyCase<S> {
         let displacements = self.displacements.iter().map(|c| &c.name);
         let tractions = self.tractions.iter().map(|c| &c.name);
         let names = displacements.chain(tractions).chain(self.rigid.iter().map(|c| &c.name));
+        let names = names.chain(self.springs.iter().map(|c| &c.name));
         names.filter_map(|name| name.as_deref())
     }
 }
@@ -164,7 +166,7 @@ fn step<S: Dimension>(mut r: Reader<'_>, (bodies, contacts): (&[BodyCase<S>], &[
                         "the `name` of a condition or of a contact".to_owned(),
                         format!(
                             "write `name = \"{}\"` into a \
-                        [[body.displacement]], a [[body.traction]], a [[body.rigid]] or a [[contact]]",
+                         [[body.displacement]], a [[body.traction]], a [[body.rigid]], a [[body.spring]] or a [[contact]]",
                             name.escape_debug()
                         ),
                     ),

@@ -123,6 +123,11 @@ impl<'a> Reader<'a> {
         self.table.get(key)?.node.word()
     }
 
+    /// Tells whether the value of a key is an array, without making it known.
+    pub(crate) fn is_array(&self, key: &str) -> bool {
+        matches!(self.table.get(key).map(|entry| &entry.node.value), Some(NodeValue::Array(_)))
+    }
+
     /// Returns the entries, for tables whose keys are the user's own names.
     pub(crate) fn entries(&self) -> &'a [Entry] {
         &self.table.entries

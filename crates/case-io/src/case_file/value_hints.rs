@@ -9,7 +9,7 @@ use std::sync::Arc;
 use toml::de::DeValue;
 
 /// Keys whose values are texts: what begins like a number there needs quotes.
-const TEXTS: [&str; 20] = [
+const TEXTS: [&str; 21] = [
     "title",
     "name",
     "material",
@@ -21,6 +21,7 @@ const TEXTS: [&str; 20] = [
     "facing",
     "hypothesis",
     "surfaces",
+    "along",
     "method",
     "imposed",
     "path",
@@ -33,7 +34,8 @@ const TEXTS: [&str; 20] = [
 ];
 
 /// Keys whose values may be expressions.
-const EXPRESSIONS: [&str; 7] = ["ux", "uy", "normal", "vector", "pressure", "gap", "lambda"];
+const EXPRESSIONS: [&str; 9] =
+    ["ux", "uy", "normal", "vector", "pressure", "stiffness", "rest", "gap", "lambda"];
 
 /// A value of a line that is not TOML.
 struct Piece<'a> {

@@ -8,7 +8,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Results {
-    /// `a(u, u)` of each body.
+    /// `a(u, u)` of each body, with `∫ k u²` of its springs.
     pub energy_norm_squared: Option<Vec<f64>>,
     /// `Σ r²_i`, N/m, of solids N.
     pub contact_force: Option<f64>,
@@ -26,6 +26,9 @@ pub struct Results {
     pub min_opening: Option<f64>,
     /// Reaction of each support.
     pub reactions: Option<Vec<Reaction>>,
+    /// Force of the springs of each `[[body.spring]]` on its body; left out without springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub springs: Option<Vec<Reaction>>,
     /// All forces on each body added up, in the file's order: their components in N/m, of solids N, and their moment about the body's
     /// centroid in N, of solids N·m; zero to round-off.
     pub balance: Option<Vec<Vec<f64>>>,
@@ -98,7 +101,7 @@ pub struct PeakStress {
     pub change: Option<f64>,
 }
 
-/// The reaction of one support, N/m, of solids N.
+/// The reaction of one support, or the force of springs, N/m, of solids N.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Reaction {

@@ -1,6 +1,7 @@
 //! The supported parts of the boundary of a body, and the wrenches that they can take up.
 
 use super::cocycles::Sets;
+use crate::springs::reaction;
 use fem_core::body::{Body, RigidMotion};
 use fem_core::directions::Directions;
 use fem_core::geometry::norm;
@@ -67,7 +68,7 @@ pub(super) struct Patches<S: Space> {
     pub(super) ridges: Vec<([usize; 2], NodeId)>,
 }
 
-/// A supported facet.
+/// A facet with unknown tractions: supported, or on springs.
 struct Supported<S: Space> {
     facet: FacetId,
     reaction: Directions<S>,
@@ -84,12 +85,12 @@ impl<S: Space> Patches<S> {
             moving.flat_map(|(k, side)| side.edges.iter().map(move |facet| (*facet, k))).collect();
         let conditions = topology.boundary_facets().iter().zip(body.facet_conditions());
         let supported: Vec<Supported<S>> = conditions
-            .filter(|(_, condition)| !condition.reaction.is_none())
             .map(|(facet, condition)| Supported {
                 facet: *facet,
-                reaction: condition.reaction,
+                reaction: reaction(body, *facet, condition),
                 side: side_of.get(facet).copied(),
             })
+            .filter(|facet| !facet.reaction.is_none())
             .collect();
         let mut sets = Sets::new(supported.len());
         let mut borders = Vec::new();

@@ -13,6 +13,7 @@
 
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::FacetMoments;
+use crate::springs::relaxes;
 use fem_core::body::{Body, FacetCondition};
 use fem_core::directions::Directions;
 use fem_core::element::Element;
@@ -20,7 +21,7 @@ use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::parallel::for_each_task;
 use fem_core::space::{Solid, Space};
 use fem_core::tensor::SymTensor3;
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 /// Vertices handled by one task.
 const CHUNK: usize = 64;
@@ -71,6 +72,8 @@ struct StarFace {
     moment: Vector3<f64>,
     /// |Γ|, m².
     area: f64,
+    /// The inverse of the weight over |Γ| in the directions of reaction, if there are springs.
+    springs: Option<Matrix3<f64>>,
 }
 
 impl Recovery<'_> {
@@ -92,6 +95,19 @@ impl Recovery<'_> {
                 found.set(9 * face.face.index() + 3 * face.corner + axis, *value);
             }
         }
+    }
+
+    /// The inverse of `(1 + E/(k h))`, `h² = |Γ|`, along springs, and 1 in other directions of reaction.
+    fn spring_weights(&self, face: FacetId, condition: &FacetCondition<Solid>) -> Matrix3<f64> {
+        let mesh = self.body.mesh();
+        let cell = mesh.topology().facet_cells()[face][0] as usize;
+        let factor = self.body.material(cell).axial_modulus() / mesh.facet_measure(face).sqrt();
+        let mut weight = Matrix3::identity();
+        for (mut row, compliance) in weight.row_iter_mut().zip(&condition.springs.compliance) {
+            row += compliance.transpose() * factor;
+        }
+        let onto = Matrix3::from_columns(&Solid::AXES.map(|axis| condition.reaction.project(axis)));
+        onto * weight.try_inverse().unwrap_or_default() * onto
     }
 
     /// `q_E`, N.
@@ -123,16 +139,25 @@ impl Recovery<'_> {
             let corner = topology.facets()[face].iter().position(|n| *n == node).unwrap_or(0);
             let normal = mesh.facet_normal(face) * (area / 3.0);
             let own = Solid::applied(self.stress[first as usize], normal);
+            let mut springs = None;
             let (free, moment) = if topology.is_boundary(face) {
                 let condition = &self.conditions[topology.boundary_place(face)];
-                let sum: Vector3<f64> = condition.traction.iter().sum();
-                let given = (sum + condition.traction[corner]) * (area / 12.0);
-                (condition.reaction, condition.reaction.project(own - given) + given)
+                let traction = condition.expected_traction();
+                let sum: Vector3<f64> = traction.iter().sum();
+                let given = (sum + traction[corner]) * (area / 12.0);
+                let held = if relaxes(condition) {
+                    springs = Some(self.spring_weights(face, condition));
+                    let across = condition.springs.directions.complement();
+                    condition.reaction.project(across.project(own - given))
+                } else {
+                    condition.reaction.project(own - given)
+                };
+                (condition.reaction, held + given)
             } else {
                 (Directions::ALL, 0.5 * (own + Solid::applied(self.stress[second as usize], normal)))
             };
             let cells = (place(first).unwrap_or(0), place(second));
-            StarFace { face, corner, cells, free, moment, area }
+            StarFace { face, corner, cells, free, moment, area, springs }
         };
         list.into_iter().map(face).collect()
     }
@@ -141,12 +166,17 @@ impl Recovery<'_> {
 /// Adds `W P Dᵀ λ` to the moments, so that the defects of the tetrahedra vanish.
 fn balance(faces: &mut [StarFace], defect: &[Vector3<f64>]) {
     // The three components are independent if every face holds all or none of them.
-    let apart = faces.iter().all(|face| face.free.is_none() || face.free.is_all());
+    let whole = |face: &StarFace| face.springs.is_none() && (face.free.is_none() || face.free.is_all());
+    let apart = faces.iter().all(whole);
     let (size, blocks) = if apart { (defect.len(), 1) } else { (3 * defect.len(), 3) };
     let mut matrix = DMatrix::zeros(size, size);
     for face in faces.iter().filter(|face| !face.free.is_none()) {
         let projection = |i: usize, j: usize| -> f64 {
-            if apart { 1.0 } else { face.free.basis().iter().map(|d| d[i] * d[j]).sum() }
+            match &face.springs {
+                Some(weight) => weight[(i, j)],
+                None if apart => 1.0,
+                None => face.free.basis().iter().map(|d| d[i] * d[j]).sum(),
+            }
         };
         for (i, j) in (0..blocks).flat_map(|i| (0..blocks).map(move |j| (i, j))) {
             let entry = face.area * projection(i, j);
@@ -171,7 +201,11 @@ fn balance(faces: &mut [StarFace], defect: &[Vector3<f64>]) {
     };
     for face in faces {
         let difference = lambda(face.cells.0) - face.cells.1.map_or(Vector3::zeros(), lambda);
-        face.moment += face.free.project(difference) * face.area;
+        let along = match &face.springs {
+            Some(weight) => weight * difference,
+            None => face.free.project(difference),
+        };
+        face.moment += along * face.area;
     }
 }
 

@@ -3,7 +3,7 @@
 use super::cell::{BLOCK, CellMap, FACE, MOMENTS, PAIRS, Reference, order};
 use super::potentials::{FaceMoment, FaceSpace};
 use crate::lanes::{LaneRow, Lanes, MOST_LANES};
-use fem_core::body::Body;
+use fem_core::body::{Body, tractions};
 use fem_core::space::Solid;
 use pulp::Simd;
 
@@ -58,15 +58,32 @@ impl Batch {
 pub(crate) fn energies(
     body: &Body<Solid>,
     spaces: &[FaceSpace],
-    (length, unit): (f64, f64),
+    scales: (f64, f64),
     cells: impl Iterator<Item = usize>,
     to: &mut [EnergyMatrix],
 ) {
+    for (place, cell) in energies_of_cells(body, spaces, scales, cells, to) {
+        add_springs(body, spaces, scales, cell, &mut to[place]);
+    }
+}
+
+/// Computes the energy matrices of some cells without springs, over `unit`; returns the places of cells on springs, and these.
+fn energies_of_cells(
+    body: &Body<Solid>,
+    spaces: &[FaceSpace],
+    (length, unit): (f64, f64),
+    cells: impl Iterator<Item = usize>,
+    to: &mut [EnergyMatrix],
+) -> Vec<(usize, usize)> {
     let (mesh, mut batch, mut left) = (body.mesh(), Batch::default(), to);
-    let mut cells = cells.peekable();
-    while let Some(cell) = cells.next() {
+    let mut on_springs = Vec::new();
+    let mut cells = cells.enumerate().peekable();
+    while let Some((place, cell)) = cells.next() {
         let map = CellMap::new(mesh.corners(cell));
         let faces = mesh.topology().cell_facets()[cell];
+        if faces.iter().any(|face| spaces[face.index()].springs.is_some()) {
+            on_springs.push((place, cell));
+        }
         let order = order(body, cell);
         let columns = std::array::from_fn(|k| {
             let (places, sign) = order[k];
@@ -75,9 +92,33 @@ pub(crate) fn energies(
         });
         batch.enter(&map, map.factors(|stress| body.material(cell).strain(stress), unit), columns);
         if batch.cells == MOST_LANES || cells.peek().is_none() {
-            let (own, rest) = left.split_at_mut(batch.cells);
+            let (own, rest) = std::mem::take(&mut left).split_at_mut(batch.cells);
             batch.take(own);
             left = rest;
+        }
+    }
+    on_springs
+}
+
+/// Adds the energy `∫ t·K⁻¹ t` of the tractions on the faces on springs to the energy matrix of a cell, over `unit`.
+fn add_springs(
+    body: &Body<Solid>,
+    spaces: &[FaceSpace],
+    (length, unit): (f64, f64),
+    cell: usize,
+    matrix: &mut EnergyMatrix,
+) {
+    let mesh = body.mesh();
+    for (k, face) in mesh.topology().cell_facets()[cell].into_iter().enumerate() {
+        let space = &spaces[face.index()];
+        let Some(springs) = &space.springs else { continue };
+        let columns = space.columns(&mesh.facet_corners(face), length);
+        let strained = columns.map(|of| springs.strained(&tractions::<Solid>(&of, mesh.facet_measure(face))));
+        for (i, own) in columns.iter().enumerate() {
+            for (j, other) in strained.iter().enumerate() {
+                let energy: f64 = own.iter().zip(other).map(|(m, t)| m.dot(t)).sum();
+                matrix[FACE * k + i][FACE * k + j] += (energy / unit) as f32;
+            }
         }
     }
 }

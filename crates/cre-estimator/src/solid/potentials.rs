@@ -14,7 +14,8 @@
 //! may move.
 
 use super::cell::FACE;
-use fem_core::body::{Body, FacetCondition};
+use crate::springs::relaxes;
+use fem_core::body::{Body, FacetCondition, FacetSprings};
 use fem_core::directions::Directions;
 use fem_core::geometry::norm;
 use fem_core::mesh::TetMesh;
@@ -37,28 +38,31 @@ pub(crate) struct FaceSpace {
     pub(crate) reaction: Directions<Solid>,
     /// The bars of a face with a condition on some directions; others have those along their edges.
     bars: Option<Vec<FaceMoment>>,
+    /// The springs on the face, if the traction is unknown along them.
+    pub(crate) springs: Option<Box<FacetSprings<Solid>>>,
 }
 
 pub(crate) fn centroid([a, b, c]: &FaceMoment) -> Vector3<f64> {
     (a + b + c) / 3.0
 }
 
-/// Finds the directions of reaction of a face: all inside the body.
-pub(crate) fn reaction(
+/// Finds the condition on a face: none inside the body.
+pub(crate) fn condition<'a>(
     mesh: &TetMesh,
-    conditions: &[FacetCondition<Solid>],
+    conditions: &'a [FacetCondition<Solid>],
     face: FacetId,
-) -> Directions<Solid> {
+) -> Option<&'a FacetCondition<Solid>> {
     let topology = mesh.topology();
-    if topology.is_boundary(face) {
-        conditions[topology.boundary_place(face)].reaction
-    } else {
-        Directions::ALL
-    }
+    topology.is_boundary(face).then(|| &conditions[topology.boundary_place(face)])
 }
 
 impl FaceSpace {
-    pub(crate) fn new(corners: FaceMoment, reaction: Directions<Solid>, length: f64) -> Self {
+    /// Finds the coordinates of a face.
+    ///
+    /// * `condition`: of a face of the boundary.
+    pub(crate) fn new(corners: FaceMoment, condition: Option<&FacetCondition<Solid>>, length: f64) -> Self {
+        let reaction = condition.map_or(Directions::ALL, |condition| condition.reaction);
+        let springs = condition.filter(|condition| relaxes(condition)).map(|of| Box::new(of.springs));
         let middle = centroid(&corners);
         let mut inertia = Matrix3::zeros();
         for corner in corners {
@@ -73,7 +77,7 @@ impl FaceSpace {
             inertia.pseudo_inverse(DEPENDENT * inertia.norm()).unwrap_or_default()
         };
         let some = !reaction.is_all() && !reaction.is_none();
-        Self { inverse: inverse * length, reaction, bars: some.then(|| bars(&corners, &reaction)) }
+        Self { inverse: inverse * length, reaction, bars: some.then(|| bars(&corners, &reaction)), springs }
     }
 
     /// Computes the moments of each unit coordinate.

@@ -8,12 +8,13 @@
 use super::cell::{CellMap, CellMoments, FACE, MOMENTS, order};
 use super::clusters::clusters;
 use super::energy::{EnergyMatrix, energies};
-use super::potentials::{FaceSpace, reaction, rims};
+use super::potentials::{FaceSpace, condition, rims};
 use super::rings::Rings;
 use super::sweep::{Cluster, Sweep};
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;
 use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
+use crate::springs::relaxes;
 use fem_core::body::{Body, FacetCondition};
 use fem_core::mesh::TetMesh;
 use fem_core::mesh::id::{FacetId, NodeId};
@@ -109,7 +110,7 @@ impl<'a> EdgeStars<'a> {
         let unit = body.material(0).complementary(tension, tension) / length;
         let face = |face: usize| {
             let face = FacetId::new(face);
-            FaceSpace::new(mesh.facet_corners(face), reaction(mesh, conditions, face), length)
+            FaceSpace::new(mesh.facet_corners(face), condition(mesh, conditions, face), length)
         };
         let spaces: Vec<FaceSpace> = (0..faces).into_par_iter().with_min_len(CHUNK).map(face).collect();
         let mut energy = energy_memory(cells, used);
@@ -135,9 +136,10 @@ impl<'a> EdgeStars<'a> {
         let topology = mesh.topology();
         let mut changed: Vec<u32> = Vec::new();
         for face in topology.boundary_facets() {
-            let reaction = reaction(mesh, conditions, *face);
-            if reaction != spaces[face.index()].reaction {
-                spaces[face.index()] = FaceSpace::new(mesh.facet_corners(*face), reaction, length);
+            let condition = &conditions[topology.boundary_place(*face)];
+            let space = &spaces[face.index()];
+            if condition.reaction != space.reaction || relaxes(condition) != space.springs.is_some() {
+                spaces[face.index()] = FaceSpace::new(mesh.facet_corners(*face), Some(condition), length);
                 changed.push(topology.facet_cells()[*face][0]);
             }
         }
@@ -276,6 +278,22 @@ impl<'a> EdgeStars<'a> {
         });
     }
 
+    /// Subtracts the part of the springs from the negative gradient of half the energy by the moments of a face.
+    fn less_springs(
+        &self,
+        stress: &EquilibratedStress<Solid>,
+        face: usize,
+        moments: [Vector3<f64>; 3],
+    ) -> [Vector3<f64>; 3] {
+        if self.spaces[face].springs.is_none() {
+            return moments;
+        }
+        let (face, topology) = (FacetId::new(face), self.body.mesh().topology());
+        let springs = &stress.conditions[topology.boundary_place(face)].springs;
+        let strained = springs.strained(&stress.spring_defect(self.body, face, springs));
+        std::array::from_fn(|k| moments[k] - strained[k])
+    }
+
     /// Computes the negative gradient of half the energy by the coordinates of the faces, over the unit.
     ///
     /// * `of_cells`: memory for the parts of the cells.
@@ -297,6 +315,7 @@ impl<'a> EdgeStars<'a> {
                     |axis: usize| slots.iter().flatten().map(|slot| of_cells.get(slot + j + axis)).sum();
                 Vector3::from_fn(|axis, _| sum(axis))
             });
+            let moments = self.less_springs(stress, face, moments);
             for (k, column) in self.columns(face).iter().enumerate() {
                 let product: f64 = column.iter().zip(&moments).map(|(unit, moment)| unit.dot(moment)).sum();
                 to.set(FACE * face + k, product / self.unit);

@@ -1,7 +1,8 @@
 //! Which Airy functions the boundary allows: the functions whose stress does not change given tractions.
 
 use crate::equilibrated::EquilibratedStress;
-use fem_core::body::{Body, FacetCondition};
+use crate::springs::relaxes;
+use fem_core::body::{Body, FacetCondition, FacetSprings};
 use fem_core::directions::Directions;
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
 use fem_core::mesh::id::{FacetId, NodeId};
@@ -49,6 +50,14 @@ pub(super) struct Space<'a> {
     basis_of: Vec<u32>,
     /// Per boundary edge: the factor `κ` of `q = κ (φ_b − φ_a)`, and whether `q` is free (1 or 0).
     boundary: Vec<[f64; 2]>,
+    /// The edges on springs whose traction is unknown, ascending.
+    springs: Vec<(FacetId, FacetSprings)>,
+}
+
+/// The functions on an edge on springs: the numbers of their unknowns, and the moments of each in the direction of the edge's triangle.
+pub(super) struct SpringColumns {
+    pub(super) unknowns: [usize; 7],
+    pub(super) moments: [[Vector; 2]; 7],
 }
 
 impl<'a> Space<'a> {
@@ -59,7 +68,7 @@ impl<'a> Space<'a> {
         let free = NodeBasis { value: length, slopes: [Vector::x(), Vector::y()] };
         let mut bases = vec![free];
         let mut basis_of = vec![0u32; mesh.points().len()];
-        let mut boundary = Vec::with_capacity(conditions.len());
+        let (mut boundary, mut springs) = (Vec::with_capacity(conditions.len()), Vec::new());
         for (&edge, condition) in mesh.topology().boundary_facets().iter().zip(conditions) {
             let [a, b] = mesh.topology().oriented_facet(edge, mesh.cells()).map(|n| mesh.points()[n]);
             let length = norm(b - a);
@@ -84,6 +93,9 @@ impl<'a> Space<'a> {
                 _ => [0.0, 1.0],
             };
             boundary.push(freedom);
+            if relaxes(condition) {
+                springs.push((edge, condition.springs));
+            }
             for node in mesh.topology().facets()[edge] {
                 let place = &mut basis_of[node];
                 if *place == 0 {
@@ -102,7 +114,51 @@ impl<'a> Space<'a> {
         for node in free.flat_map(|side| &side.ends) {
             bases[basis_of[*node] as usize] = NodeBasis { value: 0.0, slopes: [Vector::zeros(); 2] };
         }
-        Self { body, length, bases, basis_of, boundary }
+        Self { body, length, bases, basis_of, boundary, springs }
+    }
+
+    /// Returns the edges on springs whose traction is unknown, ascending.
+    pub(super) fn springs(&self) -> &[(FacetId, FacetSprings)] {
+        &self.springs
+    }
+
+    /// Returns the springs on an edge, if its traction is unknown along them.
+    pub(super) fn springs_on(&self, edge: FacetId) -> Option<&FacetSprings> {
+        let place = self.springs.binary_search_by_key(&edge, |(of, _)| *of).ok()?;
+        Some(&self.springs[place].1)
+    }
+
+    /// Lists the functions on a boundary edge, those of its first node, of its second one and its own.
+    pub(super) fn spring_columns(&self, edge: FacetId) -> SpringColumns {
+        let mesh = self.body.mesh();
+        let nodes = mesh.topology().oriented_facet(edge, mesh.cells()).map(|n| n.index());
+        let [a, b] = nodes.map(|n| mesh.points()[n]);
+        let basis = self.edge(edge, mesh.topology().facet_cells()[edge][0] as usize, a, b);
+        let [of_a, of_b] = nodes.map(|n| self.node(n));
+        let zero = Vector::zeros();
+        // Of the mean gradient m and those at the ends: R(m − ∇φ_a), R(∇φ_b − m).
+        let moments = |m: Vector, ga: Vector, gb: Vector| [rotated(m - ga), rotated(gb - m)];
+        let unknowns = nodes.map(|n| 3 * n);
+        SpringColumns {
+            unknowns: [
+                unknowns[0],
+                unknowns[0] + 1,
+                unknowns[0] + 2,
+                unknowns[1],
+                unknowns[1] + 1,
+                unknowns[1] + 2,
+                self.edge_unknown(edge),
+            ],
+            moments: [
+                moments(-of_a.value * basis.along, zero, zero),
+                moments(zero, of_a.slopes[0], zero),
+                moments(zero, of_a.slopes[1], zero),
+                moments(of_b.value * basis.along, zero, zero),
+                moments(zero, zero, of_b.slopes[0]),
+                moments(zero, zero, of_b.slopes[1]),
+                moments(basis.across, zero, zero),
+            ],
+        }
     }
 
     /// Marks the vertices whose stars have another basis than in the space `other` of the same mesh.
@@ -112,7 +168,8 @@ impl<'a> Space<'a> {
         let mut differs: Vec<bool> =
             (0..self.basis_of.len()).map(|n| self.node(n) != other.node(n)).collect();
         for (k, &edge) in topology.boundary_facets().iter().enumerate() {
-            if self.boundary[k] != other.boundary[k] {
+            let sprung = [self, other].map(|space| space.springs_on(edge).is_some());
+            if self.boundary[k] != other.boundary[k] || sprung[0] != sprung[1] {
                 for n in topology.facets()[edge] {
                     differs[n] = true;
                 }

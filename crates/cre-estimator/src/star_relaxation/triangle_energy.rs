@@ -4,6 +4,8 @@ use super::airy::{Gathered, Map, PACKED, PLACES, UNKNOWNS, reference};
 use super::space::Space;
 use crate::cells::Geometry;
 use crate::lanes::{Lanes, MOST_LANES};
+use fem_core::body::tractions;
+use fem_core::space::Plane;
 use pulp::Simd;
 
 /// `⟨τ_i, τ_j⟩` in the complementary energy, lower half by rows.
@@ -13,6 +15,26 @@ pub(super) type TriangleEnergy = [f64; PACKED];
 pub(super) fn forms(space: &Space<'_>, triangles: &[u32], unit: f64, forms: &mut Vec<TriangleEnergy>) {
     forms.resize(triangles.len(), [0.0; PACKED]);
     pulp::Arch::new().dispatch(Computation { space, triangles, unit, forms });
+    if !space.springs().is_empty() {
+        triangles.iter().zip(forms).for_each(|(t, form)| add_springs(space, *t as usize, unit, form));
+    }
+}
+
+/// Adds `∫ t_i·K⁻¹ t_j` of the tractions on the edges on springs of a triangle, divided by `unit`.
+fn add_springs(space: &Space<'_>, triangle: usize, unit: f64, form: &mut TriangleEnergy) {
+    let mesh = space.body().mesh();
+    for (k, edge) in mesh.topology().cell_facets()[triangle].into_iter().enumerate() {
+        let Some(springs) = space.springs_on(edge) else { continue };
+        let next = 3 * ((k + 1) % 3);
+        let places = [3 * k, 3 * k + 1, 3 * k + 2, next, next + 1, next + 2, 9 + k];
+        let columns = space.spring_columns(edge).moments;
+        let strained = columns.map(|of| springs.strained(&tractions::<Plane>(&of, mesh.facet_measure(edge))));
+        for (i, own) in columns.iter().enumerate() {
+            for (j, other) in strained.iter().enumerate().take(i + 1) {
+                form[PLACES[places[i]][places[j]]] += (own[0].dot(&other[0]) + own[1].dot(&other[1])) / unit;
+            }
+        }
+    }
 }
 
 struct Computation<'a> {

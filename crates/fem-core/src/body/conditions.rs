@@ -4,6 +4,7 @@ mod rollers;
 mod single_node;
 
 use super::rigid::{Equation, Given, RigidSide};
+use super::springs::{FacetSprings, SpringSide};
 use super::{Body, BodyError, ConditionList, ConditionPlace, FacetCondition, NodeConstraint, SupportSet};
 use crate::boundary::{BoundaryConditions, FacetSelection, Load, RigidCondition, ScalarData, Support};
 use crate::directions::Directions;
@@ -17,7 +18,7 @@ use std::ops::{Mul, Sub};
 use std::sync::OnceLock;
 
 /// Two directions closer than this (sine of the angle) are the same.
-const SAME_DIRECTION: f64 = 1e-9;
+pub(super) const SAME_DIRECTION: f64 = 1e-9;
 
 /// Values that differ by less, relative to the largest that their conditions impose, are the same.
 const SAME_VALUE: f64 = 1e-12;
@@ -30,6 +31,7 @@ pub(super) struct Selected {
     pub(super) nodes: Vec<Option<NodeId>>,
     pub(super) tractions: Vec<Vec<FacetId>>,
     pub(super) rigid: Vec<Vec<FacetId>>,
+    pub(super) springs: Vec<Vec<FacetId>>,
 }
 
 /// Evaluates conditions on a mesh, on the edges they select or on those `inherited` from a coarser mesh.
@@ -52,10 +54,15 @@ pub(super) fn evaluate<S: Space>(
         magnitudes: vec![0.0; mesh.points().len()],
         turned: Vec::new(),
         facets: vec![
-            FacetCondition { reaction: Directions::NONE, traction: S::ZEROS };
+            FacetCondition {
+                reaction: Directions::NONE,
+                traction: S::ZEROS,
+                springs: FacetSprings::NONE
+            };
             mesh.topology().boundary_facets().len()
         ],
         mesh: &mesh,
+        materials: &materials,
     };
     let inherited = inherited.as_ref();
     let mut selected = Selected::default();
@@ -63,6 +70,8 @@ pub(super) fn evaluate<S: Space>(
     let rigid_sides = work.stiffen_all(conditions, inherited)?;
     selected.rigid = rigid_sides.iter().map(|side| side.edges.clone()).collect();
     selected.tractions = work.load_all(conditions, inherited)?;
+    let springs = work.spring_all(conditions, inherited)?;
+    selected.springs = springs.iter().map(SpringSide::facet_ids).collect();
     let roller_turn = work.roller_turn();
     let (node_constraints, facet_conditions) = (work.constraints, work.facets);
     let conditions = conditions.clone();
@@ -74,6 +83,7 @@ pub(super) fn evaluate<S: Space>(
         facet_conditions,
         supports,
         rigid_sides,
+        springs,
         roller_turn,
         conditions,
         selected,
@@ -84,12 +94,13 @@ pub(super) fn evaluate<S: Space>(
     })
 }
 
-struct Evaluation<'a, S: Space> {
-    mesh: &'a Mesh<S>,
+pub(super) struct Evaluation<'a, S: Space> {
+    pub(super) mesh: &'a Mesh<S>,
+    pub(super) materials: &'a Materials<S>,
     constraints: Vec<NodeConstraint<S>>,
     /// Size of the data imposed on each node, m: the scale of their round-off.
     magnitudes: Vec<f64>,
-    facets: Vec<FacetCondition<S>>,
+    pub(super) facets: Vec<FacetCondition<S>>,
     turned: Vec<Turned<S>>,
 }
 
@@ -226,7 +237,7 @@ impl<S: Space> Evaluation<'_, S> {
     }
 
     /// Returns the edges of a condition: known from a coarser mesh, or selected.
-    fn edges_of(
+    pub(super) fn edges_of(
         &self,
         place: ConditionPlace,
         selection: &FacetSelection<S>,
@@ -275,7 +286,10 @@ impl<S: Space> Evaluation<'_, S> {
     }
 
     /// Pairs boundary edges with their places among the boundary edges.
-    fn places<'s>(&'s self, edges: &'s [FacetId]) -> impl Iterator<Item = (FacetId, usize)> + use<'s, S> {
+    pub(super) fn places<'s>(
+        &'s self,
+        edges: &'s [FacetId],
+    ) -> impl Iterator<Item = (FacetId, usize)> + use<'s, S> {
         edges.iter().map(|&edge| (edge, self.mesh.topology().boundary_place(edge)))
     }
 
@@ -436,7 +450,7 @@ pub(super) fn linear_by_moments<S: Space, V: Item + Sub<Output = V> + Mul<f64, O
     })
 }
 
-fn finite(place: ConditionPlace, point: impl Into<Point>, value: f64) -> Result<f64, BodyError> {
+pub(super) fn finite(place: ConditionPlace, point: impl Into<Point>, value: f64) -> Result<f64, BodyError> {
     if value.is_finite() {
         Ok(value)
     } else {

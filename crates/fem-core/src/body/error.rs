@@ -106,6 +106,52 @@ pub enum BodyError {
         /// The words for its cells.
         words: &'static Words,
     },
+    /// The stiffness of springs is negative or not finite.
+    #[error(
+        "{place}: the stiffness at {point} is {value}; it is a traction per displacement, and not negative"
+    )]
+    Stiffness {
+        /// The spring condition.
+        place: ConditionPlace,
+        /// Middle of the facet.
+        point: Point,
+        /// The value.
+        value: f64,
+    },
+    /// Springs act in a direction that a support holds, or across one at an angle.
+    #[error(
+        "{place}: at {point} the springs act along a direction that a support holds, or at an angle to one: the support takes their force"
+    )]
+    SpringOnSupport {
+        /// The spring condition.
+        place: ConditionPlace,
+        /// Middle of the facet.
+        point: Point,
+    },
+    /// Springs are much stiffer than the body beside them.
+    #[error(
+        "{place}: at {point} the springs are {ratio:.1e} times as stiff as the cells beside them: rounding takes their force"
+    )]
+    TooStiff {
+        /// The spring condition.
+        place: ConditionPlace,
+        /// Middle of the facet.
+        point: Point,
+        /// Their stiffness times the size of the facet over Young's modulus.
+        ratio: f64,
+    },
+    /// Springs are much softer than the body beside them.
+    #[error(
+        "{place}: at {point} the stiffness of the springs is {ratio:.1e} times that of the cells beside them: rounding hides the strains of what they hold"
+    )]
+    TooSoft {
+        /// The spring condition.
+        place: ConditionPlace,
+        /// Middle of the facet.
+        point: Point,
+        /// Their stiffness times the size of the facet over Young's modulus.
+        ratio: f64,
+    },
     /// A rigid side has another condition, or a node of another rigid side.
     #[error(
         "{place} has another condition at {point}; a rigid side takes none, and two of them have no common node"

@@ -5,7 +5,7 @@
 
 use super::conditions::linear_by_moments;
 use super::{Body, ConditionList, ConditionPlace};
-use crate::boundary::{Load, ScalarData, Support};
+use crate::boundary::{Load, ScalarData, SpringCondition, SpringRest, Support};
 use crate::parallel::each_task;
 use crate::quadrature::GAUSS5;
 use crate::space::{SAMPLED_PARTS as PARTS, Space};
@@ -198,8 +198,35 @@ impl<S: Space> Body<S> {
                 push(ConditionList::Traction, index, component, &sum);
             }
         }
+        for (index, (condition, facets)) in
+            self.conditions.springs.iter().zip(&self.selected.springs).enumerate()
+        {
+            for (component, datum) in
+                spring_data(condition).into_iter().filter(|(_, d)| d.constant().is_none())
+            {
+                let sum = Sum::of(facets, |sum, &facet| {
+                    let corners = self.mesh.facet_corners(facet);
+                    let middle = datum.at(self.mesh.facet_middle(facet));
+                    let values = S::axes(|k| component.map_or(middle, |_| datum.at(corners[k])));
+                    sum.facet::<S>(&samples, (&corners, &values), |x| datum.at(x));
+                });
+                push(ConditionList::Spring, index, component, &sum);
+            }
+        }
         found
     }
+}
+
+/// Lists the data of springs: the stiffness, and the components of the displacement at rest.
+fn spring_data<S: Space>(condition: &SpringCondition<S>) -> Vec<(Option<usize>, &ScalarData<S>)> {
+    let mut data = vec![(None, &condition.stiffness)];
+    match &condition.rest {
+        SpringRest::Component(value) => data.push((Some(0), value)),
+        SpringRest::Vector(all) => {
+            data.extend(all.as_ref().iter().enumerate().map(|(c, value)| (Some(c), value)));
+        }
+    }
+    data
 }
 
 /// Returns the point of a facet with the given barycentric coordinates.

@@ -1,6 +1,6 @@
 //! Bodies that are bonded become one: nodes of their bonded sides are merged.
 
-use super::{Body, FacetCondition, NodeConstraint, RigidSide, SupportSet};
+use super::{Body, FacetCondition, FacetSprings, NodeConstraint, RigidSide, SupportSet};
 use crate::boundary::BoundaryConditions;
 use crate::directions::Directions;
 use crate::geometry::{Coordinates, Point, norm};
@@ -50,6 +50,9 @@ pub enum JoinError {
     /// The bodies have different body forces.
     #[error("the bonded bodies have different body forces, which is not solved yet")]
     BodyForce,
+    /// A body is on springs.
+    #[error("a bonded body is on springs, which is not solved yet")]
+    Springs,
     /// A load or a support on a bonded side.
     #[error("a load or a support acts on the bonded side at {point}")]
     Occupied {
@@ -116,16 +119,24 @@ impl<S: Space> Body<S> {
         if parts.iter().any(|(part, _)| part.body_force() != body_force) {
             return Err(JoinError::BodyForce);
         }
+        if parts.iter().any(|(part, _)| !part.springs.is_empty()) {
+            return Err(JoinError::Springs);
+        }
         let mesh = joined_mesh(parts, merged)?;
         let mut joined = Self {
             materials: joined_materials(parts),
             node_constraints: vec![NodeConstraint::FREE; mesh.points().len()],
             facet_conditions: vec![
-                FacetCondition { reaction: Directions::NONE, traction: S::ZEROS };
+                FacetCondition {
+                    reaction: Directions::NONE,
+                    traction: S::ZEROS,
+                    springs: FacetSprings::NONE
+                };
                 mesh.topology().boundary_facets().len()
             ],
             supports: Vec::new(),
             rigid_sides: Vec::new(),
+            springs: Vec::new(),
             roller_turn: parts.iter().map(|(part, _)| part.roller_turn).fold(0.0, f64::max),
             conditions: BoundaryConditions { body_force, ..BoundaryConditions::default() },
             selected: Default::default(),

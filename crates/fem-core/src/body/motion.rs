@@ -1,4 +1,4 @@
-//! Finds the rigid motions that the supports of a body leave free.
+//! Finds the rigid motions that the supports and springs of a body leave free.
 
 use super::Body;
 use crate::geometry::{Coordinates, Point, norm, shown};
@@ -169,6 +169,14 @@ fn grams<S: Space>(body: &Body<S>) -> (Vec<S::Matrix>, Vec<S::Vector>) {
         // Rigid sides as a whole below.
         for d in constraint.supported().basis() {
             gram[piece].add_square(&S::work(*d, x, 1.0));
+        }
+    }
+    for (facet, springs) in body.facet_springs() {
+        for node in body.mesh().topology().facets()[facet] {
+            let x = (points[node] - middle) * (1.0 / size);
+            for d in springs.directions.basis() {
+                gram[piece_of[node] as usize].add_square(&S::work(*d, x, 1.0));
+            }
         }
     }
     for side in body.rigid_sides() {

@@ -288,6 +288,33 @@ class Body:
         keys = {"ux": ux, "uy": uy, "uz": uz, "rotation": rotation, "force": force, "moment": moment, "about": about}
         return self._add("rigid", name=name, on=on, part=part, **keys)
 
+    def spring(
+        self,
+        on: Sides,
+        stiffness: Datum,
+        *,
+        along: Optional[Union[str, Vector]] = None,
+        rest: Optional[Union[Datum, Sequence[Datum]]] = None,
+        part: Optional[Range] = None,
+        name: Optional[str] = None,
+    ) -> Body:
+        """Put springs between a side and the ground.
+
+        Parameters
+        ----------
+        on : str or sequence of str
+            The side, or several.
+        stiffness : number, expression, (n,) array or function
+            Traction per displacement, Pa/m: constant on each edge or face, its value in the middle.
+        along : {"normal", "all"} or (2,) or (3,) array_like, optional
+            The directions of the springs; the normal by default.
+        rest : number or expression, or one for each component, optional
+            The displacement at which they are relaxed, m; 0 by default.
+        part, name : optional
+            See `Body`.
+        """
+        return self._add("spring", name=name, on=on, part=part, stiffness=stiffness, along=along, rest=rest)
+
     def curve(self, on: Sides, kind: str) -> Body:
         """Say that new nodes of a side on finer meshes lie on a curve, in the plane.
 

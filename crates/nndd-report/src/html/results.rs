@@ -164,6 +164,13 @@ pub(super) fn results<S: ReportSpace>(
             row(&format!("reaction {axis} of {of}"), Some(x), Kind::Force);
         }
     }
+    for spring in r.springs.iter().flatten() {
+        let force = [spring.fx, spring.fy, spring.fz.unwrap_or_default()];
+        for (axis, x) in S::COORDINATES.iter().zip(force) {
+            let of = format!("force {axis} of the springs at {} of {}", spring.on, spring.body);
+            row(&of, Some(x), Kind::Force);
+        }
+    }
     for body in &report.bodies {
         for side in &body.rigid_sides {
             let of = format!("of the rigid side {} of {}", side.on, body.name);
@@ -253,7 +260,7 @@ fn stretches<'a>(contacts: &[ContactSummary], all: &'a [ContactStretch]) -> Vec<
 
 /// The resultant of the loads on each body beside those of its supports.
 fn loads<S: ReportSpace>(page: &mut String, case: &Case<S>, problem: &ContactProblem<S>, report: &Report) {
-    let reactions = report.results.reactions.iter().flatten();
+    let reactions = report.results.reactions.iter().chain(&report.results.springs).flatten();
     let rows = report.bodies.iter().zip(&problem.bodies).flat_map(|(summary, body)| {
         let load = resultant(body);
         let mut sums = [0.0; 3];
@@ -271,7 +278,7 @@ fn loads<S: ReportSpace>(page: &mut String, case: &Case<S>, problem: &ContactPro
             cells.extend(force.iter().take(S::COORDINATES.len()).map(|x| shown(*x)));
             cells
         };
-        [row("loads", load.entries()), row("supports and rigid sides", &sums)]
+        [row("loads", load.entries()), row("supports, springs and rigid sides", &sums)]
     });
     let mut heads = vec!["body".to_owned(), "resultant of".to_owned()];
     heads.extend(S::COORDINATES.iter().map(|axis| with_unit(case, &format!("force {axis}"), S::force_unit)));

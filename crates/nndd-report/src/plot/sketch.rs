@@ -72,11 +72,14 @@ pub(crate) enum Held {
     Fixed,
     /// By a rigid side that is free to move.
     Rigid,
+    /// By springs alone.
+    Springs,
 }
 
 const FIXED: Look = Look::new("held", INK, 4.0 * PIXEL, Marker::None);
 const ROLLER: Look = Look::new("held in one direction", GREY, PIXEL, Marker::Disc);
 const RIGID: Look = Look::new("rigid side", INK, 7.0 * PIXEL, Marker::None);
+const SPRINGS: Look = Look::new("springs", GREY, 2.0 * PIXEL, Marker::None);
 const MOVED: Look = Look::new("imposed displacement", VERMILLION, 7.0, Marker::Triangle);
 const LOAD: Look = Look::new("load", BLUE, 7.0, Marker::Triangle);
 const BODY_FORCE: Look = Look::new("body force", ORANGE, 7.0, Marker::Triangle);
@@ -130,6 +133,7 @@ pub(crate) fn sketch(
         (MATERIALS, bodies.iter().any(|body| !body.materials.is_empty())),
         (FIXED, edges().any(|e| e.held == Held::Fixed)),
         (ROLLER, edges().any(|e| e.held == Held::Roller)),
+        (SPRINGS, edges().any(|e| e.held == Held::Springs)),
         (RIGID, edges().any(|e| e.held == Held::Rigid)),
         (OBSTACLE, lines.iter().any(|line| !line.is_empty())),
         (
@@ -252,6 +256,13 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
                 sheet.disc(at + (ROLLER_RADIUS + 1.5 * PIXEL) * out, ROLLER_RADIUS, GREY);
             }
         }
+        if edge.held == Held::Springs && supports.has_room(at) {
+            // A zigzag outwards.
+            let [step, half] = [0.25 * HATCH * out, 0.25 * HATCH * perpendicular(out)];
+            let zigzag =
+                [at, at + step + half, at + 2.0 * step - half, at + 3.0 * step + half, at + 4.0 * step];
+            sheet.stroke(&path(&zigzag), SPRINGS.colour, SPRINGS.thickness);
+        }
         let off = if edge.held == Held::Free { 0.0 } else { OFF };
         if let Some(way) = unit(flipped(edge.displacement)).filter(|_| moves.has_room(at)) {
             arrow(sheet, at, way, out, MOVED_ARROW, off, &MOVED);
@@ -341,6 +352,7 @@ fn description(bodies: &[SketchBody<'_>], obstacles: &[ObstaclePicture<'_>]) -> 
         let parts = [
             (count(Held::Fixed), "held"),
             (count(Held::Roller), "held in one direction"),
+            (count(Held::Springs), "on springs"),
             (count(Held::Rigid), "of rigid sides that are free to move"),
             (moved, "with an imposed displacement"),
             (loaded, "loaded"),

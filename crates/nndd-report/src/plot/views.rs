@@ -51,6 +51,8 @@ pub(crate) enum Entry {
     Held,
     /// A side that stays rigid.
     Rigid,
+    /// A side on springs alone.
+    Springs,
     /// A load.
     Load,
     /// An imposed displacement.
@@ -75,6 +77,7 @@ impl Entry {
             Self::Fixed => swatch("fixed", GREEN).dashed("12 8"),
             Self::Held => swatch("held in part", GREEN).dashed("4 12"),
             Self::Rigid => swatch("rigid", BLUE).dashed("12 8"),
+            Self::Springs => swatch("springs", GREY).dashed("4 12"),
             Self::Load => line("load", VERMILLION),
             Self::Imposed => line("imposed displacement", BLUE),
             Self::Obstacle => line("obstacle", GREY),
@@ -91,8 +94,13 @@ impl Entry {
 
     /// Returns its two stripes.
     pub(crate) fn stripes(self) -> [Colour; 2] {
-        let pale = if self == Self::Fixed { "#B5E3D3" } else { "#E6F4EF" };
-        [self.colour(), colour::parts(if self == Self::Rigid { "#C5DDEC" } else { pale })]
+        let pale = match self {
+            Self::Fixed => "#B5E3D3",
+            Self::Rigid => "#C5DDEC",
+            Self::Springs => "#E8E8E8",
+            _ => "#E6F4EF",
+        };
+        [self.colour(), colour::parts(pale)]
     }
 }
 

@@ -51,7 +51,8 @@ impl Model<'_> {
         let obstacles = rest.obstacles();
         let faces =
             || self.skins.iter().enumerate().flat_map(|(b, skin)| skin.faces.iter().map(move |f| (b, f)));
-        let mut legend: Vec<Entry> = [Entry::Contact, Entry::Fixed, Entry::Held, Entry::Rigid].into();
+        let mut legend: Vec<Entry> =
+            [Entry::Contact, Entry::Fixed, Entry::Held, Entry::Rigid, Entry::Springs].into();
         legend.retain(|entry| faces().any(|(b, face)| mark(b, face) == Some(*entry)));
         if !obstacles.is_empty() {
             legend.push(Entry::Obstacle);
@@ -112,9 +113,10 @@ impl Model<'_> {
         if body.rigid_sides().iter().any(|side| side.edges.binary_search(&face.facet).is_ok()) {
             return Some(Entry::Rigid);
         }
-        let held = body.facet_condition(face.facet)?.reaction;
+        let condition = body.facet_condition(face.facet)?;
+        let (held, on_springs) = (condition.reaction, !condition.springs.directions.is_none());
         match (held.is_none(), held.is_all()) {
-            (true, _) => None,
+            (true, _) => on_springs.then_some(Entry::Springs),
             (_, true) => Some(Entry::Fixed),
             _ => Some(Entry::Held),
         }
