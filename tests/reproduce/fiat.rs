@@ -70,7 +70,7 @@ fn balanced(random: &mut Random, body: &Body<Solid>) -> Vec<[Vector3<f64>; 3]> {
     let mut moments = SVector::<f64, MOMENTS>::from_fn(|_, _| random.signed());
     let mut missing = resultant * moments;
     for axis in 0..3 {
-        missing[axis] += body.body_force()[axis] * mesh.measure(0);
+        missing[axis] += body.force(0).mean[axis] * mesh.measure(0);
     }
     let inverse = (resultant * resultant.transpose()).try_inverse().unwrap_or_default();
     moments -= resultant.transpose() * (inverse * missing);

@@ -67,7 +67,7 @@ impl<'a> Quadratic<'a> {
         // ∫ φ is zero at the corners and a third of the area at the middles.
         for (t, triangle) in mesh.topology().cell_facets().iter().enumerate() {
             for &edge in triangle {
-                let share = mesh.measure(t) / 3.0 * body.body_force();
+                let share = mesh.measure(t) / 3.0 * body.force(t).mean;
                 load[points + edge.index()] += share;
             }
         }

@@ -230,7 +230,7 @@ pub fn cell_imbalance(body: &Body, stress: &EquilibratedStress) -> [f64; 2] {
     for t in 0..mesh.cells().len() {
         let corners = mesh.corners(t);
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let mut total = mesh.measure(t) * body.body_force();
+        let mut total = mesh.measure(t) * body.force(t).mean;
         let mut turn = 0.0;
         for (k, ends) in stress.cell_loads(body, t).iter().enumerate() {
             let points = [corners[k], corners[(k + 1) % 3]];

@@ -21,6 +21,7 @@ mod data;
 mod dimension;
 mod fixes;
 mod given;
+mod inside;
 mod matching;
 mod materials;
 mod mesh_files;
@@ -48,6 +49,7 @@ pub use choices::{Acceleration, Criterion, Imposed, Method, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
 pub use dimension::{Dimension, Model, PlaneGenerator, Rows, SolidGenerator, SolidOrthotropic};
 pub use given::{is_solid_generator, mesh_of_generator, solid_mesh_of_generator};
+pub use inside::{Inertia, Rotation, TemperatureCase};
 pub use matching::Notes;
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
@@ -76,6 +78,8 @@ pub struct Case<S: Dimension = Plane> {
     pub units: Option<Units>,
     /// `[model]`.
     pub model: S::Model,
+    /// `model.rotation` and `model.acceleration`, if there is one of them.
+    pub inertia: Option<Inertia<S>>,
     /// `[materials.*]` in the file's order.
     pub materials: Vec<Material<S>>,
     /// `[[body]]` in the file's order, whichever body carries λ.

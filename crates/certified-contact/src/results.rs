@@ -181,7 +181,8 @@ pub(crate) fn results<S: ContactSpace>(
         springs.extend(spring_sides((&problem.bodies[b], b), &fields.displacement));
     }
     let von_mises = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
-        let values = fields.stress.iter().enumerate().map(|(t, s)| S::von_mises(body.material(t), *s));
+        let values = fields.stress.iter().enumerate();
+        let values = values.map(|(t, s)| S::von_mises(body.material(t), *s, body.cell_temperature(t)));
         values.collect::<Option<Vec<f64>>>().map(largest)
     };
     let pairs = || pair_forces(problem, iterate);

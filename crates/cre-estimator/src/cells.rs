@@ -1,10 +1,9 @@
 //! The Johnson-Mercier stresses of several triangles side by side, and what the bound and its checks need of them.
 
-use crate::equilibrated::EquilibratedStress;
+use crate::equilibrated::{EquilibratedStress, subtract};
 use crate::johnson_mercier::{recovery, without_body_force};
 use crate::lanes::{LaneRow, Lanes, Pair, Tensor, apply, contract, cross, dot, less, load_pair, turned};
 use fem_core::body::Body;
-use fem_core::geometry::Vector;
 use fem_core::parallel::each_task;
 use fem_core::tensor::SymTensor2;
 use pulp::Simd;
@@ -56,6 +55,20 @@ pub(crate) struct Gathered {
     pub(crate) geometry: Geometry,
     /// Loads on the edges without what carries the body force, N/m: edge, end, component.
     loads: [LaneRow; 12],
+    /// The mean body force, N/m³; not set without one.
+    force: Option<[LaneRow; 2]>,
+    fixed: Option<FixedRows>,
+}
+
+/// What is fixed in the stresses of some triangles, see [`crate::fixed`].
+#[derive(Default)]
+struct FixedRows {
+    /// Tractions times length of the quadratic part, N/m: edge, end, component.
+    loads: [LaneRow; 12],
+    /// Added to `τ − σ̂` at the nodes, Pa.
+    offset: [[LaneRow; 3]; NODES],
+    /// Added to the energy, J/m.
+    energy: LaneRow,
 }
 
 impl Gathered {
@@ -63,8 +76,23 @@ impl Gathered {
     pub(crate) fn set(&mut self, lane: usize, body: &Body, stress: &EquilibratedStress, t: usize) {
         self.geometry.set(lane, body, t);
         let mut loads = stress.cell_loads(body, t);
-        if body.body_force() != Vector::zeros() {
-            loads = without_body_force(body.mesh().corners(t), &loads, body.body_force());
+        if body.has_force() {
+            let force = body.force(t).mean;
+            loads = without_body_force(body.mesh().corners(t), &loads, force);
+            let rows = self.force.get_or_insert_default();
+            (rows[0][lane], rows[1][lane]) = (force[0], force[1]);
+        }
+        if body.has_heat() || body.has_varying_force() {
+            let fixed = stress.fixed(body, t).unwrap_or_default();
+            subtract(&mut loads, &fixed.loads);
+            let rows = self.fixed.get_or_insert_default();
+            for (rows, load) in rows.loads.chunks_exact_mut(2).zip(fixed.loads.as_flattened()) {
+                (rows[0][lane], rows[1][lane]) = (load[0], load[1]);
+            }
+            for (rows, offset) in rows.offset.iter_mut().zip(fixed.offset.as_flattened()) {
+                set_tensor(rows, lane, *offset);
+            }
+            rows.energy[lane] = fixed.energy;
         }
         for (rows, load) in self.loads.chunks_exact_mut(2).zip(loads.as_flattened()) {
             (rows[0][lane], rows[1][lane]) = (load[0], load[1]);
@@ -103,8 +131,38 @@ pub(crate) struct Cells<S: Simd> {
     /// Twice the area, m².
     pub(crate) jacobian: Lanes<S>,
     pub(crate) compliance: Compliance<S>,
-    /// At the [`NODES`], Pa.
+    /// At the [`NODES`], Pa; if the body force varies in a triangle, without the quadratic part.
     pub(crate) stress: [Tensor<S>; NODES],
+    /// N/m³.
+    force: Option<Pair<S>>,
+    fixed: Option<Fixed<S>>,
+}
+
+/// What is fixed in the stresses of some triangles.
+#[derive(Clone, Copy)]
+struct Fixed<S: Simd> {
+    loads: [[Pair<S>; 2]; 3],
+    offset: [Tensor<S>; NODES],
+    energy: Lanes<S>,
+}
+
+impl<S: Simd> Fixed<S> {
+    #[inline(always)]
+    fn load(simd: S, rows: &FixedRows) -> Self {
+        let zero = Lanes::splat(simd, 0.0);
+        let mut fixed = Self {
+            loads: [[[zero; 2]; 2]; 3],
+            offset: [[zero; 3]; NODES],
+            energy: Lanes::load(simd, &rows.energy),
+        };
+        for (pair, rows) in fixed.loads.as_flattened_mut().iter_mut().zip(rows.loads.as_chunks().0) {
+            *pair = load_pair(simd, rows);
+        }
+        for (tensor, rows) in fixed.offset.iter_mut().zip(&rows.offset) {
+            *tensor = load_tensor(simd, rows);
+        }
+        fixed
+    }
 }
 
 /// The residuals of some triangles and the forces on their edges.
@@ -118,7 +176,7 @@ pub(crate) struct Residuals<S: Simd> {
 impl<S: Simd> Cells<S> {
     /// Computes the stresses, see [`crate::johnson_mercier::cell_stress`].
     #[inline(always)]
-    pub(crate) fn new(simd: S, gathered: &Gathered, body_force: Vector) -> Self {
+    pub(crate) fn new(simd: S, gathered: &Gathered) -> Self {
         let zero = Lanes::splat(simd, 0.0);
         let [a, b] = gathered.geometry.edges(simd);
         let jacobian = cross(a, b);
@@ -152,22 +210,26 @@ impl<S: Simd> Cells<S> {
             ];
         }
         let compliance = gathered.geometry.compliance(simd);
-        let mut cells = Self { simd, edges: [a, b], jacobian, compliance, stress };
-        if body_force != Vector::zeros() {
-            cells.carry(body_force);
+        let mut cells = Self { simd, edges: [a, b], jacobian, compliance, stress, force: None, fixed: None };
+        if let Some(rows) = &gathered.force {
+            cells.carry(load_pair(simd, rows));
+        }
+        if let Some(rows) = &gathered.fixed {
+            cells.fixed = Some(Fixed::load(simd, rows));
         }
         cells
     }
 
-    /// Adds the stress that carries the body force; it vanishes at the barycentre.
+    /// Adds the stress that carries the mean body force; it vanishes at the barycentre.
     #[inline(always)]
-    fn carry(&mut self, body_force: Vector) {
+    fn carry(&mut self, force: Pair<S>) {
+        self.force = Some(force);
         let (corners, centre) = (self.corners(), self.centre());
         for k in 0..3 {
             for m in 0..2 {
                 let d = less(corners[(k + m) % 3], centre);
                 for c in 0..2 {
-                    self.stress[3 * k + m][c] += -body_force[c] * d[c];
+                    self.stress[3 * k + m][c] = self.stress[3 * k + m][c] - force[c] * d[c];
                 }
             }
         }
@@ -187,7 +249,7 @@ impl<S: Simd> Cells<S> {
 
     /// Checks the equilibrium inside the triangles.
     #[inline(always)]
-    pub(crate) fn residuals(&self, body_force: Vector) -> Residuals<S> {
+    pub(crate) fn residuals(&self) -> Residuals<S> {
         let zero = Lanes::splat(self.simd, 0.0);
         let (corners, centre) = (self.corners(), self.centre());
         // The sum of the squares tells whether one of them is NaN.
@@ -198,7 +260,7 @@ impl<S: Simd> Cells<S> {
             sum += square;
         };
         let third = 1.0 / 6.0 * self.jacobian;
-        let load = [body_force[0] * third, body_force[1] * third];
+        let load = self.force.map_or([zero; 2], |force| [force[0] * third, force[1] * third]);
         let mut forces = [[[zero; 2]; 2]; 3];
         for k in 0..3 {
             let (p, q) = (corners[k], corners[(k + 1) % 3]);
@@ -220,16 +282,21 @@ impl<S: Simd> Cells<S> {
             let normal = turned(self.simd, less(q, p));
             forces[k] = [apply(own[0], normal), apply(own[1], normal)];
         }
+        if let Some(fixed) = &self.fixed {
+            for (force, load) in forces.as_flattened_mut().iter_mut().zip(fixed.loads.as_flattened()) {
+                *force = [force[0] + load[0], force[1] + load[1]];
+            }
+        }
         Residuals { equilibrium: largest + 0.0 * sum, forces }
     }
 
-    /// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` for a constant σ, J/m.
+    /// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` for a σ by its mean, J/m.
     #[inline(always)]
     pub(crate) fn distance_squared(&self, constant: Tensor<S>) -> Lanes<S> {
-        self.energy(&self.less(constant))
+        self.energy(&self.less(constant)) + self.rest()
     }
 
-    /// Computes `τ − σ` at the nodes for a constant σ.
+    /// Computes `τ − σ` at the nodes for a σ by its mean.
     #[inline(always)]
     pub(crate) fn less(&self, constant: Tensor<S>) -> [Tensor<S>; NODES] {
         let mut d = self.stress;
@@ -238,7 +305,23 @@ impl<S: Simd> Cells<S> {
                 s[c] = s[c] - constant[c];
             }
         }
+        if let Some(fixed) = &self.fixed {
+            for (s, offset) in d.iter_mut().zip(&fixed.offset) {
+                for c in 0..3 {
+                    s[c] += offset[c];
+                }
+            }
+        }
         d
+    }
+
+    /// The energy that is fixed, J/m.
+    #[inline(always)]
+    fn rest(&self) -> Lanes<S> {
+        match &self.fixed {
+            Some(fixed) => fixed.energy,
+            None => Lanes::splat(self.simd, 0.0),
+        }
     }
 
     /// Computes `∫ d : E⁻¹ d` of a stress by its values at the nodes, J/m: see [`crate::johnson_mercier::distance_squared`].
@@ -288,15 +371,17 @@ impl<S: Simd> Cells<S> {
         for load in &mut loads {
             *load = scale * *load;
         }
-        (scale * self.jacobian * energy, loads)
+        (scale * self.jacobian * energy + self.rest(), loads)
     }
 
-    /// Adds up the nine stresses of the three parts in double-double numbers, Pa: high parts, then low ones.
+    /// Adds up the nine stresses of the three parts in double-double numbers, Pa: high parts, then low ones. What varies with the temperature in `σ`
+    /// has no mean.
     #[inline(always)]
     pub(crate) fn sum(&self) -> [Tensor<S>; 2] {
         let mut high = self.stress[0];
         let mut low = [Lanes::splat(self.simd, 0.0); 3];
-        for term in &self.stress[1..] {
+        let fixed: &[Tensor<S>] = self.fixed.as_ref().map_or(&[], |fixed| &fixed.offset);
+        for term in self.stress[1..].iter().chain(fixed) {
             for c in 0..3 {
                 let (a, b) = (high[c], term[c]);
                 let sum = a + b;
@@ -373,7 +458,7 @@ impl pulp::WithSimd for Distance<'_> {
                 gathered.set(lane, body, stress, t);
                 set_tensor(&mut finite_element, lane, stress.finite_element[t]);
             }
-            let cells = Cells::new(simd, &gathered, body.body_force());
+            let cells = Cells::new(simd, &gathered);
             let mut distances = LaneRow::default();
             cells.distance_squared(load_tensor(simd, &finite_element)).store(&mut distances);
             // One by one: the sum does not depend on the number of lanes.

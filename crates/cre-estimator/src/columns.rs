@@ -176,7 +176,7 @@ fn make<'a, S: Recovery>(
         let conditions = released(body, conditions.clone(), &[&field.moved]);
         EquilibratedStress::recover(body, field.stress, conditions)
     };
-    if body.body_force() == S::Vector::ZERO {
+    if !body.has_force() && !body.has_heat() {
         let relaxed = fields.into_iter().map(|field| {
             let mut column = recover(body, field);
             S::relax_with(body, &mut column, relaxation, stars, None);

@@ -127,7 +127,6 @@ impl Recovery<'_> {
     /// Moment `c_{j+1} = c_j − Q_j` on each spoke, acting on the triangle after it, relative to the first.
     fn differences(&self, work: &mut Work) {
         let Work { stars, ends, stress, relative } = work;
-        let (mesh, body_force) = (self.body.mesh(), self.body.body_force());
         let star = stars.get(0);
         relative.clear();
         let mut c = Vector::zeros();
@@ -136,9 +135,9 @@ impl Recovery<'_> {
             let (a, b) = (ends[j], ends[if j + 1 < ends.len() { j + 1 } else { 0 }]);
             // ∫ σ̂ ∇φ: half the opposite edge, turned inwards, is area times gradient.
             c -= stress.apply(0.5 * perpendicular(b - a));
-            if body_force != Vector::zeros() {
-                // The same share at every corner, as in the FE load.
-                c += mesh.measure(sector.triangle as usize) / 3.0 * body_force;
+            if self.body.has_force() {
+                // As in the FE load.
+                c += self.body.nodal_forces_inside(sector.triangle as usize)[usize::from(sector.corner)];
             }
             relative.push(c);
         }

@@ -1,5 +1,6 @@
 //! Stresses in exact equilibrium, stored as the moments of their facet tractions.
 
+use crate::fixed::{FixedPart, fixed};
 use crate::johnson_mercier::{self, CellLoads, CellStress};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::geometry::Vector;
@@ -41,23 +42,41 @@ impl EquilibratedStress {
         loads
     }
 
-    /// Computes the stress in a triangle.
+    /// Computes the stress in a triangle; if the body force varies there, without its quadratic part.
     #[inline(always)]
     pub fn cell(&self, body: &Body, triangle: usize) -> CellStress {
-        let loads = self.cell_loads(body, triangle);
-        johnson_mercier::cell_stress(body.mesh().corners(triangle), &loads, body.body_force())
+        let mut loads = self.cell_loads(body, triangle);
+        if body.has_varying_force()
+            && let Some(fixed) = self.fixed(body, triangle)
+        {
+            subtract(&mut loads, &fixed.loads);
+        }
+        johnson_mercier::cell_stress(body.mesh().corners(triangle), &loads, body.force(triangle).mean)
     }
 
     /// Computes the distance² to a constant stress in a triangle, in the complementary norm, J/m.
     pub fn cell_distance_squared(&self, body: &Body, triangle: usize, constant: SymTensor2) -> f64 {
-        let stress = self.cell(body, triangle);
-        johnson_mercier::distance_squared(
-            &stress,
-            constant,
-            body.mesh().measure(triangle),
-            body.material(triangle),
-        )
+        let mut stress = self.cell(body, triangle);
+        let fixed = self.fixed(body, triangle).unwrap_or_default();
+        for (stress, offset) in stress.as_flattened_mut().iter_mut().zip(fixed.offset.as_flattened()) {
+            *stress = stress.plus(*offset);
+        }
+        let (area, material) = (body.mesh().measure(triangle), body.material(triangle));
+        johnson_mercier::distance_squared(&stress, constant, area, material) + fixed.energy
     }
+}
+
+impl<S: Space> EquilibratedStress<S> {
+    /// Computes what is fixed in the stress of a cell; `None` if there is nothing.
+    pub(crate) fn fixed(&self, body: &Body<S>, cell: usize) -> Option<FixedPart<S>> {
+        fixed(body, cell, &self.conditions)
+    }
+}
+
+/// Subtracts loads.
+pub(crate) fn subtract(loads: &mut CellLoads, others: &CellLoads) {
+    let others = others.as_flattened();
+    loads.as_flattened_mut().iter_mut().zip(others).for_each(|(load, other)| *load -= other);
 }
 
 /// Computes `∫ σ : 𝔼⁻¹ τ` of stresses that are constant in each cell, J/m in the plane, J in space.

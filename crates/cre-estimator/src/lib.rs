@@ -80,6 +80,7 @@ pub mod eet;
 pub mod equilibrated;
 mod error;
 mod estimate;
+mod fixed;
 pub mod friction;
 mod imposed_slip;
 pub mod indicators;

@@ -42,8 +42,8 @@ impl Recovery for Plane {
         stress.principal()
     }
 
-    fn von_mises(material: &LinearElastic, stress: SymTensor2) -> Option<f64> {
-        material.von_mises(stress)
+    fn von_mises(material: &LinearElastic, stress: SymTensor2, temperature: f64) -> Option<f64> {
+        material.von_mises(stress, temperature)
     }
 
     fn holes(_: [usize; 2], parts: usize, pieces: usize) -> usize {
@@ -78,7 +78,7 @@ impl Recovery for Plane {
 
     fn facet_forces(body: &Body, stress: &EquilibratedStress, cell: usize, k: usize) -> [Vector; 2] {
         // ∫ F φ_j of linear functions, from the tractions times length.
-        let [a, b] = edge_tractions(body, &stress.cell(body, cell), cell)[k];
+        let [a, b] = edge_tractions(body, stress, cell)[k];
         [1.0 / 6.0 * (2.0 * a + b), 1.0 / 6.0 * (a + 2.0 * b)]
     }
 

@@ -72,15 +72,16 @@ impl<S: Recovery> RecoveredStress<S> {
     }
 
     /// Computes the von Mises stress of a value, Pa; `None` if the out-of-plane stress of the material is unknown.
-    fn von_mises(body: &Body<S>, material: usize, stress: S::Tensor) -> Option<f64> {
-        S::von_mises(body.materials().list().get(material)?, stress)
+    fn von_mises(body: &Body<S>, node: NodeId, material: usize, stress: S::Tensor) -> Option<f64> {
+        let temperature = body.temperature().get(node.index()).copied().unwrap_or_default();
+        S::von_mises(body.materials().list().get(material)?, stress, temperature)
     }
 
     /// Finds the largest von Mises stress, Pa, and its node; `None` if the out-of-plane stress of a material is unknown.
     pub fn largest_von_mises(&self, body: &Body<S>) -> Option<(f64, NodeId)> {
         let mut largest = None;
         for (node, material, stress) in self.values() {
-            let found = Self::von_mises(body, material, stress)?;
+            let found = Self::von_mises(body, node, material, stress)?;
             if largest.is_none_or(|(most, _)| found > most) {
                 largest = Some((found, node));
             }
@@ -109,11 +110,13 @@ impl<S: Recovery> RecoveredStress<S> {
     /// meet there.
     pub fn by_node(&self, body: &Body<S>) -> Vec<(usize, S::Tensor)> {
         let mut chosen: Vec<(usize, S::Tensor)> = Vec::with_capacity(body.mesh().points().len());
-        let size = |(m, s): (usize, S::Tensor)| Self::von_mises(body, m, s).unwrap_or(0.0);
+        let size = |n, (m, s): (usize, S::Tensor)| Self::von_mises(body, n, m, s).unwrap_or(0.0);
         for (node, material, stress) in self.values() {
             match chosen.get_mut(node.index()) {
                 None => chosen.push((material, stress)),
-                Some(known) if size((material, stress)) > size(*known) => *known = (material, stress),
+                Some(known) if size(node, (material, stress)) > size(node, *known) => {
+                    *known = (material, stress)
+                }
                 Some(_) => {}
             }
         }

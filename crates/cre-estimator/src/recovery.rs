@@ -41,7 +41,9 @@ pub trait Recovery: Space {
     ) -> RelaxationReport;
 
     /// Computes von Mises' equivalent stress, Pa; `None` if a component out of the plane is unknown.
-    fn von_mises(material: &LinearElastic<Self>, stress: Self::Tensor) -> Option<f64>;
+    ///
+    /// * `temperature`: its change, K.
+    fn von_mises(material: &LinearElastic<Self>, stress: Self::Tensor, temperature: f64) -> Option<f64>;
 
     /// Computes the principal stresses, Pa, ascending; in the plane those in the plane.
     fn principal(stress: Self::Tensor) -> Self::Axes<f64>;

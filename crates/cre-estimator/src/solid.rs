@@ -17,12 +17,13 @@ mod sweep;
 mod tests;
 
 use crate::equilibrated::{EquilibratedStress, FacetMoments, product};
+use crate::fixed::FixedPart;
 use crate::friction::mean_on_face;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
 use crate::recovery::Recovery;
 use crate::relaxation::{Relaxation, RelaxationReport};
 use crate::size::larger;
-use cell::{CellMap, CellMoments};
+use cell::{CellMap, CellMoments, CellStress};
 use fem_core::body::{Body, FacetCondition};
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
@@ -72,7 +73,7 @@ impl Recovery for Solid {
         stress.principal()
     }
 
-    fn von_mises(_material: &LinearElastic<Self>, stress: SymTensor3) -> Option<f64> {
+    fn von_mises(_material: &LinearElastic<Self>, stress: SymTensor3, _temperature: f64) -> Option<f64> {
         Some(stress.von_mises())
     }
 
@@ -97,9 +98,7 @@ impl Recovery for Solid {
         cell: usize,
         constant: SymTensor3,
     ) -> f64 {
-        cell::distance_squared(&stress.cell(body, cell), constant, body.mesh().measure(cell), |s| {
-            body.material(cell).strain(s)
-        })
+        stress.distance_in_cell(body, cell, &stress.cell(body, cell), constant)
     }
 
     fn measured(
@@ -116,7 +115,7 @@ impl Recovery for Solid {
         cell: usize,
         k: usize,
     ) -> [Vector3<f64>; 3] {
-        let forces = forces::face_tractions(&body.mesh().corners(cell), &stress.cell(body, cell))[k];
+        let forces = forces::face_tractions(body, cell, &stress.cell(body, cell), stress)[k];
         let sum = forces[0] + forces[1] + forces[2];
         forces.map(|force| (sum + force) / 12.0)
     }
@@ -171,6 +170,11 @@ impl Recovery for Solid {
     }
 }
 
+/// Adds what is fixed to the stress of a cell.
+fn with_offset(stress: &CellStress, fixed: &FixedPart<Solid>) -> CellStress {
+    std::array::from_fn(|part| std::array::from_fn(|v| stress[part][v].plus(fixed.offset[part][v])))
+}
+
 impl EquilibratedStress<Solid> {
     /// Computes `‖σ̂‖²`, J.
     fn finite_element_energy(&self, body: &Body<Solid>) -> f64 {
@@ -187,17 +191,39 @@ impl EquilibratedStress<Solid> {
         })
     }
 
-    /// Computes the stress in a tetrahedron, Pa: a part for each face, in the order of [`Solid::facet`], linear between the three corners of the face
+    /// Computes the distance² of a stress of this cell to one by its mean.
+    fn distance_in_cell(
+        &self,
+        body: &Body<Solid>,
+        cell: usize,
+        stress: &CellStress,
+        constant: SymTensor3,
+    ) -> f64 {
+        let fixed = self.fixed(body, cell);
+        let stress = fixed.as_ref().map_or(*stress, |fixed| with_offset(stress, fixed));
+        let strain = |s| body.material(cell).strain(s);
+        let distance = cell::distance_squared(&stress, constant, body.mesh().measure(cell), strain);
+        distance + fixed.map_or(0.0, |fixed| fixed.energy)
+    }
+
+    /// Computes the stress in a tetrahedron, Pa, if the body force varies there without its quadratic part: a part for each face, in the order of [`Solid::facet`], linear between the three corners of the face
     /// and the barycentre.
     pub fn cell(&self, body: &Body<Solid>, cell: usize) -> [[SymTensor3; 4]; 4] {
         let corners = body.mesh().corners(cell);
         let mut moments = self.cell_moments(body, cell);
-        let force = body.body_force();
-        if force == Vector3::zeros() {
+        if !body.has_force() {
             return CellMap::new(corners).stress(&moments);
         }
-        let particular = cell::particular(&corners, force);
-        let known = cell::moments_of(&corners, &particular);
+        let particular = cell::particular(&corners, body.force(cell).mean);
+        let mut known = cell::moments_of(&corners, &particular);
+        if body.has_varying_force()
+            && let Some(fixed) = self.fixed(body, cell)
+        {
+            for (known, loads) in known.iter_mut().zip(fixed.loads) {
+                let sum = loads[0] + loads[1] + loads[2];
+                known.iter_mut().zip(loads).for_each(|(known, load)| *known += (sum + load) / 12.0);
+            }
+        }
         moments.iter_mut().flatten().zip(known.iter().flatten()).for_each(|(moment, known)| *moment -= known);
         let mut stress = CellMap::new(corners).stress(&moments);
         // It vanishes at the barycentre.

@@ -232,7 +232,7 @@ impl pulp::WithSimd for BandResidual<'_> {
                 gathering.map.set(lane, space, t);
                 set_tensor(&mut gathering.finite_element, lane, stress.finite_element[t]);
             }
-            let cells = Cells::new(simd, &gathering.cells, body.body_force());
+            let cells = Cells::new(simd, &gathering.cells);
             let map = Map::new(simd, &gathering.cells.geometry, &gathering.map, space.length());
             let finite_element = load_tensor(simd, &gathering.finite_element);
             let (gradient, energies) = map.gradient(simd, &cells, finite_element);

@@ -75,7 +75,7 @@ fn solve(n: usize) -> Result<Answer, Box<dyn Error>> {
     let u = solver.displacement_from_force(&[]);
 
     let stresses = field::stresses(&body, &u);
-    let von_mises = stresses.iter().enumerate().filter_map(|(t, s)| body.material(t).von_mises(*s));
+    let von_mises = stresses.iter().enumerate().filter_map(|(t, s)| body.material(t).von_mises(*s, 0.0));
     let points = body.mesh().points();
     let corner = points.iter().position(|p| p[0] == LENGTH && p[1] == 0.0).ok_or("no loaded corner")?;
     let sum = |forces: &[Vector], at: &dyn Fn(&Vector) -> bool| {

@@ -105,6 +105,7 @@ impl<S: Space> System<S> {
         }
         let mut external = external_forces(body);
         spring_forces(body, &[]).for_each(|(node, force)| external[node] += force);
+        add_heat(body, &mut external);
         let (first_beside, beside) = body.mesh().topology().node_neighbours();
         let springs = SpringsAround::new(body);
         let columns = Columns { body, dofs: &dofs, external: &external, springs, first_beside, beside };
@@ -181,12 +182,10 @@ pub fn external_forces<S: Space>(body: &Body<S>) -> Vec<S::Vector> {
     for (node, force) in body.rigid_forces() {
         forces[node] += force;
     }
-    let b = body.body_force();
-    if b != S::Vector::ZERO {
+    if body.has_force() {
         for (t, corners) in mesh.cells().iter().enumerate() {
-            let share = mesh.measure(t) / (S::DIM + 1) as f64;
-            for n in *corners {
-                forces[n] += b * share;
+            for (n, force) in corners.into_iter().zip(body.nodal_forces_inside(t)) {
+                forces[n] += force;
             }
         }
     }
@@ -207,6 +206,18 @@ pub fn spring_forces<'a, S: Space>(
         let forces = moments::<S>(&springs.stretched(&moved).traction(), mesh.facet_measure(facet));
         nodes.into_iter().zip(forces)
     })
+}
+
+/// Adds the nodal forces of the initial strain, `∫ E ε₀ : ε(φ)`: loads of the displacements, but no external forces.
+fn add_heat<S: Space>(body: &Body<S>, forces: &mut [S::Vector]) {
+    if !body.has_heat() {
+        return;
+    }
+    for (t, corners) in body.mesh().cells().iter().enumerate() {
+        let stress = body.material(t).stress(body.initial_strain(t));
+        let own = Element::<S>::new(body.mesh().corners(t)).internal_forces(stress);
+        corners.into_iter().zip(own).for_each(|(n, force)| forces[n] += force);
+    }
 }
 
 /// Columns of the stiffness, node by node.

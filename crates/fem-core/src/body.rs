@@ -4,6 +4,8 @@ mod conditions;
 mod constraint;
 mod curves;
 mod error;
+mod force;
+mod heat;
 mod interpolation;
 mod joined;
 mod motion;
@@ -29,6 +31,8 @@ pub use constraint::NodeConstraint;
 pub use curves::Piece;
 pub use curves::{CurveKind, CurvedSide};
 pub use error::BodyError;
+pub use force::{CellForce, arms};
+pub use heat::InsideDifference;
 pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use joined::JoinError;
@@ -113,6 +117,10 @@ pub struct Body<S: Space = Plane> {
     springs: Vec<SpringSide<S>>,
     /// See [`Body::roller_turn`].
     roller_turn: f64,
+    /// The change of temperature at each node; empty without heat.
+    temperature: Vec<f64>,
+    /// The body force of each cell; empty if it is constant.
+    forces: Vec<CellForce<S>>,
     /// The conditions and their facets, to evaluate them again on a finer mesh.
     conditions: BoundaryConditions<S>,
     selected: conditions::Selected,
@@ -144,7 +152,7 @@ impl<S: Space> Body<S> {
         conditions::evaluate(mesh, materials.into(), conditions, None)
     }
 
-    /// Creates the same body with other amounts of what its conditions impose: displacements, tractions, and loads and motions of rigid sides.
+    /// Creates the same body with other amounts of what its conditions impose: displacements, tractions, temperatures, and loads and motions of rigid sides.
     ///
     /// * `factor`: of each condition; the body force has none.
     ///
@@ -168,10 +176,11 @@ impl<S: Space> Body<S> {
         self.surfaces.get(&facet)
     }
 
-    /// Creates the same body without its body force.
+    /// Creates the same body without its body force and its change of temperature.
     pub fn weightless(&self) -> Self {
         let mut body = self.clone();
         body.conditions.body_force = S::Vector::default();
+        (body.forces, body.temperature) = (Vec::new(), Vec::new());
         body
     }
 
@@ -260,12 +269,6 @@ impl<S: Space> Body<S> {
     /// Returns the materials of all cells.
     pub fn materials(&self) -> &Materials<S> {
         &self.materials
-    }
-
-    /// Returns the body force per unit area and thickness, N/m³.
-    #[inline]
-    pub fn body_force(&self) -> S::Vector {
-        self.conditions.body_force
     }
 
     /// Returns the displacement condition of each node.

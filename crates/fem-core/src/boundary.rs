@@ -4,6 +4,7 @@
 //! evaluates it on the mesh.
 
 use crate::geometry::Vector;
+use crate::linear_field::LinearField;
 use crate::space::{Plane, Space};
 use std::fmt;
 use std::sync::Arc;
@@ -174,6 +175,10 @@ pub enum ConditionList {
     Curve,
     /// The declared surfaces of a body.
     Surface,
+    /// `BoundaryConditions::temperatures`.
+    Temperature,
+    /// `BoundaryConditions::force_field`.
+    BodyForce,
 }
 
 /// One condition by its list and its place in it.
@@ -194,6 +199,8 @@ impl fmt::Display for ConditionPlace {
             ConditionList::Spring => "spring condition",
             ConditionList::Curve => "curved side",
             ConditionList::Surface => "declared surface",
+            ConditionList::Temperature => "temperature",
+            ConditionList::BodyForce => "body force",
         };
         write!(f, "{list} {}", self.index + 1)
     }
@@ -265,7 +272,7 @@ impl<S: Space> Default for RigidCondition<S> {
 ///     .pressure("top", 5.0);
 /// assert_eq!(conditions.displacements.len(), 2);
 /// ```
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct BoundaryConditions<S: Space = Plane> {
     /// Imposed displacements.
     pub displacements: Vec<DisplacementCondition<S>>,
@@ -277,6 +284,28 @@ pub struct BoundaryConditions<S: Space = Plane> {
     pub springs: Vec<SpringCondition<S>>,
     /// Constant body force per unit volume, N/m³.
     pub body_force: S::Vector,
+    /// A body force by functions of the position, N/m³, in addition to the constant one: exact if it is linear at the nodes of the mesh, otherwise
+    /// interpolated in each cell.
+    pub force_field: Option<S::Data<ScalarData<S>>>,
+    /// A body force per unit mass, m/s²: of a rotation or an acceleration. It is multiplied by the density of the material.
+    pub per_mass: Option<LinearField<S>>,
+    /// Changes of temperature, which add up; linear in each cell between their values at the nodes.
+    pub temperatures: Vec<ScalarData<S>>,
+}
+
+impl<S: Space> Default for BoundaryConditions<S> {
+    fn default() -> Self {
+        Self {
+            displacements: Vec::new(),
+            tractions: Vec::new(),
+            rigid: Vec::new(),
+            springs: Vec::new(),
+            body_force: S::Vector::default(),
+            force_field: None,
+            per_mass: None,
+            temperatures: Vec::new(),
+        }
+    }
 }
 
 impl BoundaryConditions {
@@ -352,7 +381,7 @@ impl<S: Space> BoundaryConditions<S> {
 
     /// Returns the conditions with other amounts of what they impose.
     ///
-    /// * `factor`: of each condition, in springs of `u₀`; the body force has none.
+    /// * `factor`: of each condition, in springs of `u₀`; the body forces have none.
     #[must_use]
     pub(crate) fn scaled(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Self {
         let mut scaled = self.clone();
@@ -373,6 +402,9 @@ impl<S: Space> BoundaryConditions<S> {
                 Load::Pressure(data) => Load::Pressure(data.scaled(s)),
             };
         }
+        for (k, data) in scaled.temperatures.iter_mut().enumerate() {
+            *data = data.scaled(of(ConditionList::Temperature, k));
+        }
         for (k, condition) in scaled.rigid.iter_mut().enumerate() {
             let s = of(ConditionList::Rigid, k);
             condition.motion = S::components(|k| condition.motion[k].map(|u| s * u));
@@ -387,6 +419,12 @@ impl<S: Space> BoundaryConditions<S> {
             };
         }
         scaled
+    }
+
+    /// Adds a change of temperature.
+    pub fn temperature(mut self, value: impl Into<ScalarData<S>>) -> Self {
+        self.temperatures.push(value.into());
+        self
     }
 
     /// Sets the constant body force per unit volume, in the plane per unit area and thickness.

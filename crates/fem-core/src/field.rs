@@ -6,7 +6,7 @@ use crate::element::Element;
 use crate::space::Space;
 use rayon::prelude::*;
 
-/// Computes the stress of a displacement field in every cell, Pa.
+/// Computes the stress of a displacement field in every cell, Pa; its mean if the temperature changes.
 ///
 /// * `displacement`: Cartesian, one per node, m.
 pub fn stresses<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> Vec<S::Tensor> {
@@ -16,7 +16,7 @@ pub fn stresses<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> Vec<S::
         .with_min_len(1024)
         .map(|t| {
             let element = Element::<S>::new(mesh.corners(t));
-            body.material(t).stress(strain(body, t, &element, displacement))
+            body.stress(t, strain(body, t, &element, displacement))
         })
         .collect()
 }
@@ -36,8 +36,7 @@ pub(crate) fn strain<S: Space>(
 /// Computes `K u − f` at every node, Cartesian, N/m: zero at nodes with loads only, the support's
 /// reaction where a displacement is imposed, the contact force on the interface.
 pub fn nodal_residual<S: Space>(body: &Body<S>, displacement: &[S::Vector]) -> Vec<S::Vector> {
-    let mut forces =
-        residual(body, |t, element| body.material(t).stress(strain(body, t, element, displacement)));
+    let mut forces = residual(body, |t, element| body.stress(t, strain(body, t, element, displacement)));
     spring_forces(body, displacement).for_each(|(node, force)| forces[node] -= force);
     forces
 }

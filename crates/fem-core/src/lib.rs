@@ -67,6 +67,7 @@ pub mod element;
 pub mod field;
 pub mod geometry;
 pub mod interface;
+pub mod linear_field;
 pub mod material;
 pub mod memory;
 pub mod mesh;

@@ -82,6 +82,21 @@ pub enum MaterialError {
     /// Two vectors that span no plane.
     #[error("the axes of the material must be two vectors of finite length that are not parallel")]
     Axes,
+    /// A coefficient of thermal expansion is larger than 1, or NaN.
+    #[error("the expansion is {}; it must be a number from -1 to 1 (per unit of temperature)", shown(*found))]
+    Expansion {
+        /// The value found.
+        found: f64,
+    },
+    /// A plane stiffness in plane strain does not tell how a material expands.
+    #[error("a given `stiffness` does not tell how much of an expansion along z becomes strain in the plane")]
+    ExpansionOfStiffness,
+    /// A density is negative, too large, or NaN.
+    #[error("the density is {}; it must be a number from 0 to 1e100", shown(*found))]
+    Density {
+        /// The value found.
+        found: f64,
+    },
     /// A number that is infinite, NaN, or too large.
     #[error("{name} is {found:?}; it must be a finite number (at most 1e100 in magnitude)")]
     NotFinite {
@@ -127,8 +142,75 @@ pub enum MaterialError {
 pub struct LinearElastic<S: Space = Plane> {
     stiffness: S::Matrix,
     compliance: S::Matrix,
-    /// In the plane σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy), if it is known.
+    /// Zero in space. In the plane σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy), if it is known, less the stress of the strain that is prevented.
     out_of_plane: Option<S::Components<f64>>,
+    /// In plane strain Young's modulus along z, Pa; zero otherwise.
+    axial: f64,
+    /// α of the thermal strain `α T`, and the strain that it is in the plane problem.
+    expansion: f64,
+    thermal_strain: S::Tensor,
+    density: f64,
+}
+
+impl<S: Space> LinearElastic<S> {
+    fn of(stiffness: S::Matrix, compliance: S::Matrix) -> Self {
+        let thermal_strain = S::Tensor::default();
+        Self {
+            stiffness,
+            compliance,
+            out_of_plane: Some(S::components(|_| 0.0)),
+            axial: 0.0,
+            expansion: 0.0,
+            thermal_strain,
+            density: 0.0,
+        }
+    }
+
+    /// Gives the material a coefficient of thermal expansion, the same in all directions.
+    ///
+    /// In plane strain the strain along z is prevented: `ε₀ + ν ε₀_zz 1 = (1 + ν) α T 1` in the plane of an isotropic material.
+    ///
+    /// * `expansion`: α, 1/K; at most 1 in magnitude.
+    ///
+    /// # Errors
+    /// A coefficient that is larger or NaN; a given stiffness in plane strain, which does not determine the strain.
+    pub fn with_expansion(mut self, expansion: f64) -> Result<Self, MaterialError> {
+        if !(expansion.abs() <= 1.0) {
+            return Err(MaterialError::Expansion { found: expansion });
+        }
+        let Some(prevented) = self.out_of_plane else { return Err(MaterialError::ExpansionOfStiffness) };
+        // From engineering shear.
+        let unit = S::components(|k| if k < S::DIM { 1.0 + prevented[k] } else { 0.5 * prevented[k] });
+        self.thermal_strain = S::components(|k| expansion * unit[k]).into();
+        self.expansion = expansion;
+        Ok(self)
+    }
+
+    /// Gives the material a density.
+    ///
+    /// * `density`: kg/m³, from 0 to 1e100.
+    ///
+    /// # Errors
+    /// A density outside its range, or NaN.
+    pub fn with_density(mut self, density: f64) -> Result<Self, MaterialError> {
+        if !(0.0..=1e100).contains(&density) {
+            return Err(MaterialError::Density { found: density });
+        }
+        self.density = density;
+        Ok(self)
+    }
+
+    /// Returns the initial strain per unit of temperature, in the plane problem with its part that is prevented along z, 1/K.
+    #[inline]
+    pub fn thermal_strain(&self) -> S::Tensor {
+        self.thermal_strain
+    }
+
+    /// Returns the density, kg/m³.
+    #[inline]
+    pub fn density(&self) -> f64 {
+        self.density
+    }
 }
 
 /// Checks the constants of an isotropic material.
@@ -173,7 +255,8 @@ impl LinearElastic {
             Hypothesis::PlaneStrain => [poisson, poisson, 0.0],
             Hypothesis::PlaneStress => [0.0; 3],
         };
-        Ok(Self { stiffness, compliance, out_of_plane: Some(out_of_plane) })
+        let axial = if hypothesis == Hypothesis::PlaneStrain { young } else { 0.0 };
+        Ok(Self { out_of_plane: Some(out_of_plane), axial, ..Self::of(stiffness, compliance) })
     }
 
     /// Returns the entries of `D⁻¹`, the upper half by rows, 1/Pa.
@@ -185,16 +268,21 @@ impl LinearElastic {
 
     /// Computes von Mises' equivalent stress with the out-of-plane stress of the hypothesis, Pa; `None` if that is
     /// unknown.
-    pub fn von_mises(&self, sigma: SymTensor2) -> Option<f64> {
-        let zz = self.out_of_plane_stress(sigma)?;
+    ///
+    /// * `temperature`: its change, K.
+    pub fn von_mises(&self, sigma: SymTensor2, temperature: f64) -> Option<f64> {
+        let zz = self.out_of_plane_stress(sigma, temperature)?;
         let pairs = (sigma.xx - sigma.yy).powi(2) + (sigma.yy - zz).powi(2) + (zz - sigma.xx).powi(2);
         Some((0.5 * pairs + 3.0 * sigma.xy * sigma.xy).sqrt())
     }
 
-    /// Computes `σ_zz`: `ν(σ_xx + σ_yy)` in plane strain of an isotropic material, 0 in plane stress; `None` for a given
+    /// Computes `σ_zz`: `ν(σ_xx + σ_yy) − E α T` in plane strain of an isotropic material, 0 in plane stress; `None` for a given
     /// plane stiffness in plane strain, which does not determine it.
-    pub fn out_of_plane_stress(&self, sigma: SymTensor2) -> Option<f64> {
-        self.out_of_plane.map(|[a, b, c]| a * sigma.xx + b * sigma.yy + c * sigma.xy)
+    ///
+    /// * `temperature`: its change T, K.
+    pub fn out_of_plane_stress(&self, sigma: SymTensor2, temperature: f64) -> Option<f64> {
+        let prevented = self.axial * self.expansion * temperature;
+        self.out_of_plane.map(|[a, b, c]| a * sigma.xx + b * sigma.yy + c * sigma.xy - prevented)
     }
 }
 
@@ -217,11 +305,8 @@ impl LinearElastic<Solid> {
                 (false, false) => 0.0,
             })
         };
-        Ok(Self {
-            stiffness: entries(lambda + 2.0 * mu, lambda, mu),
-            compliance: entries(1.0 / young, -poisson / young, 1.0 / mu),
-            out_of_plane: None,
-        })
+        let compliance = entries(1.0 / young, -poisson / young, 1.0 / mu);
+        Ok(Self::of(entries(lambda + 2.0 * mu, lambda, mu), compliance))
     }
 }
 
@@ -276,7 +361,7 @@ mod tests {
         let m = LinearElastic::isotropic(200.0, 0.25, Hypothesis::PlaneStress).unwrap();
         let s = m.stress(SymTensor2::new(1.0, -0.25, 0.0));
         assert!((s.xx - 200.0).abs() < 1e-12 && s.yy.abs() < 1e-12);
-        assert!((m.von_mises(s).unwrap() - 200.0).abs() < 1e-12);
+        assert!((m.von_mises(s, 0.0).unwrap() - 200.0).abs() < 1e-12);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The rigid motions that the supports of the bodies leave free.
 
 use crate::assembly::external_forces;
-use crate::body::{Body, FacetCondition, Piece, RigidMotion};
+use crate::body::{Body, FacetCondition, Piece, RigidMotion, arms};
 use crate::geometry::{Coordinates, Vector, perpendicular};
 use crate::interface::{ContactProblem, LeftOut, Partner};
 use crate::mesh::id::FacetId;
@@ -183,7 +183,11 @@ fn load_beyond_chords(body: &Body, motion: RigidMotion) -> f64 {
     let of_facet = |(condition, facet): (&FacetCondition, &FacetId)| {
         let Some(&Piece::Arc { centre, radius }) = body.curve(*facet) else { return 0.0 };
         let Some(segment) = Segment::new(body, *facet, centre, radius) else { return 0.0 };
-        segment.area * body.body_force().dot(&motion.at(segment.centre_of_area()))
+        let (cell, middle) =
+            (body.mesh().topology().facet_cells()[*facet][0] as usize, segment.centre_of_area());
+        let corners = body.mesh().corners(cell);
+        let force = body.force(cell).at(middle - corners[0] + arms::<Plane>(&corners)[0]);
+        segment.area * force.dot(&motion.at(middle))
             + segment.traction_beyond_chord(&condition.traction, motion)
     };
     let facets = body.mesh().topology().boundary_facets();

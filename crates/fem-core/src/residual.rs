@@ -138,12 +138,19 @@ fn stress<S: Space>(
         let product = |k: usize| differences[k][i] * cell.gradients[k][j];
         (1..S::DIM).fold(product(0), |sum, k| sum + product(k))
     };
-    // d! |T| ε, with engineering shears.
+    // d! |T| (ε − ε₀), with engineering shears.
     let mut strain = S::components(|_| DoubleDouble::ZERO);
     for i in 0..S::DIM {
         strain[i] = sum(i, i);
         for j in 0..i {
             strain[S::component(j, i)] = sum(j, i) + sum(i, j);
+        }
+    }
+    if body.has_heat() {
+        let initial: S::Components<f64> = body.initial_strain(t).into();
+        for k in 0..S::COMPONENTS {
+            let engineering = if k < S::DIM { initial[k] } else { 2.0 * initial[k] };
+            strain[k] += -(cell.determinant * engineering);
         }
     }
     let d = body.material(t).stiffness();
@@ -299,13 +306,14 @@ fn external_forces<S: Space>(body: &Body<S>) -> Vec<PreciseVector<S>> {
             forces[node][c] += DoubleDouble::from(force[c]);
         }
     }
-    let b = body.body_force();
-    if b != S::Vector::ZERO {
+    if body.has_force() {
         for (t, nodes) in mesh.cells().iter().enumerate() {
             let share = Cell::<S>::new(mesh.corners(t)).determinant / parts;
-            for n in *nodes {
+            let (mean, beyond) = (body.force(t).mean, body.nodal_forces_beyond_mean(t));
+            for k in 0..=S::DIM {
                 for c in 0..S::DIM {
-                    forces[n][c] += share * b[c];
+                    forces[nodes[k]][c] += share * mean[c];
+                    forces[nodes[k]][c] += DoubleDouble::from(beyond[k][c]);
                 }
             }
         }

@@ -89,6 +89,12 @@ impl SymTensor3 {
         self.joined(other, |a, b| a - b)
     }
 
+    /// Multiplies by a number.
+    #[inline(always)]
+    pub fn scaled(self, factor: f64) -> Self {
+        self.joined(self, |a, _| factor * a)
+    }
+
     /// Computes von Mises' equivalent stress, `√(3/2 s : s)` of the deviator `s`, Pa.
     pub fn von_mises(self) -> f64 {
         let pairs = (self.xx - self.yy).powi(2) + (self.yy - self.zz).powi(2) + (self.zz - self.xx).powi(2);

@@ -10,6 +10,7 @@ use fem_core::field;
 use fem_core::geometry::norm;
 use fem_core::interface::Partner;
 use fem_core::material::LinearElastic;
+use fem_core::space::Space;
 use mesh_io::vtu::VtuArray;
 use rayon::prelude::*;
 
@@ -33,6 +34,9 @@ pub(crate) const IN_CELLS: [&str; 10] = [
     "body_id",
     "von_mises",
 ];
+
+/// The recovered stress of a node with its material and the change of temperature.
+type AtNode<'a, S> = (&'a LinearElastic<S>, <S as Space>::Tensor, f64);
 
 /// The data from which the fields of a body are computed.
 pub(crate) struct BodyFields<'a, S: ReportSpace> {
@@ -68,23 +72,26 @@ impl<S: ReportSpace> BodyFields<'_, S> {
             |of: &(dyn Fn(usize) -> usize + Sync)| VtuArray::integers(name, cells.clone().map(of).collect());
         let (stress, means) = (&fields.stress, &self.estimate.mean_stress[self.body]);
         let place_of = |places: &[usize], t: usize| places[model.materials().index(t)];
+        let heat = |t: usize| model.cell_temperature(t);
         Some(match name {
             "displacement" => VtuArray::vectors(name, &fields.displacement),
             "reaction" => VtuArray::vectors(name, &self.reactions()),
             "stress_recovered" => {
                 let recovered = self.recovered()?.into_iter();
-                VtuArray::tensors(name, recovered.map(|(law, s)| S::six_stresses(law, s)).collect())
+                VtuArray::tensors(name, recovered.map(|(law, s, t)| S::six_stresses(law, s, t)).collect())
             }
             "von_mises_recovered" => {
                 let values: Option<Vec<f64>> =
-                    self.recovered()?.into_iter().map(|(law, s)| S::von_mises(law, s)).collect();
+                    self.recovered()?.into_iter().map(|(law, s, t)| S::von_mises(law, s, t)).collect();
                 VtuArray::scalars(name, values?)
             }
-            "stress" => tensors(&|t| S::six_stresses(model.material(t), stress[t])),
-            "stress_equilibrated" => tensors(&|t| S::six_stresses(model.material(t), means[t])),
+            "stress" => tensors(&|t| S::six_stresses(model.material(t), stress[t], heat(t))),
+            "stress_equilibrated" => tensors(&|t| S::six_stresses(model.material(t), means[t], heat(t))),
             "strain" => {
                 let places = self.case.material_places(self.body);
-                tensors(&|t| S::six_strains(self.case, place_of(&places, t), model.material(t), stress[t]))
+                tensors(&|t| {
+                    S::six_strains(self.case, place_of(&places, t), model.material(t), (stress[t], heat(t)))
+                })
             }
             "error_density" => scalars(&|t| self.estimate.cre.by_cell[self.body][t] / mesh.measure(t)),
             "error_density_mesh" => {
@@ -108,18 +115,20 @@ impl<S: ReportSpace> BodyFields<'_, S> {
             "body_id" => integers(&|_| self.body),
             "von_mises" => {
                 let values: Option<Vec<f64>> =
-                    cells.clone().map(|t| S::von_mises(model.material(t), stress[t])).collect();
+                    cells.clone().map(|t| S::von_mises(model.material(t), stress[t], heat(t))).collect();
                 VtuArray::scalars(name, values?)
             }
             _ => return None,
         })
     }
 
-    /// Returns the recovered stress at each node, with its material.
-    fn recovered(&self) -> Option<Vec<(&LinearElastic<S>, S::Tensor)>> {
+    /// Returns the recovered stress at each node, with its material and the change of temperature.
+    fn recovered(&self) -> Option<Vec<AtNode<'_, S>>> {
         let model = self.model();
         let recovered = self.solution.results.as_ref()?.recovered.get(self.body)?;
-        Some(recovered.by_node(model).into_iter().map(|(m, s)| (&model.materials().list()[m], s)).collect())
+        let temperature = |node: usize| model.temperature().get(node).copied().unwrap_or_default();
+        let values = recovered.by_node(model).into_iter().enumerate();
+        Some(values.map(|(n, (m, s))| (&model.materials().list()[m], s, temperature(n))).collect())
     }
 
     /// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are

@@ -63,7 +63,8 @@ pub fn check<S: ReportSpace>(
             held_nodes: model.node_constraints().iter().filter(|node| !node.supported().is_none()).count(),
             loads: body.tractions.len()
                 + model.rigid_sides().iter().filter(loaded).count()
-                + usize::from(model.body_force() != S::Vector::ZERO),
+                + usize::from(model.has_force())
+                + body.temperatures.len(),
             resultant: resultant_of(&external_forces(model)).ok_or_else(|| {
                 let source = AssemblyError::NotFinite { what: "the load" };
                 Failure::solve(case, &SolveError::Prepare(PrepareError::Assembly { body: k, source }))

@@ -348,7 +348,7 @@ fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Pictur
         mesh: body.mesh(),
         materials: between_materials(body),
         edges: sketch_edges(body),
-        body_force: body.body_force(),
+        body_force: body.resultant_inside(),
         rigid: body.rigid_sides().iter().filter_map(|side| rigid_load(body, side)).collect(),
     };
     let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();

@@ -39,9 +39,11 @@ pub(crate) fn von_mises_by_material<S: Recovery>(
     stress: &RecoveredStress<S>,
 ) -> Option<Vec<Vec<f64>>> {
     let materials = body.materials().list();
+    let temperature = |node: usize| body.temperature().get(node).copied().unwrap_or_default();
     let mut values = vec![vec![f64::NAN; body.mesh().points().len()]; materials.len()];
     for (node, material, stress) in stress.values() {
-        values[material][node.index()] = S::von_mises(&materials[material], stress)?;
+        values[material][node.index()] =
+            S::von_mises(&materials[material], stress, temperature(node.index()))?;
     }
     Some(values)
 }

@@ -113,20 +113,26 @@ impl ReportSpace for Plane {
     }
 
     /// The stress along z is not known for a given plane stiffness in plane strain.
-    fn six_stresses(material: &LinearElastic, stress: SymTensor2) -> [f64; 6] {
-        six(stress, material.out_of_plane_stress(stress).unwrap_or(0.0))
+    fn six_stresses(material: &LinearElastic, stress: SymTensor2, temperature: f64) -> [f64; 6] {
+        six(stress, material.out_of_plane_stress(stress, temperature).unwrap_or(0.0))
     }
 
-    /// `ε_zz`: 0 in plane strain, `−ν/E (σ_xx + σ_yy)` in plane stress of an isotropic material; 0, too, if the plane
+    /// `ε_zz`: 0 in plane strain, `−ν/E (σ_xx + σ_yy) + α T` in plane stress of an isotropic material; 0, too, if the plane
     /// constants do not say it.
-    fn six_strains(case: &Case, place: usize, material: &LinearElastic, stress: SymTensor2) -> [f64; 6] {
+    fn six_strains(
+        case: &Case,
+        place: usize,
+        material: &LinearElastic,
+        (stress, temperature): (SymTensor2, f64),
+    ) -> [f64; 6] {
+        let thermal = material.thermal_strain().scaled(temperature);
         let zz = match (case.model.hypothesis, &case.materials[place].law) {
             (Hypothesis::PlaneStress, MaterialLaw::Isotropic { young, poisson }) => {
-                -poisson / young * (stress.xx + stress.yy)
+                -poisson / young * (stress.xx + stress.yy) + thermal.xx
             }
             _ => 0.0,
         };
-        six(material.strain(stress), zz)
+        six(material.strain(stress).plus(thermal), zz)
     }
 
     fn friction_traction(normal: Vector, row: &FrictionRow) -> Vector {

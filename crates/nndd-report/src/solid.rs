@@ -131,12 +131,17 @@ impl ReportSpace for Solid {
         None
     }
 
-    fn six_stresses(_: &LinearElastic<Self>, stress: SymTensor3) -> [f64; 6] {
+    fn six_stresses(_: &LinearElastic<Self>, stress: SymTensor3, _: f64) -> [f64; 6] {
         six(stress)
     }
 
-    fn six_strains(_: &Case<Self>, _: usize, material: &LinearElastic<Self>, stress: SymTensor3) -> [f64; 6] {
-        six(material.strain(stress))
+    fn six_strains(
+        _: &Case<Self>,
+        _: usize,
+        material: &LinearElastic<Self>,
+        (stress, temperature): (SymTensor3, f64),
+    ) -> [f64; 6] {
+        six(material.strain(stress).plus(material.thermal_strain().scaled(temperature)))
     }
 
     fn friction_traction(_: Vector, row: &FrictionRow) -> Vector {

@@ -83,15 +83,17 @@ pub trait ReportSpace: ContactSpace + Dimension {
     fn arc_length(interface: &ContactInterface<Self>, pair: usize) -> Option<f64>;
 
     /// Returns a stress in VTK's order xx, yy, zz, xy, yz, xz, Pa; in the plane 0 for zz if the material does not say it.
-    fn six_stresses(material: &LinearElastic<Self>, stress: Self::Tensor) -> [f64; 6];
-    /// Returns the strain of a stress in the same order.
+    ///
+    /// * `temperature`: its change, K.
+    fn six_stresses(material: &LinearElastic<Self>, stress: Self::Tensor, temperature: f64) -> [f64; 6];
+    /// Returns the strain of a stress and a change of temperature in the same order.
     ///
     /// * `place`: of the material in the case.
     fn six_strains(
         case: &Case<Self>,
         place: usize,
         material: &LinearElastic<Self>,
-        stress: Self::Tensor,
+        state: (Self::Tensor, f64),
     ) -> [f64; 6];
     /// Returns the traction of friction on the first body, Pa.
     fn friction_traction(normal: Self::Vector, row: &FrictionRow) -> Self::Vector;

@@ -1,6 +1,6 @@
 //! `[[body]]`: mesh, material, supports and loads of one body.
 
-use super::{Dimension, MaterialRegion, Part, Rigid, SideCase, SpringCase, Value};
+use super::{Dimension, MaterialRegion, Part, Rigid, SideCase, SpringCase, TemperatureCase, Value};
 use fem_core::space::Plane;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -18,7 +18,9 @@ pub struct BodyCase<S: Dimension = Plane> {
     /// The source of its mesh.
     pub mesh: MeshSource<S>,
     /// Force per unit volume, in the plane per unit area and thickness, N/m³.
-    pub body_force: S::Axes<f64>,
+    pub body_force: S::Data<Value>,
+    /// Changes of temperature in the file's order.
+    pub temperatures: Vec<TemperatureCase>,
     /// Imposed displacements in the file's order.
     pub displacements: Vec<Displacement<S>>,
     /// Loads in the file's order.

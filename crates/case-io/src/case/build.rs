@@ -137,6 +137,8 @@ impl<S: Dimension> Case<S> {
                 ConditionList::Spring => "spring",
                 ConditionList::Curve => "curve",
                 ConditionList::Surface => "surface",
+                ConditionList::Temperature => "temperature",
+                ConditionList::BodyForce => "body_force",
             };
             format!("body.{body}.{list}.{}{key}", place.index)
         };

@@ -1,13 +1,22 @@
 //! Boundary conditions: from the case's words to fem-core's.
 
-use super::{Case, Dimension, Displacement, Imposition, Load, Part, RigidCase, SpringCase, Traction, Value};
+use super::{
+    Case, Dimension, Displacement, Imposition, Inertia, Load, Part, RigidCase, SpringCase, Traction, Value,
+};
 use fem_core::boundary::{self, BoundaryConditions, FacetSelection, Support};
 
 impl<S: Dimension> Case<S> {
     /// Returns what is imposed on a body, 0 or 1, in the file's order.
     pub(crate) fn boundary_conditions(&self, body: usize) -> BoundaryConditions<S> {
         let given = &self.bodies[body];
-        let mut conditions = BoundaryConditions::default().body_force(S::vector(&given.body_force));
+        let mut conditions = BoundaryConditions::default();
+        let numbers: Option<Vec<f64>> = given.body_force.as_ref().iter().map(Value::number).collect();
+        match numbers {
+            Some(numbers) => conditions.body_force = S::vector(&S::axes(|c| numbers[c])),
+            None => conditions.force_field = Some(S::data(|c| given.body_force[c].scalar())),
+        }
+        conditions.per_mass = self.inertia.as_ref().map(Inertia::per_mass);
+        conditions.temperatures = given.temperatures.iter().map(|given| given.value.scalar()).collect();
         let point = |on: &str| given.sides.iter().find(|side| side.name == on)?.point.as_ref().map(S::vector);
         for wanted in &given.displacements {
             let mut condition = displacement(wanted);

@@ -8,7 +8,7 @@ use fem_core::geometry::Point;
 use fem_core::interface::{ContactInterface, ContactProblem, NodePair};
 
 /// Writes an expression for a note.
-fn quoted(value: Option<&Value>) -> String {
+pub(super) fn quoted(value: Option<&Value>) -> String {
     match value {
         Some(Value::Expression(expression)) => crate::diagnostic::excerpt(expression.text()),
         Some(Value::Nodal(_)) => "values at nodes".to_owned(),
@@ -52,6 +52,7 @@ impl<S: Dimension> Case<S> {
                 )
             }));
         }
+        notes.extend(self.notes_inside(problem));
         let mut of_pairs = Vec::new();
         let gaps = S::interpolated_gaps(problem);
         let measured = |of: &Contact<S>| {
@@ -144,7 +145,7 @@ impl<S: Dimension> Case<S> {
                 (&condition.on, key, value)
             }
             // Its data are numbers, not functions.
-            ConditionList::Rigid | ConditionList::Curve | ConditionList::Surface => return String::new(),
+            _ => return String::new(),
         };
         format!("body \"{}\", {key} = {} on \"{on}\"", given.name, quoted(value))
     }
@@ -177,8 +178,8 @@ impl<S: Dimension> Case<S> {
     pub(super) fn expression_path(&self, condition: &str) -> String {
         let of_vector =
             ["vector", "rest"].into_iter().flat_map(|key| (0..S::DIM).map(move |c| format!("{key}.{c}")));
-        let others =
-            S::MOTIONS[..S::DIM].iter().chain(&["normal", "pressure", "rest"]).map(|key| (*key).to_owned());
+        let others = S::MOTIONS[..S::DIM].iter().chain(&["normal", "pressure", "rest", "value"]);
+        let others = others.map(|key| (*key).to_owned());
         let mut paths = others.chain(of_vector).map(|key| format!("{condition}.{key}"));
         let is_expression = |path: &String| {
             self.place(path).filter(|_| self.is_given(path)).is_some_and(|place| {

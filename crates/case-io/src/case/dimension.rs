@@ -186,7 +186,7 @@ pub(crate) trait Keys: Dimension {
     const REFUSED: &'static [Refused];
 
     /// Reads `[model]`.
-    fn model(reader: Option<Reader<'_>>) -> Self::Model;
+    fn model(reader: Option<&mut Reader<'_>>) -> Self::Model;
     /// Reads orthotropic constants.
     fn constants(r: &mut Reader<'_>, model: &Self::Model) -> Option<Self::Orthotropic>;
     /// Reads a rotation or a moment.

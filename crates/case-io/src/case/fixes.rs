@@ -348,6 +348,16 @@ pub(super) fn of_material(error: &MaterialError) -> Fix {
             "Poisson's ratios for which the strain energy is positive",
             "lower it: poisson_12 is the strain along 2 for a stress along 1, and belongs to young_1",
         ),
+        MaterialError::Expansion { .. } => {
+            ("a number from -1 to 1", "write it per unit of temperature, such as 1.2e-5")
+        }
+        MaterialError::ExpansionOfStiffness => (
+            "`young` and `poisson`, or the constants of an orthotropic material",
+            "write these constants, or `hypothesis = \"plane_stress\"`",
+        ),
+        MaterialError::Density { .. } => {
+            ("a number from 0 to 1e100", "write a density in units that agree with the others")
+        }
         MaterialError::NotFinite { .. } => ("a finite number", "write the number itself"),
         MaterialError::Axes => ("two vectors that span a plane", "write the vectors along axes 1 and 2"),
         MaterialError::NotSymmetric { .. } => {
@@ -372,6 +382,8 @@ pub(super) fn material_key(error: &MaterialError) -> &'static str {
         MaterialError::PoissonTriple { .. } => "poisson_12",
         MaterialError::NotFinite { name: "angle", .. } => "angle",
         MaterialError::Axes => "axes",
+        MaterialError::Expansion { .. } | MaterialError::ExpansionOfStiffness => "expansion",
+        MaterialError::Density { .. } => "density",
         MaterialError::NotFinite { .. }
         | MaterialError::NotSymmetric { .. }
         | MaterialError::NearlySingular { .. }

@@ -17,6 +17,10 @@ pub struct Material<S: Dimension = Plane> {
     pub name: String,
     /// Its constants.
     pub law: MaterialLaw<S>,
+    /// `expansion`: strain per unit of temperature; 0 by default.
+    pub expansion: f64,
+    /// `density`, if it is given, kg/m³.
+    pub density: Option<f64>,
 }
 
 /// The constants of a material.
@@ -45,11 +49,13 @@ impl<S: Dimension> Material<S> {
     /// # Errors
     /// Constants that fem-core refuses; never for materials that were read from a case file.
     pub(crate) fn elastic(&self, model: &S::Model) -> Result<LinearElastic<S>, MaterialError> {
-        match &self.law {
+        let elastic = match &self.law {
             MaterialLaw::Isotropic { young, poisson } => S::isotropic(*young, *poisson, model),
             MaterialLaw::Orthotropic(constants) => S::orthotropic(constants, model),
             MaterialLaw::Stiffness(rows) => S::of_stiffness(rows, model),
-        }
+        }?;
+        let elastic = if self.expansion == 0.0 { elastic } else { elastic.with_expansion(self.expansion)? };
+        elastic.with_density(self.density.unwrap_or_default())
     }
 
     /// Returns the largest modulus, Pa: a measure of its stiffness.
@@ -74,14 +80,21 @@ impl<S: Dimension> Material<S> {
 
     /// Returns the constants as the case file has them.
     pub(super) fn json(&self) -> Json {
-        match &self.law {
+        let mut json = match &self.law {
             MaterialLaw::Isotropic { young, poisson } => json!({ "young": young, "poisson": poisson }),
             MaterialLaw::Orthotropic(c) => S::orthotropic_json(c),
             MaterialLaw::Stiffness(rows) => {
                 let rows: Vec<Json> = rows.into_iter().map(|row| json!(row.as_ref())).collect();
                 json!({ "stiffness": rows })
             }
+        };
+        if self.expansion != 0.0 {
+            json["expansion"] = json!(self.expansion);
         }
+        if let Some(density) = self.density {
+            json["density"] = json!(density);
+        }
+        json
     }
 }
 
@@ -90,10 +103,23 @@ pub(super) fn materials<S: Keys>(reader: Reader<'_>, model: &S::Model) -> Vec<Ma
     let mut materials = Vec::new();
     for entry in reader.entries() {
         let path = reader.path_of(&entry.key);
+        let (mut expansion, mut density) = (None, None);
         let law = match &entry.node.value {
             NodeValue::Table(table) => {
                 let mut r = Reader::new(reader.findings(), table, path, &entry.node.at);
                 let law = law::<S>(&mut r, model);
+                (expansion, density) = (r.number("expansion"), r.number("density"));
+                if let Some(law) = &law {
+                    let (law, name) = (law.clone(), entry.key.clone());
+                    let made = Material { name, law, expansion: expansion.unwrap_or_default(), density };
+                    // The constants of the law were checked when they were read.
+                    use MaterialError::{Density, Expansion, ExpansionOfStiffness};
+                    if let Err(error @ (Expansion { .. } | ExpansionOfStiffness | Density { .. })) =
+                        made.elastic(model)
+                    {
+                        refuse_material(&r, &error);
+                    }
+                }
                 r.finish();
                 law
             }
@@ -107,7 +133,8 @@ pub(super) fn materials<S: Keys>(reader: Reader<'_>, model: &S::Model) -> Vec<Ma
         };
         // The name is there, so bodies may refer to it, even if the constants are wrong.
         let law = law.unwrap_or(MaterialLaw::Isotropic { young: 1.0, poisson: 0.0 });
-        materials.push(Material { name: entry.key.clone(), law });
+        let expansion = expansion.unwrap_or_default();
+        materials.push(Material { name: entry.key.clone(), law, expansion, density });
     }
     materials
 }

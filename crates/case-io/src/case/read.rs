@@ -5,7 +5,7 @@ use super::{
     Acceleration, Case, Contact, Criterion, Dimension, Estimator, Friction, Imposed, Limit, Limits, Method,
     Output, QpChoice, SCHEMA, Solver, Theta, Value, Weights,
 };
-use super::{materials, read_adapt, read_body, read_contact, regions, steps, units};
+use super::{inside, materials, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
 use mesh_io::numeral;
@@ -19,10 +19,16 @@ pub(super) fn case<S: Keys>(document: &Document, file_name: &str) -> Result<Case
     root.require(&["body", "contact", "materials"]);
     let title = root.string("title").unwrap_or_default();
     let units = units::units(root.table("units"));
-    let model = S::model(root.table("model"));
+    let mut reader = root.table("model");
+    let model = S::model(reader.as_mut());
+    let inertia = reader.as_mut().and_then(inside::inertia::<S>);
+    if let Some(reader) = reader {
+        reader.finish();
+    }
     let materials = root.table("materials").map(|r| materials::materials::<S>(r, &model)).unwrap_or_default();
     let mut bodies = read_body::bodies::<S>(&mut root);
     regions::check_references(&root, &materials, &bodies);
+    inside::check(&root, (&materials, &bodies), inertia.as_ref());
     let contacts = read_contact::contacts(&mut root, &mut bodies);
     let solver = solver(root.table("solver"));
     let estimator = estimator::<S>(root.table("estimator"));
@@ -39,6 +45,7 @@ pub(super) fn case<S: Keys>(document: &Document, file_name: &str) -> Result<Case
             title,
             units,
             model,
+            inertia,
             materials,
             bodies,
             contacts,

@@ -8,7 +8,7 @@ use super::{
     BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, SpringCase,
     Traction, Value,
 };
-use super::{read_contact, side};
+use super::{inside, read_contact, side};
 use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
 use std::collections::HashMap;
@@ -42,7 +42,10 @@ fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> Bo
     let material = r.string("material").unwrap_or_default();
     let mesh = mesh::<S>(r).unwrap_or_default();
     let regions = regions(r);
-    let body_force = r.axes::<S>("body_force").unwrap_or_else(|| S::axes(|_| 0.0));
+    let body_force = r.values::<S>("body_force").unwrap_or_else(|| S::data(|_| Value::default()));
+    let body_force = S::data(|c| inside::value_inside(Some(body_force[c].clone()), r, "body_force"));
+    let temperatures =
+        r.tables("temperature").unwrap_or_default().into_iter().map(inside::temperature).collect();
     let mut sides = side::sides::<S>(r);
     let s = &mut sides;
     let displacements =
@@ -58,6 +61,7 @@ fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> Bo
         regions,
         mesh,
         body_force,
+        temperatures,
         displacements,
         tractions,
         sides,

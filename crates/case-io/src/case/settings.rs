@@ -16,7 +16,7 @@ impl<S: Dimension> Case<S> {
         let mut settings = json!({
             "schema": SCHEMA,
             "title": self.title,
-            "model": S::model_json(&self.model),
+            "model": self.model_json(),
             "materials": materials,
             "body": self.bodies.iter().map(body).collect::<Vec<_>>(),
             "contact": self.contact_json(),
@@ -48,6 +48,14 @@ impl<S: Dimension> Case<S> {
             settings["meshes"] = json!(self.meshes.digests());
         }
         settings
+    }
+
+    fn model_json(&self) -> Json {
+        let mut model = S::model_json(&self.model);
+        if let Some(inertia) = &self.inertia {
+            inertia.json(&mut model);
+        }
+        model
     }
 
     /// An object if it was written as the single table, which two bodies may have; an array otherwise.
@@ -89,6 +97,7 @@ fn body<S: Dimension>(body: &BodyCase<S>) -> Json {
         "displacement": body.displacements,
         "traction": body.tractions,
     });
+    insert(&mut settings, "temperature", (!body.temperatures.is_empty()).then_some(&body.temperatures));
     insert(&mut settings, "side", (!body.sides.is_empty()).then_some(&body.sides));
     insert(&mut settings, "rigid", (!body.rigid.is_empty()).then_some(&body.rigid));
     insert(&mut settings, "spring", (!body.springs.is_empty()).then_some(&body.springs));

@@ -49,7 +49,8 @@ impl<S: Dimension> BodyCase<S> {
             ConditionList::Traction => self.tractions.get(place.index).map(|c| &c.name),
             ConditionList::Rigid => self.rigid.get(place.index).map(|c| &c.name),
             ConditionList::Spring => self.springs.get(place.index).map(|c| &c.name),
-            ConditionList::Curve | ConditionList::Surface => None,
+            ConditionList::Temperature => self.temperatures.get(place.index).map(|c| &c.name),
+            ConditionList::Curve | ConditionList::Surface | ConditionList::BodyForce => None,
         };
         name?.as_deref()
     }
@@ -60,6 +61,7 @@ impl<S: Dimension> BodyCase<S> {
         let tractions = self.tractions.iter().map(|c| &c.name);
         let names = displacements.chain(tractions).chain(self.rigid.iter().map(|c| &c.name));
         let names = names.chain(self.springs.iter().map(|c| &c.name));
+        let names = names.chain(self.temperatures.iter().map(|c| &c.name));
         names.filter_map(|name| name.as_deref())
     }
 }

@@ -5,6 +5,7 @@ mod building;
 mod data;
 mod faults;
 mod given;
+mod inside;
 mod mesh_files;
 
 mod numbers;
@@ -74,7 +75,7 @@ fn every_key_has_its_own_default() {
     assert_eq!(case.output, Output { directory: None, vtu: true });
     assert_eq!(case.output_directory(), "runs/case");
     assert_eq!(case.limits, Limits::default());
-    assert_eq!(case.bodies[0].body_force, [0.0; 2]);
+    assert_eq!(case.bodies[0].body_force, [Value::Number(0.0), Value::Number(0.0)]);
     // The tables alone change nothing, nor does one key change another's default.
     let tables = "[model]\n[solver]\n[solver.stop]\n[estimator]\n[output]\n[limits]\n";
     assert_eq!(parse(&minimal(tables)).settings_json(), case.settings_json());
@@ -89,7 +90,10 @@ fn the_example_of_the_contract_is_read() {
     assert_eq!(case.materials.len(), 2);
     for (material, name, young) in [(0, "stiff", 2000.0), (1, "soft", 1000.0)] {
         let law = MaterialLaw::Isotropic { young, poisson: 0.3 };
-        assert_eq!(case.materials[material], Material { name: name.into(), law });
+        assert_eq!(
+            case.materials[material],
+            Material { name: name.into(), law, expansion: 0.0, density: None }
+        );
     }
     let upper = BodyCase {
         name: "upper".into(),
@@ -101,7 +105,8 @@ fn the_example_of_the_contract_is_read() {
             cells: [18, 9],
         }),
         curves: vec![],
-        body_force: [0.0; 2],
+        body_force: [Value::Number(0.0), Value::Number(0.0)],
+        temperatures: vec![],
         displacements: vec![
             Displacement {
                 name: None,
@@ -196,7 +201,7 @@ fn conditions_of_every_kind_are_read() {
     );
     let case = parse(&text);
     let body = &case.bodies[0];
-    assert_eq!(body.body_force, [0.0, -9.81]);
+    assert_eq!(body.body_force, [Value::Number(0.0), Value::Number(-9.81)]);
     assert_eq!(body.displacements[0].part, Part { limits: [Some([0.0, 1.0]), None] });
     assert_eq!(body.displacements[1].imposition, Imposition::Normal(Value::Number(0.5)));
     assert_eq!(body.tractions[0].load, Load::Pressure(Value::Number(5.0)));

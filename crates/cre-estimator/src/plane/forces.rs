@@ -2,7 +2,6 @@
 
 use crate::cells::{Cells, Gathered, Residuals, load_tensor, set_tensor};
 use crate::equilibrated::EquilibratedStress;
-use crate::johnson_mercier::CellStress;
 use crate::lanes::{LaneRow, MOST_LANES};
 use crate::measures::{Accuracy, Against, CellMeasures, Forces};
 use crate::size::{larger, square};
@@ -73,7 +72,6 @@ impl pulp::WithSimd for BlockForces<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (Forces, CellMeasures) {
         let Self { body, stress, triangles, measured } = self;
-        let load = body.body_force();
         let mut worst = Forces::default();
         let mut cells: Vec<CellForces> = Vec::with_capacity(triangles.len());
         let mut measures = CellMeasures::default();
@@ -93,8 +91,8 @@ impl pulp::WithSimd for BlockForces<'_> {
                     }
                 }
             }
-            let found = Cells::new(simd, &gathering.cells, load);
-            let Residuals { equilibrium, forces } = found.residuals(load);
+            let found = Cells::new(simd, &gathering.cells);
+            let Residuals { equilibrium, forces } = found.residuals();
             let mut rows = [[0.0; MOST_LANES]; 1 + 12];
             equilibrium.store(&mut rows[0]);
             for (pair, force) in rows[1..].chunks_exact_mut(2).zip(forces.as_flattened()) {
@@ -102,9 +100,8 @@ impl pulp::WithSimd for BlockForces<'_> {
                 force[1].store(&mut pair[1]);
             }
             for (lane, t) in group.clone().enumerate() {
-                let area = body.mesh().measure(t);
                 worst.equilibrium = larger(worst.equilibrium, rows[0][lane]);
-                worst.scale = larger(worst.scale, square(area * load));
+                worst.scale = larger(worst.scale, square(body.mesh().measure(t) * body.force(t).mean));
                 let mut forces = CellForces::default();
                 for (force, pair) in forces.as_flattened_mut().iter_mut().zip(rows[1..].chunks_exact(2)) {
                     *force = Vector::new(pair[0][lane], pair[1][lane]);
@@ -156,12 +153,14 @@ fn measure<S: Simd>(
 }
 
 /// Computes the tractions times length on the edges of a triangle.
-pub(super) fn edge_tractions(body: &Body, tau: &CellStress, t: usize) -> CellForces {
+pub(super) fn edge_tractions(body: &Body, stress: &EquilibratedStress, t: usize) -> CellForces {
     let corners = body.mesh().corners(t);
-    [0, 1, 2].map(|k| {
+    let (tau, fixed) = (stress.cell(body, t), stress.fixed(body, t));
+    [0, 1, 2].map(|k: usize| {
         let along = corners[(k + 1) % 3] - corners[k];
         let normal = Vector::new(along[1], -along[0]);
-        [tau[k][0].apply(normal), tau[k][1].apply(normal)]
+        let fixed = fixed.map_or([Vector::zeros(); 2], |fixed| fixed.loads[k]);
+        [tau[k][0].apply(normal) + fixed[0], tau[k][1].apply(normal) + fixed[1]]
     })
 }
 
@@ -200,7 +199,7 @@ impl Block<'_> {
         let k = topology.facet_in(t, edge);
         let forces = match self.cells.get(t.wrapping_sub(self.first)) {
             Some(forces) => forces[k],
-            None => edge_tractions(self.body, &self.stress.cell(self.body, t), t)[k],
+            None => edge_tractions(self.body, self.stress, t)[k],
         };
         let first = topology.facets()[edge][0] == mesh.cells()[t][k];
         if first { forces } else { [forces[1], forces[0]] }

@@ -116,7 +116,7 @@ impl Recovery<'_> {
         let element = Element::<Solid>::new(mesh.corners(cell));
         let k = mesh.cells()[cell].iter().position(|n| *n == node).unwrap_or(0);
         let internal = Solid::applied(self.stress[cell], element.gradients[k] * element.measure);
-        internal - self.body.body_force() * (element.measure / 4.0)
+        internal - self.body.nodal_forces_inside(cell)[k]
     }
 
     /// The faces around a vertex in ascending order, with their average FE tractions and given moments.

@@ -1,6 +1,7 @@
 //! The force residuals of a solid body, and in the same pass what the bound needs of its tetrahedra.
 
-use super::cell::{self, CellStress};
+use super::cell::CellStress;
+use super::with_offset;
 use crate::equilibrated::EquilibratedStress;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces};
 use crate::size::{larger, square};
@@ -23,11 +24,19 @@ const NODES: usize = 16;
 type FaceTractions = [[Vector3<f64>; 3]; 4];
 
 /// Computes the tractions times area on the faces of a tetrahedron.
-pub(super) fn face_tractions(corners: &[Vector3<f64>; 4], stress: &CellStress) -> FaceTractions {
+pub(super) fn face_tractions(
+    body: &Body<Solid>,
+    t: usize,
+    stress: &CellStress,
+    of: &EquilibratedStress<Solid>,
+) -> FaceTractions {
+    let corners = body.mesh().corners(t);
+    let fixed = if body.has_varying_force() { of.fixed(body, t) } else { None };
     std::array::from_fn(|k| {
         let [a, b, c] = Solid::facet(k).map(|corner| corners[corner]);
         let normal = (b - a).cross(&(c - a)) / 2.0;
-        [0, 1, 2].map(|corner: usize| Solid::applied(stress[k][corner], normal))
+        let fixed = fixed.map_or([Vector3::zeros(); 3], |fixed| fixed.loads[k]);
+        [0, 1, 2].map(|corner: usize| Solid::applied(stress[k][corner], normal) + fixed[corner])
     })
 }
 
@@ -68,7 +77,7 @@ pub(super) fn forces(
     stress: &EquilibratedStress<Solid>,
     measured: Option<(Against<'_, Solid>, Accuracy)>,
 ) -> (Forces, CellMeasures<Solid>) {
-    let (mesh, load) = (body.mesh(), body.body_force());
+    let mesh = body.mesh();
     let cells = mesh.cells().len();
     for given in measured.iter().flat_map(|(against, _)| against).flatten() {
         assert!(given.len() == cells, "a stress of {} tetrahedra on {cells}", given.len());
@@ -77,12 +86,12 @@ pub(super) fn forces(
         let (mut worst, mut tractions) = (Forces::default(), Vec::with_capacity(CHUNK));
         let mut measures = CellMeasures::<Solid>::default();
         for t in k * CHUNK..cells.min((k + 1) * CHUNK) {
-            let (corners, found) = (mesh.corners(t), stress.cell(body, t));
+            let (corners, found, load) = (mesh.corners(t), stress.cell(body, t), body.force(t).mean);
             worst.equilibrium = larger(worst.equilibrium, inside(&corners, &found, load));
             worst.scale = larger(worst.scale, square(load * mesh.measure(t)));
-            tractions.push(face_tractions(&corners, &found));
+            tractions.push(face_tractions(body, t, &found, stress));
             if let Some((against, accuracy)) = measured {
-                measure(body, t, &found, (against, accuracy), &mut measures);
+                measure((body, stress), t, &found, (against, accuracy), &mut measures);
             }
         }
         (worst, tractions, measures)
@@ -113,7 +122,7 @@ pub(super) fn forces(
 
 /// Measures a tetrahedron.
 fn measure(
-    body: &Body<Solid>,
+    (body, of): (&Body<Solid>, &EquilibratedStress<Solid>),
     t: usize,
     stress: &CellStress,
     (against, accuracy): (Against<'_, Solid>, Accuracy),
@@ -121,10 +130,11 @@ fn measure(
 ) {
     for (distances, given) in measures.distances.iter_mut().zip(against) {
         if let Some(given) = given {
-            let strain = |s| body.material(t).strain(s);
-            distances.push(cell::distance_squared(stress, given[t], body.mesh().measure(t), strain));
+            distances.push(of.distance_in_cell(body, t, stress, given[t]));
         }
     }
+    let fixed = of.fixed(body, t);
+    let stress = &fixed.map_or(*stress, |fixed| with_offset(stress, &fixed));
     let numbers = |at: &SymTensor3| <[f64; 6]>::from(*at);
     let sum = |c: usize| stress.as_flattened().iter().map(|at| numbers(at)[c]).sum::<f64>();
     measures.mean.push(std::array::from_fn::<f64, 6, _>(|c| sum(c) / NODES as f64).into());

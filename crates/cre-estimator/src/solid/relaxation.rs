@@ -11,6 +11,7 @@ use super::energy::{EnergyMatrix, energies};
 use super::potentials::{FaceSpace, condition, rims};
 use super::rings::Rings;
 use super::sweep::{Cluster, Sweep};
+use super::with_offset;
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;
 use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
@@ -358,7 +359,10 @@ impl pulp::NullaryFnOnce for Product<'_> {
 
 /// The derivatives of `½ ‖τ − σ̂‖²` in a cell by its moments.
 fn gradient(body: &Body<Solid>, stress: &EquilibratedStress<Solid>, cell: usize) -> CellMoments {
-    let (at, constant) = (stress.cell(body, cell), stress.finite_element[cell]);
+    let (mut at, constant) = (stress.cell(body, cell), stress.finite_element[cell]);
+    if let Some(fixed) = stress.fixed(body, cell) {
+        at = with_offset(&at, &fixed);
+    }
     let strains = at.map(|part| part.map(|at| body.material(cell).strain(at.minus(constant))));
     CellMap::new(body.mesh().corners(cell)).work(&strains)
 }

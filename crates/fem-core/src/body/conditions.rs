@@ -6,6 +6,7 @@ mod single_node;
 use super::rigid::{Equation, Given, RigidSide};
 use super::springs::{FacetSprings, SpringSide};
 use super::{Body, BodyError, ConditionList, ConditionPlace, FacetCondition, NodeConstraint, SupportSet};
+use super::{force, heat};
 use crate::boundary::{BoundaryConditions, FacetSelection, Load, RigidCondition, ScalarData, Support};
 use crate::directions::Directions;
 use crate::geometry::{Coordinates, Point, norm};
@@ -49,6 +50,8 @@ pub(super) fn evaluate<S: Space>(
     if !force.is_finite() {
         return Err(BodyError::BodyForce { force: force.into() });
     }
+    let temperature = heat::evaluate(&mesh, conditions)?;
+    let forces = force::evaluate(&mesh, &materials, conditions)?;
     let mut work = Evaluation {
         constraints: vec![NodeConstraint::FREE; mesh.points().len()],
         magnitudes: vec![0.0; mesh.points().len()],
@@ -85,6 +88,8 @@ pub(super) fn evaluate<S: Space>(
         rigid_sides,
         springs,
         roller_turn,
+        temperature,
+        forces,
         conditions,
         selected,
         curves: Default::default(),

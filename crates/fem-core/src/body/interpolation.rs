@@ -117,6 +117,13 @@ impl Sum {
         }
     }
 
+    /// Adds a cell: the values of a function at its corners, and at some points the exact value, the linear one and the weight.
+    pub(super) fn cell(&mut self, measure: f64, corners: &[f64], samples: &[[f64; 3]]) {
+        self.length += measure;
+        self.scale = corners.iter().fold(self.scale, |most, value| most.max(value.abs()));
+        samples.iter().for_each(|[exact, made, weight]| self.add(*exact, *made, weight * measure));
+    }
+
     /// Adds one sample.
     fn add(&mut self, exact: f64, made: f64, weight: f64) {
         if !exact.is_finite() {

@@ -47,9 +47,14 @@ pub enum JoinError {
         /// The node.
         point: Point,
     },
-    /// The bodies have different body forces.
-    #[error("the bonded bodies have different body forces, which is not solved yet")]
+    /// The bodies have different body forces, or one that varies.
+    #[error("the bonded bodies have different body forces, or one that varies, which is not solved yet")]
     BodyForce,
+    /// A body changes its temperature.
+    #[error(
+        "a bonded body changes its temperature, which is not solved yet; one body with regions of both materials is solved"
+    )]
+    Heat,
     /// A body is on springs.
     #[error("a bonded body is on springs, which is not solved yet")]
     Springs,
@@ -115,9 +120,13 @@ impl<S: Space> Body<S> {
     /// # Errors
     /// See [`JoinError`].
     pub(crate) fn joined(parts: &[(&Self, S::Vector)], merged: &Merged) -> Result<Self, JoinError> {
-        let body_force = parts[0].0.body_force();
-        if parts.iter().any(|(part, _)| part.body_force() != body_force) {
+        let body_force = parts[0].0.conditions.body_force;
+        let varies = |part: &Self| part.has_varying_force() || part.conditions.body_force != body_force;
+        if parts.iter().any(|(part, _)| varies(part)) {
             return Err(JoinError::BodyForce);
+        }
+        if parts.iter().any(|(part, _)| part.has_heat()) {
+            return Err(JoinError::Heat);
         }
         if parts.iter().any(|(part, _)| !part.springs.is_empty()) {
             return Err(JoinError::Springs);
@@ -137,6 +146,8 @@ impl<S: Space> Body<S> {
             supports: Vec::new(),
             rigid_sides: Vec::new(),
             springs: Vec::new(),
+            temperature: Vec::new(),
+            forces: Vec::new(),
             roller_turn: parts.iter().map(|(part, _)| part.roller_turn).fold(0.0, f64::max),
             conditions: BoundaryConditions { body_force, ..BoundaryConditions::default() },
             selected: Default::default(),

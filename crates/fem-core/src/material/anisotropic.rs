@@ -143,11 +143,11 @@ impl LinearElastic {
         );
         let (to_axes, back) = (turn(constants.angle), turn(-constants.angle));
         let zz = out_of_plane * to_axes;
-        Ok(Self {
-            stiffness: symmetric(&(back * stiffness * back.transpose())),
-            compliance: symmetric(&(to_axes.transpose() * compliance * to_axes)),
-            out_of_plane: Some([zz[0], zz[1], zz[2]]),
-        })
+        let stiffness = symmetric(&(back * stiffness * back.transpose()));
+        let compliance = symmetric(&(to_axes.transpose() * compliance * to_axes));
+        let axial = if hypothesis == Hypothesis::PlaneStrain { constants.young_3 } else { 0.0 };
+        let out_of_plane = Some([zz[0], zz[1], zz[2]]);
+        Ok(Self { out_of_plane, axial, ..Self::of(stiffness, compliance) })
     }
 
     /// Creates a material from its plane stiffness `D`, `(σ_xx, σ_yy, σ_xy) = D (ε_xx, ε_yy, 2 ε_xy)`.
@@ -164,7 +164,7 @@ impl LinearElastic {
             Hypothesis::PlaneStrain => None,
             Hypothesis::PlaneStress => Some([0.0; 3]),
         };
-        Ok(Self { stiffness, compliance, out_of_plane })
+        Ok(Self { out_of_plane, ..Self::of(stiffness, compliance) })
     }
 }
 
@@ -219,7 +219,7 @@ impl LinearElastic<Solid> {
     /// Entries that are not finite, a matrix that is not symmetric, not positive definite, or singular to round-off.
     pub fn from_solid_stiffness(stiffness: [[f64; 6]; 6]) -> Result<Self, MaterialError> {
         let (stiffness, compliance) = checked::<Solid>(stiffness)?;
-        Ok(Self { stiffness, compliance, out_of_plane: None })
+        Ok(Self::of(stiffness, compliance))
     }
 }
 

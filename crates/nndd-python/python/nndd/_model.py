@@ -54,6 +54,19 @@ class Material:
         self.name = name
         self._keys: dict[str, Any] = {"young": young, "poisson": poisson}
 
+    def having(self, *, expansion: Optional[float] = None, density: Optional[float] = None) -> Material:
+        """Return the material with further constants.
+
+        Parameters
+        ----------
+        expansion : float, optional
+            Strain per unit of temperature, the same in all directions.
+        density : float, optional
+            Mass per volume, kg/m³: for `rotation` and `acceleration` of a `Problem`.
+        """
+        given = {"expansion": expansion, "density": density}
+        return Material._of(self.name, {**self._keys, **{key: value for key, value in given.items() if value is not None}})
+
     @classmethod
     def _of(cls, name: Optional[str], keys: dict[str, Any]) -> Material:
         made = cls.__new__(cls)
@@ -149,7 +162,7 @@ class Body:
         Its name in messages, reports and files.
     region : str or sequence of str, optional
         The regions of the mesh that it is made of; all cells by default.
-    body_force : (2,) or (3,) array_like, optional
+    body_force : (2,) or (3,) array_like or expressions, optional
         Force per volume, N/m³.
     merge : bool
         Whether nodes at one place become one node.
@@ -227,6 +240,18 @@ class Body:
             See `Body`.
         """
         return self._add("displacement", name=name, on=on, part=part, ux=ux, uy=uy, uz=uz, normal=normal)
+
+    def warm(self, value: Union[float, str], *, name: Optional[str] = None) -> Body:
+        """Change the temperature; several changes add up.
+
+        Parameters
+        ----------
+        value : float or str
+            The change, a number or an expression.
+        name : str, optional
+            See `Body`.
+        """
+        return self._add("temperature", name=name, value=value)
 
     def load(
         self,
@@ -635,6 +660,10 @@ class Problem:
         How the third direction of the plane behaves; plane strain by default.
     thickness : float, optional
         Of the plane, m; it only converts results in report.html.
+    rotation : mapping, optional
+        ``{"speed": 100.0, "point": (0, 0)}``, of solids with ``"axis"``: all bodies turn, radians per unit of time.
+    acceleration : (2,) or (3,) array_like, optional
+        Force per mass on all bodies, such as gravity, m/s².
     title : str, optional
         One line.
     units : (length, force), optional
@@ -659,6 +688,8 @@ class Problem:
         steps: Iterable[Step] = (),
         hypothesis: Optional[str] = None,
         thickness: Optional[float] = None,
+        rotation: Optional[Mapping[str, Any]] = None,
+        acceleration: Optional[Vector] = None,
         title: Optional[str] = None,
         units: Optional[tuple[str, str]] = None,
     ) -> None:
@@ -667,6 +698,8 @@ class Problem:
         self.steps = list(steps)
         self.hypothesis = hypothesis
         self.thickness = thickness
+        self.rotation = rotation
+        self.acceleration = acceleration
         self.title = title
         self.units = units
 
@@ -704,7 +737,12 @@ class Problem:
             "schema": 1,
             "title": self.title,
             "units": units,
-            "model": {"hypothesis": self.hypothesis, "thickness": self.thickness},
+            "model": {
+                "hypothesis": self.hypothesis,
+                "thickness": self.thickness,
+                "rotation": None if self.rotation is None else dict(self.rotation),
+                "acceleration": self.acceleration,
+            },
             "materials": {name: material._keys for name, material in materials.items()},
             "body": bodies,
             "contact": [contact._table(names) for contact in self.contacts],

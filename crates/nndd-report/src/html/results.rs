@@ -294,8 +294,7 @@ fn resultant<S: ReportSpace>(body: &Body<S>) -> S::Vector {
         let nodes = traction.as_ref();
         Some(nodes.iter().copied().sum::<S::Vector>() * (mesh.facet_measure(*facet) / nodes.len() as f64))
     });
-    let volume: f64 = (0..mesh.cells().len()).map(|cell| mesh.measure(cell)).sum();
-    conditions.sum::<S::Vector>() + body.body_force() * volume
+    conditions.sum::<S::Vector>() + body.resultant_inside()
 }
 
 /// The forces on each body added up, which are round-off.

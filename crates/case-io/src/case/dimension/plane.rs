@@ -290,13 +290,12 @@ impl Keys for Plane {
         solid_obstacle("cylinder", "cylinders touch solid bodies, and this case is plane"),
     ];
 
-    fn model(reader: Option<Reader<'_>>) -> Model {
+    fn model(reader: Option<&mut Reader<'_>>) -> Model {
         let mut model = Model { hypothesis: Hypothesis::PlaneStrain, thickness: 1.0 };
-        let Some(mut r) = reader else { return model };
+        let Some(r) = reader else { return model };
         model.hypothesis = r.choice_or("hypothesis", HYPOTHESES, not_plane).unwrap_or(model.hypothesis);
         let thickness = r.number_where("thickness", |thickness| thickness > 0.0, "a number > 0");
         model.thickness = thickness.unwrap_or(model.thickness);
-        r.finish();
         model
     }
 

@@ -371,8 +371,8 @@ impl Keys for Solid {
         later("contact.normal", "surfaces of solids have their own normals", TAKE_OUT),
     ];
 
-    fn model(reader: Option<Reader<'_>>) {
-        let Some(mut r) = reader else { return };
+    fn model(reader: Option<&mut Reader<'_>>) {
+        let Some(r) = reader else { return };
         for key in ["hypothesis", "thickness"] {
             let Some(node) = r.node(key) else { continue };
             if node.word() != Some(HYPOTHESIS) || key == "thickness" {
@@ -386,7 +386,6 @@ impl Keys for Solid {
                 );
             }
         }
-        r.finish();
     }
 
     fn constants(r: &mut Reader<'_>, (): &()) -> Option<SolidOrthotropic> {

@@ -141,7 +141,7 @@ impl Model<'_> {
                 let out = side.edges.first().map_or(Vector::zeros(), |face| body.mesh().facet_normal(*face));
                 (side.about, unit(side.force), out)
             }));
-            let force = body.body_force();
+            let force = body.resultant_inside();
             if force.norm() > 0.0 {
                 let [low, high] = body.mesh().bounding_box();
                 // Above the body: it would hide the arrow.
