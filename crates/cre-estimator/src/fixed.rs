@@ -436,8 +436,4 @@ impl Bubbles {
 }
 
 #[cfg(test)]
-mod closed_forms;
-#[cfg(test)]
-mod random;
-#[cfg(test)]
 mod tests;

@@ -71,7 +71,7 @@ impl<S: Dimension> Inertia<S> {
     }
 }
 
-/// Reads the keys of `[model]` that all cases have; `None` if there are none.
+/// Reads the keys of `[model]` that all cases have; `None` if no key is given.
 pub(super) fn inertia<S: Keys>(r: &mut Reader<'_>) -> Option<Inertia<S>> {
     let acceleration = r.axes::<S>("acceleration");
     let rotation = r.table("rotation").and_then(rotation::<S>);

@@ -1,3 +1,6 @@
+mod closed_forms;
+mod random;
+
 use super::*;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;

@@ -2,7 +2,9 @@
 
 mod rollers;
 mod single_node;
+mod springs;
 
+use super::facet_functions::linear_by_moments;
 use super::rigid::{Equation, Given, RigidSide};
 use super::springs::{FacetSprings, SpringSide};
 use super::{Body, BodyError, ConditionList, ConditionPlace, FacetCondition, NodeConstraint, SupportSet};
@@ -13,9 +15,8 @@ use crate::geometry::{Coordinates, Point, norm};
 use crate::material::Materials;
 use crate::mesh::Mesh;
 use crate::mesh::id::{FacetId, NodeId};
-use crate::space::{Item, Space};
+use crate::space::Space;
 use std::collections::{BTreeMap, HashMap};
-use std::ops::{Mul, Sub};
 use std::sync::OnceLock;
 
 /// Two directions closer than this (sine of the angle) are the same.
@@ -441,18 +442,6 @@ impl<S: Space> Evaluation<'_, S> {
         }
         Ok(linear_by_moments::<S, S::Vector>(&moments))
     }
-}
-
-/// Computes the linear function on a facet, by its values at the corners, that has the given moments with the hat functions of the corners,
-/// over the measure: in the plane `[2, 1; 1, 2] F / 6 = m`.
-pub(super) fn linear_by_moments<S: Space, V: Item + Sub<Output = V> + Mul<f64, Output = V>>(
-    moments: &S::Axes<V>,
-) -> S::Axes<V> {
-    let n = S::DIM as f64;
-    S::axes(|k| {
-        let others = (0..S::DIM).filter(|j| *j != k);
-        others.fold(moments[k] * (n * n), |sum, j| sum - moments[j] * n)
-    })
 }
 
 pub(super) fn finite(place: ConditionPlace, point: impl Into<Point>, value: f64) -> Result<f64, BodyError> {

@@ -3,7 +3,7 @@
 //! Displacements are interpolated at the nodes, tractions become linear by their moments. The difference changes
 //! the problem, and a bound of the discretisation error does not include it.
 
-use super::conditions::linear_by_moments;
+use super::facet_functions::linear_by_moments;
 use super::{Body, ConditionList, ConditionPlace};
 use crate::boundary::{Load, ScalarData, SpringCondition, SpringRest, Support};
 use crate::parallel::each_task;

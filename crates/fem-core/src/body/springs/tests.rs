@@ -1,7 +1,9 @@
 use super::*;
 use crate::assembly::System;
 use crate::body::Body;
+use crate::body::tractions;
 use crate::boundary::ScalarData;
+use crate::boundary::{BoundaryConditions, SpringDirection, SpringRest};
 use crate::field::nodal_residual;
 use crate::geometry::Vector;
 use crate::interface::InterfaceSide;
