@@ -20,7 +20,7 @@ use fem_core::condensation::CondensedBody;
 use fem_core::element::Element;
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, PairState};
 use fem_core::memory::fits_in_memory;
-use fem_core::norm::{from_squared, spring_energy, sum_over_cells};
+use fem_core::norm::{from_squared, sum_over_cells};
 use fem_core::prepared::PreparedProblem;
 use fem_core::space::{Plane, Space};
 use rayon::prelude::*;
@@ -50,7 +50,7 @@ pub struct Estimate<S: Space = Plane> {
     /// The part of `e_CRE` that is an allowance for round-off: smaller errors cannot be distinguished from
     /// zero.
     pub round_off: f64,
-    /// `∫ σ(u) : E⁻¹ σ(u)` of the state's displacements in each body, which is `a(u, u)` without heat, and `∫ k u²` of its springs, J/m.
+    /// `∫ σ(u) : E⁻¹ σ(u)` of the state's displacements in each body, J/m: `a(u, u)` without heat. Springs have no part in it.
     pub energy_norm_squared: Vec<f64>,
     /// The energy norm of each body up to which its displacements may be rigid motions and rounding, square root of J/m.
     pub(crate) energy_rounding: Vec<f64>,
@@ -351,12 +351,11 @@ pub(crate) fn energy_rounding<S: Recovery>(
     problem.bodies.iter().zip(&pair.bodies).map(|of| 64.0 * f64::EPSILON * energy(of).sqrt()).collect()
 }
 
-/// Computes `∫ σ : E⁻¹ σ`, which is `a(u, u)` without heat, and `∫ k u²` of each body, J/m.
+/// Computes `∫ σ : E⁻¹ σ` of each body, J/m: `a(u, u)` without heat.
 pub(crate) fn energies<S: Recovery>(problem: &ContactProblem<S>, pair: &AdmissiblePair<S>) -> Vec<f64> {
     let energy = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
         product(body, &fields.stress, &fields.stress)
             + sum_over_cells(fields.stress.len(), |t| body.heat_energy(t))
-            + spring_energy(body, &fields.displacement)
     };
     problem.bodies.iter().zip(&pair.bodies).map(energy).collect()
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Results {
-    /// `a(u, u)` of each body, with `∫ k u²` of its springs.
+    /// `a(u, u)` of each body; springs have no part in it.
     pub energy_norm_squared: Option<Vec<f64>>,
     /// `Σ r²_i`, N/m, of solids N.
     pub contact_force: Option<f64>,
