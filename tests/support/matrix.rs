@@ -178,7 +178,7 @@ impl Problem {
             _ if d.presses => presses[layout % presses.len()](&mut d)?,
             7 => layouts::spun(&mut d)?,
             15 => layouts::kinked(&mut d)?,
-            23 => bonded::layout(&mut d)?,
+            27 => bonded::layout(&mut d)?,
             _ => LAYOUTS[layout](&mut d)?,
         };
         if last != 1.0 {

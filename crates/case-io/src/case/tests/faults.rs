@@ -69,7 +69,7 @@ fn unknown_keys_get_the_nearest_name() {
     // No key is listed twice.
     refused(
         "gip = 1",
-        "c.toml:15:1: unknown key `gip` in `contact`; expected only the keys `bodies`, `obstacle`, `surfaces`, `gap`, `normal`, \
+        "c.toml:15:1: unknown key `gip` in `contact`; expected only the keys `bodies`, `obstacle`, `surfaces`, `gap`, `interference`, `normal`, \
          `imposed`, `friction`, `law`, `offset`, `motion`, `name`; help: did you",
     );
     replaced("young = 1.0", "young = 1.0\nnu = 1", "c.toml:4:1: unknown key `nu` in `materials.m`");
@@ -242,8 +242,8 @@ fn words_get_the_nearest_one() {
     );
     refused(
         "[model]\nhypothesis = \"axisymmetric\"",
-        "c.toml:16:14: `model.hypothesis` is \"axisymmetric\"; expected \"plane_strain\" or \"plane_stress\"; help: only plane \
-         problems are solved",
+        "c.toml:16:14: `model.hypothesis` is \"axisymmetric\"; expected \"plane_strain\" or \"plane_stress\"; help: there are no \
+         problems with an axis of symmetry: take a sector as a solid, with rollers (`normal = 0.0`) on its two flat sides",
     );
     replaced(
         "kind = \"block\"",
