@@ -188,7 +188,7 @@ pub(crate) fn quadratic<S: Space>(
     Some(parts)
 }
 
-/// Returns the part of a traction's bubble that must vanish: on the boundary where the traction is given, and all of it between different forces.
+/// Returns the part of a traction's bubble that must vanish: on the boundary where the traction is given or springs carry it, and all of it between different forces.
 fn removed<S: Space>(
     body: &Body<S>,
     (cell, part): (usize, usize),
@@ -198,7 +198,8 @@ fn removed<S: Space>(
     let topology = body.mesh().topology();
     let facet = topology.cell_facets()[cell][part];
     if topology.is_boundary(facet) {
-        return conditions[topology.boundary_place(facet)].reaction.complement().project(bubble);
+        // The tractions of springs are linear in the bound.
+        return conditions[topology.boundary_place(facet)].given_or_on_springs().project(bubble);
     }
     let [a, b] = topology.facet_cells()[facet].map(|cell| body.force(cell as usize).gradient);
     if a == b { S::Vector::ZERO } else { bubble }

@@ -70,7 +70,7 @@ impl Forces {
         }
     }
 
-    /// Compares the forces on a facet of the boundary with the given ones.
+    /// Compares the forces on a facet of the boundary with the given ones. Along springs any force is admissible: the bound measures it.
     ///
     /// * `measure`: of the facet, m or m².
     #[inline(always)]
@@ -81,10 +81,11 @@ impl Forces {
         measure: f64,
     ) {
         self.raise_scale::<S>(own);
+        let given_in = condition.carried().complement();
         for (force, traction) in own.as_ref().iter().zip(condition.expected_traction()) {
             let given = traction * measure;
             self.scale = larger(self.scale, square(given));
-            let difference = condition.reaction.complement().components(*force - given);
+            let difference = given_in.components(*force - given);
             self.boundary = larger(self.boundary, square(difference));
         }
     }

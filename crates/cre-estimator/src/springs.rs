@@ -41,7 +41,7 @@ pub(crate) fn reaction<S: Space>(
     if springs.directions.is_none() || softness(body, facet, springs) > SOFT {
         return condition.reaction;
     }
-    springs.directions.basis().iter().fold(condition.reaction, |span, d| span.with(*d, SAME_DIRECTION))
+    condition.carried()
 }
 
 /// Returns the conditions with the springs as a displacement stretches them, and their tractions unknown.

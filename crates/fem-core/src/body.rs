@@ -60,6 +60,16 @@ pub struct FacetCondition<S: Space = Plane> {
 }
 
 impl<S: Space> FacetCondition<S> {
+    /// Returns the directions in which supports and springs carry the traction: in all others it is given.
+    pub fn carried(&self) -> Directions<S> {
+        self.reaction.joined(&self.springs.directions, conditions::SAME_DIRECTION)
+    }
+
+    /// Returns the directions in which the traction is given or springs carry it.
+    pub fn given_or_on_springs(&self) -> Directions<S> {
+        self.reaction.complement().joined(&self.springs.directions, conditions::SAME_DIRECTION)
+    }
+
     /// Returns the given traction and that of the springs in their stretch, Pa.
     pub fn expected_traction(&self) -> S::Axes<S::Vector> {
         if self.springs.directions.is_none() {

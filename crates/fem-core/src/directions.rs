@@ -55,6 +55,11 @@ impl<S: Space> Directions<S> {
         Self { basis, count: self.count + 1 }
     }
 
+    /// Creates the span of this subspace and another one, see [`Self::with`].
+    pub fn joined(self, other: &Self, tolerance: f64) -> Self {
+        other.basis().iter().fold(self, |span, direction| span.with(*direction, tolerance))
+    }
+
     /// Creates the directions perpendicular to this subspace.
     pub fn complement(&self) -> Self {
         Self { basis: S::complement(self.basis()), count: S::DIM - self.count }

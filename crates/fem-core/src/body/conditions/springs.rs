@@ -29,7 +29,7 @@ fn together<S: Space>(all: &[SpringFacet<S>]) -> FacetSprings<S> {
             stiffness[k] += rows[k];
             at_zero[k] += traction[k];
         }
-        directions = one.directions.basis().iter().fold(directions, |span, d| span.with(*d, SAME_DIRECTION));
+        directions = directions.joined(&one.directions, SAME_DIRECTION);
     }
     let compliance = match all {
         [only] => only.rows(1.0 / only.stiffness),
