@@ -39,7 +39,7 @@ fn every_promise_is_kept_in_a_sample_of_random_solids() {
 }
 
 /// Problems of the sample of adaptive runs: of each family two.
-const REFINED: u64 = 58;
+const REFINED: u64 = 62;
 
 #[test]
 fn every_promise_is_kept_on_the_meshes_of_adaptive_runs() {

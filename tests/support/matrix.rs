@@ -11,10 +11,12 @@
 
 mod bonded;
 mod draw;
+mod inside;
 mod judge;
 mod layouts;
 mod runs;
 mod settings;
+mod springs;
 
 use crate::model::Made;
 use draw::Draw;
@@ -25,7 +27,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 79] = [
+pub const FEATURES: [&str; 83] = [
     "no contact",
     "one body",
     "two bodies",
@@ -37,6 +39,10 @@ pub const FEATURES: [&str; 79] = [
     "obstacle: moved",
     "obstacle: driven by a force",
     "rigid side",
+    "springs",
+    "heat",
+    "linear body force",
+    "rotation or acceleration",
     "no friction",
     "friction: Tresca",
     "friction: Coulomb",
@@ -182,6 +188,10 @@ impl Problem {
             _ => LAYOUTS[layout](&mut d)?,
         };
         if last != 1.0 {
+            known = Known::default();
+        }
+        let bonded = d.features.contains("bonded pair");
+        if known.torque.is_none() && !bonded && (springs::put(&mut d, number) | inside::put(&mut d, number)) {
             known = Known::default();
         }
         let has = |d: &Draw, feature| d.features.contains(feature);

@@ -27,7 +27,7 @@ use nndd::NewtonSettings;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 29] = [
+pub const FAMILIES: [&str; 31] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -57,6 +57,8 @@ pub const FAMILIES: [&str; 29] = [
     "curved contact with friction",
     "round obstacle with friction",
     "floating on round obstacles with friction",
+    "springs",
+    "heat and forces",
 ];
 
 /// The promises that are judged.
@@ -140,6 +142,8 @@ impl Problem {
 fn shows(assembly: &Assembly, made: &ContactProblem<Solid>, family: &str) -> bool {
     let mut sides = assembly.parts.iter().flat_map(|part| part.sides);
     match family {
+        "heat and forces" => assembly.parts.iter().all(|part| part.inside.is_some()),
+        "springs" => sides.any(|side| matches!(side, Condition::Springs(..))),
         "rigid side" => sides.any(|side| matches!(side, Condition::Rigid(..))),
         "plane driven by a force" => {
             sides.any(|side| matches!(side, Condition::Plane(_, build::Drive::Force(..))))

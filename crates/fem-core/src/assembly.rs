@@ -3,16 +3,21 @@
 //! Every column is gathered separately from the cells around its node, in a fixed order: columns run
 //! in parallel and the result does not depend on the number of threads, bit for bit.
 
+mod springs;
+
+pub use springs::spring_forces;
+
 use crate::body::{Body, FreeMotion, RigidMotion, moments};
 use crate::dof::{DofMap, IMPOSED};
 use crate::element::{Block, Element};
 use crate::geometry::Coordinates;
 use crate::interface::InterfaceSide;
 use crate::memory::fits_in_memory;
-use crate::mesh::id::{FacetId, NodeId};
+use crate::mesh::id::NodeId;
 use crate::space::{Plane, Space};
 use crate::sparse::SymmetricCsc;
 use rayon::prelude::*;
+use springs::SpringsAround;
 use thiserror::Error;
 
 /// Why a body cannot be assembled.
@@ -192,22 +197,6 @@ pub fn external_forces<S: Space>(body: &Body<S>) -> Vec<S::Vector> {
     forces
 }
 
-/// Computes the nodal forces of the springs of a displaced body, Cartesian, N/m in the plane, N in space: with the sides that they act on.
-///
-/// * `displacement`: of each node, m; of an empty one zero.
-pub fn spring_forces<'a, S: Space>(
-    body: &'a Body<S>,
-    displacement: &'a [S::Vector],
-) -> impl Iterator<Item = (NodeId, S::Vector)> + 'a {
-    let mesh = body.mesh();
-    body.facet_springs().flat_map(move |(facet, springs)| {
-        let nodes = mesh.topology().facets()[facet];
-        let moved = S::axes(|k| displacement.get(nodes[k].index()).copied().unwrap_or_default());
-        let forces = moments::<S>(&springs.stretched(&moved).traction(), mesh.facet_measure(facet));
-        nodes.into_iter().zip(forces)
-    })
-}
-
 /// Adds the nodal forces of the initial strain, `∫ E ε₀ : ε(φ)`: loads of the displacements, but no external forces.
 fn add_heat<S: Space>(body: &Body<S>, forces: &mut [S::Vector]) {
     if !body.has_heat() {
@@ -230,27 +219,6 @@ struct Columns<'a, S: Space> {
     first_beside: Vec<u32>,
     /// The nodes joined to each node by a cell, ascending.
     beside: Vec<NodeId>,
-}
-
-/// The facets on springs, with each of their nodes, ascending by nodes.
-struct SpringsAround(Vec<(NodeId, FacetId)>);
-
-impl SpringsAround {
-    fn new<S: Space>(body: &Body<S>) -> Self {
-        let topology = body.mesh().topology();
-        let mut all: Vec<_> = body
-            .facet_springs()
-            .flat_map(|(facet, _)| topology.facets()[facet].into_iter().map(move |node| (node, facet)))
-            .collect();
-        all.sort_unstable();
-        Self(all)
-    }
-
-    /// Lists the facets on springs around a node.
-    fn of(&self, node: NodeId) -> impl Iterator<Item = FacetId> + '_ {
-        let first = self.0.partition_point(|(other, _)| *other < node);
-        self.0[first..].iter().take_while(move |(other, _)| *other == node).map(|(_, facet)| *facet)
-    }
 }
 
 /// Columns handled as one unit of parallel work.

@@ -1,7 +1,7 @@
 //! Random problems with bonded bodies.
 
 use super::draw::{Draw, Member};
-use super::layouts::{CLAMPED, Known, body_force};
+use super::layouts::{CLAMPED, Known, body_force, put_onto};
 use crate::model::Made;
 use std::fmt::Write as _;
 
@@ -60,19 +60,8 @@ fn bonded_stack(d: &mut Draw) -> Made<Known> {
             more += "[[body.displacement]]\non = \"@left\"\nux = 0.0\n";
         }
         let name = d.block([left, y], [width, height], &more)?;
-        match &below {
-            // Contact holds a block against sliding only with friction, which is not solved beside bonds.
-            Some(below) => {
-                let keys = d.bond();
-                d.pair([&name, below], ["bottom", "top"], &keys);
-            }
-            None if on_plane => {
-                let plane = d.plane([0.0, 0.0], [0.0, 1.0]);
-                d.mark("obstacle: fixed plane");
-                d.obstacle(&name, "bottom", &plane, "");
-            }
-            None => {}
-        }
+        // Contact holds a block against sliding only with friction, which is not solved beside bonds.
+        put_onto(d, &name, (below.as_ref(), on_plane), Draw::bond);
         y += height;
         let next = if narrower { width * d.between(0.5, 1.0) } else { width };
         left += (width - next) * d.random.unit();

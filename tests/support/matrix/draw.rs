@@ -130,6 +130,26 @@ impl Draw {
         self.features.insert(feature);
     }
 
+    /// Takes a feature out.
+    pub(super) fn unmark(&mut self, feature: &'static str) {
+        self.features.remove(feature);
+    }
+
+    /// Replaces a text in the model and the materials wherever it is.
+    pub(super) fn replace_in_head(&mut self, text: &str, other: &str) {
+        self.head = self.head.replace(text, other);
+    }
+
+    /// Returns the text of all bodies.
+    pub(super) fn bodies(&self) -> &str {
+        &self.bodies
+    }
+
+    /// Replaces the text of all bodies.
+    pub(super) fn replace_bodies(&mut self, text: String) {
+        self.bodies = text;
+    }
+
     /// Picks one of several features.
     pub(super) fn pick<const N: usize>(&mut self, choices: [&'static str; N]) -> &'static str {
         let choice = choices[self.random.integer(0, N - 1)];

@@ -256,18 +256,7 @@ pub(super) fn pile(d: &mut Draw) -> Made<Known> {
         let name = d.block([left, y], [width, height], &more)?;
         let ends = [left, left + width];
         let between = Between { ends, friction: &LAWS[..2], gaps: &["gap: none", "gap: geometric"] };
-        match &below {
-            Some(below) => {
-                let keys = d.keys(&between);
-                d.pair([&name, below], ["bottom", "top"], &keys);
-            }
-            None if on_plane => {
-                let plane = d.plane([0.0, 0.0], [0.0, 1.0]);
-                d.mark("obstacle: fixed plane");
-                d.obstacle(&name, "bottom", &plane, "");
-            }
-            None => {}
-        }
+        put_onto(d, &name, (below.as_ref(), on_plane), |d| d.keys(&between));
         y += height;
         let next = if narrower { width * d.between(0.5, 1.0) } else { width };
         left += (width - next) * d.random.unit();
@@ -275,6 +264,29 @@ pub(super) fn pile(d: &mut Draw) -> Made<Known> {
     }
     let pairs = count - usize::from(!on_plane);
     Ok(Known { force: Some(force * pairs as f64), ..Known::default() })
+}
+
+/// Pairs a block with the one below; the lowest one with a plane, if there is one.
+///
+/// * `keys`: of the pair of blocks.
+pub(super) fn put_onto(
+    d: &mut Draw,
+    block: &Member,
+    (below, on_plane): (Option<&Member>, bool),
+    keys: impl FnOnce(&mut Draw) -> String,
+) {
+    match below {
+        Some(below) => {
+            let keys = keys(d);
+            d.pair([block, below], ["bottom", "top"], &keys);
+        }
+        None if on_plane => {
+            let plane = d.plane([0.0, 0.0], [0.0, 1.0]);
+            d.mark("obstacle: fixed plane");
+            d.obstacle(block, "bottom", &plane, "");
+        }
+        None => {}
+    }
 }
 
 /// Blocks of one width under a uniform pressure, between rollers: linear displacements, whatever the meshes.

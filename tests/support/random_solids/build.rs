@@ -5,7 +5,7 @@ use crate::model::Made;
 use crate::random::Random;
 use contact_geometry::{Contact, ContactNormal, Sides, paired_solids};
 use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
-use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData};
+use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData, SpringDirection, SpringRest};
 use fem_core::interface::{
     ClampedCorner, ClampedPair, ContactFacet, ContactInterface, ContactProblem, Friction, Gap, NodePair,
     Obstacle, RigidLine, SAME_NORMAL,
@@ -69,6 +69,8 @@ pub(super) enum Condition {
     Traction([Linear; 3]),
     /// Imposed motions, and the force and the moment along the others, in axes of the grid; with a turn all are imposed or all are free.
     Rigid([Option<f64>; 6], Vector3<f64>, Vector3<f64>),
+    /// Springs: stiffness, Pa/m, directions in axes of the grid, and the displacement at which they are relaxed.
+    Springs(f64, SpringDirection<Solid>, [Linear; 3]),
     /// A rigid plane along the side, with a gap.
     Plane(Linear, Drive),
     /// A rigid sphere or cylinder.
@@ -86,6 +88,8 @@ pub(super) struct Part {
     pub(super) sides: [Condition; 6],
     /// Body force, N/m³.
     pub(super) weight: Vector3<f64>,
+    /// A change of temperature, K, and a body force, N/m³, in axes of the grid.
+    pub(super) inside: Option<(Linear, [Linear; 3])>,
 }
 
 /// Two bodies in contact: the side of larger coordinates of the first, with the other's opposite side.
@@ -156,6 +160,10 @@ impl Assembly {
     fn body_of(&self, (b, halved): (usize, u32), mesh: TetMesh) -> Made<Body<Solid>> {
         let part = &self.parts[b];
         let mut conditions = BoundaryConditions::<Solid>::default().body_force(self.turn * part.weight);
+        if let Some((temperature, force)) = part.inside {
+            conditions.temperatures.push(self.linear(temperature));
+            conditions.force_field = Some(self.vector(force));
+        }
         for (side, name) in SIDES.into_iter().enumerate().filter(|(side, _)| self.is_free(b, *side)) {
             conditions = match part.sides[side] {
                 Condition::Free | Condition::Plane(..) | Condition::Round(..) => conditions,
@@ -164,6 +172,17 @@ impl Assembly {
                 Condition::Imposed(values) => conditions.components(name, self.vector(values).map(Some)),
                 Condition::Pressure(value) => conditions.pressure(name, self.linear(value)),
                 Condition::Traction(values) => conditions.traction(name, self.vector(values)),
+                Condition::Springs(stiffness, along, rest) => {
+                    let along = match along {
+                        SpringDirection::Vector(vector) => SpringDirection::Vector(self.turn * vector),
+                        other => other,
+                    };
+                    let mut conditions = conditions.spring(name, stiffness, along);
+                    if let Some(springs) = conditions.springs.last_mut() {
+                        springs.rest = SpringRest::Vector(self.vector(rest));
+                    }
+                    conditions
+                }
                 Condition::Rigid(motion, force, moment) => conditions.rigid(RigidCondition {
                     edges: name.into(),
                     motion,

@@ -5,6 +5,7 @@ use super::grid::{Cells, Grid};
 use crate::model::Made;
 use crate::random::Random;
 use fem_core::body::SurfaceKind;
+use fem_core::boundary::SpringDirection;
 use fem_core::material::{LinearElastic, Orthotropic};
 use fem_core::space::Solid;
 use nalgebra::{Matrix6, Rotation3, Vector3};
@@ -21,6 +22,8 @@ pub(super) struct Draw {
     holds: Random,
     /// The source of friction.
     rubs: Random,
+    /// The source of springs, and of heat and forces.
+    springs: Random,
     family: &'static str,
     /// Unit of length, m, of stress, Pa, and a typical strain.
     length: f64,
@@ -67,7 +70,8 @@ impl Draw {
         let strain = 10f64.powf(-4.0 + 2.0 * r.unit());
         let floating = family.starts_with("floating");
         let (bends, holds, rubs) = (Random::new(seed + 2), Random::new(seed + 3), Random::new(seed + 4));
-        Self { random, bends, holds, rubs, family, length, stress, strain, contrast, turn, floating }
+        let springs = Random::new(seed + 5);
+        Self { random, bends, holds, rubs, springs, family, length, stress, strain, contrast, turn, floating }
     }
 
     /// Decides about a feature: its own family always has it.
@@ -180,6 +184,8 @@ impl Draw {
         self.conditions(&mut assembly);
         self.hold(&mut assembly);
         self.rub(&mut assembly);
+        self.spring(&mut assembly);
+        self.warm(&mut assembly)?;
         Ok(assembly)
     }
 
@@ -254,7 +260,7 @@ impl Draw {
         if self.family == "corner of obstacles" && self.random.unit() < 0.5 {
             weight = Vector3::from_fn(|_, _| -self.pressure() * self.random.unit() / self.length);
         }
-        Ok(Part { cells: of, materials, divided, sides: [Condition::Free; 6], weight })
+        Ok(Part { cells: of, materials, divided, sides: [Condition::Free; 6], weight, inside: None })
     }
 
     fn pressure(&self) -> f64 {
@@ -431,6 +437,60 @@ impl Draw {
                 };
             }
         }
+    }
+
+    /// Puts held and free sides on springs.
+    fn spring(&mut self, assembly: &mut Assembly) {
+        if self.family != "springs" {
+            return;
+        }
+        let (unit, moved) = (self.stress / self.length, self.length * self.strain);
+        let random = &mut self.springs;
+        for side in assembly.parts.iter_mut().flat_map(|part| &mut part.sides) {
+            let chance = random.unit();
+            let along = match side {
+                Condition::Fixed | Condition::Imposed(_) if chance < 0.9 => SpringDirection::All,
+                Condition::Roller(_) if chance < 0.4 => SpringDirection::Normal,
+                Condition::Roller(_) if chance < 0.6 => SpringDirection::All,
+                Condition::Free if chance < 0.15 => {
+                    SpringDirection::Vector(Vector3::from_fn(|_, _| random.signed()) + Vector3::x() * 2.0)
+                }
+                _ => continue,
+            };
+            let stiffness = unit * 10f64.powf(3.0 * random.signed());
+            let about = Vector3::zeros();
+            let relaxed = random.unit() < 0.6;
+            let rest = [0; 3].map(|_| match relaxed {
+                true => Linear::constant(0.0),
+                false => {
+                    let slope = Vector3::from_fn(|_, _| self.strain * random.signed());
+                    Linear { middle: moved * random.signed(), slope, about }
+                }
+            });
+            *side = Condition::Springs(stiffness, along, rest);
+        }
+    }
+
+    /// Changes the temperature of bodies, and puts linear forces into them.
+    fn warm(&mut self, assembly: &mut Assembly) -> Made<()> {
+        if self.family != "heat and forces" {
+            return Ok(());
+        }
+        const EXPANSION: f64 = 1.5e-5;
+        let about = assembly.grid.middle(&assembly.parts[0].cells);
+        for part in &mut assembly.parts {
+            let mut linear = |amount: f64| {
+                let slope = Vector3::from_fn(|_, _| amount / self.length * self.springs.signed());
+                Linear { middle: amount * self.springs.signed(), slope, about }
+            };
+            let temperature = linear(self.strain / EXPANSION);
+            part.inside =
+                Some((temperature, [0; 3].map(|_| linear(self.stress * self.strain / self.length))));
+            for material in &mut part.materials {
+                *material = material.clone().with_expansion(EXPANSION)?;
+            }
+        }
+        Ok(())
     }
 
     /// Gives sides that touch each other or obstacles a limit of friction.

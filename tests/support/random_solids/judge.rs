@@ -297,7 +297,7 @@ fn of_forces(
 
 /// The forces on a body, as the results have them.
 struct Forces {
-    /// Of supports, rigid sides, pairs and loads together, N.
+    /// Of supports, springs, rigid sides, pairs and loads together, N.
     sum: Vector3<f64>,
     /// The sum of their sizes, N.
     size: f64,
@@ -314,6 +314,7 @@ impl Forces {
         let body = &problem.bodies[b];
         let of_reactions = results.reactions.iter().filter(|r| r.body == b).map(|r| r.force);
         let of_sides = results.rigid_sides.iter().filter(|r| r.body == b).map(|r| r.force);
+        let of_springs = results.springs.iter().filter(|s| s.body == b).map(|s| s.force);
         let of_pairs = problem.contacts.iter().zip(&results.contacts).filter_map(|(pair, found)| {
             let side = pair.elastic_sides().find(|(_, of)| *of == b)?.0;
             Some(found.resultant * [1.0, -1.0][side])
@@ -321,8 +322,13 @@ impl Forces {
         // The force of a rigid side contains its load.
         let loads = external_forces(body);
         let on_sides = body.rigid_sides().iter().flat_map(|side| &side.forces).map(|f| -f);
-        let all: Vec<Vector3<f64>> =
-            of_reactions.chain(of_sides).chain(of_pairs).chain(on_sides).chain(loads).collect();
+        let all: Vec<Vector3<f64>> = of_reactions
+            .chain(of_sides)
+            .chain(of_springs)
+            .chain(of_pairs)
+            .chain(on_sides)
+            .chain(loads)
+            .collect();
         let of_cell = |t: usize| {
             let (corners, volume) = (body.mesh().corners(t), body.mesh().measure(t));
             let steepest =

@@ -3,8 +3,8 @@
 
 mod solids;
 
-use crate::{BondResults, CertifiedSolution, Settings, Silent, SolveError, solve};
-use contact_geometry::{ContactNormal, Sides, paired};
+use crate::{BondResults, CertifiedSolution, ContactSpace, Settings, Silent, SolveError, solve};
+use contact_geometry::{Contact, ContactNormal, Sides, paired};
 use cre_estimator::Relaxation;
 use fem_core::body::{Body, JoinError};
 use fem_core::boundary::BoundaryConditions;
@@ -12,6 +12,7 @@ use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{BondError, Bonds, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::space::{Plane, Space};
 
 /// The paper's blocks on 18×9 cells each, without contact.
 fn blocks(cells: [usize; 2]) -> Vec<Body> {
@@ -35,21 +36,25 @@ fn bonded(offset: [f64; 2]) -> Gap {
     Gap::Bonded { offset: Vector::from(offset) }
 }
 
-/// Pairs sides of bodies: their numbers, the names of the sides, and what is between them.
-fn problem(bodies: Vec<Body>, pairs: &[([usize; 2], [&str; 2], Gap)]) -> ContactProblem {
-    let contact =
-        |(k, (bodies, surfaces, gap)): (usize, &([usize; 2], [&str; 2], Gap))| contact_geometry::Contact {
-            name: format!("pair {k}"),
-            sides: Sides::Bodies {
-                bodies: *bodies,
-                surfaces: surfaces.map(str::to_owned),
-                gap: gap.clone(),
-                normal: ContactNormal::Averaged,
-            },
-            friction: None,
-        };
-    let contacts: Vec<_> = pairs.iter().enumerate().map(contact).collect();
-    paired(bodies, &contacts).unwrap().problem
+/// The numbers of two bodies, the names of their sides, and what is between them.
+type Bond<S> = ([usize; 2], [&'static str; 2], Gap<S>);
+
+fn contacts<S: Space>(pairs: &[Bond<S>]) -> Vec<Contact<S>> {
+    let contact = |(k, (bodies, surfaces, gap)): (usize, &Bond<S>)| Contact {
+        name: format!("pair {k}"),
+        sides: Sides::Bodies {
+            bodies: *bodies,
+            surfaces: surfaces.map(str::to_owned),
+            gap: gap.clone(),
+            normal: ContactNormal::Averaged,
+        },
+        friction: None,
+    };
+    pairs.iter().enumerate().map(contact).collect()
+}
+
+fn problem(bodies: Vec<Body>, pairs: &[Bond<Plane>]) -> ContactProblem {
+    paired(bodies, &contacts(pairs)).unwrap().problem
 }
 
 fn glued(offset: [f64; 2]) -> ContactProblem {
@@ -70,7 +75,7 @@ fn half_bonded(offset: [f64; 2]) -> ContactProblem {
     problem(bodies, &[([0, 1], both, bonded(offset)), ([0, 1], ["touching"; 2], Gap::Touching)])
 }
 
-fn solved(problem: ContactProblem, relaxation: Relaxation) -> CertifiedSolution {
+fn solved<S: ContactSpace>(problem: ContactProblem<S>, relaxation: Relaxation) -> CertifiedSolution<S> {
     let settings = Settings { relaxation, ..Settings::default() };
     let found = solve(problem, &settings, &mut Silent).unwrap();
     let failed: Vec<_> = found.estimate.as_ref().unwrap().admissibility.failed().collect();

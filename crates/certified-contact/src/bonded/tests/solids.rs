@@ -1,7 +1,8 @@
 //! Bonded solids: against one mesh of the whole, and against closed forms.
 
-use crate::{AdaptSettings, CertifiedSolution, Settings, Silent, solve, solve_adaptively};
-use contact_geometry::{ContactNormal, Sides, paired_solids};
+use super::{Bond, contacts, near, solved};
+use crate::{AdaptSettings, CertifiedSolution, Settings, Silent, solve_adaptively};
+use contact_geometry::paired_solids;
 use cre_estimator::Relaxation;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
@@ -13,7 +14,6 @@ use fem_core::space::{Solid, Space};
 
 type Vector = <Solid as Space>::Vector;
 type Conditions = BoundaryConditions<Solid>;
-type Bond = ([usize; 2], [&'static str; 2], Gap<Solid>);
 
 fn brick(origin: [f64; 3], size: [f64; 3], cells: [usize; 3], poisson: f64, on: &Conditions) -> Body<Solid> {
     let material = LinearElastic::isotropic_solid(1000.0, poisson).unwrap();
@@ -24,27 +24,8 @@ fn bonded(offset: [f64; 3]) -> Gap<Solid> {
     Gap::Bonded { offset: Vector::of(|k| offset[k]) }
 }
 
-fn problem(bodies: Vec<Body<Solid>>, pairs: &[Bond]) -> ContactProblem<Solid> {
-    let contact = |(k, (bodies, surfaces, gap)): (usize, &Bond)| contact_geometry::Contact {
-        name: format!("pair {k}"),
-        sides: Sides::Bodies {
-            bodies: *bodies,
-            surfaces: surfaces.map(str::to_owned),
-            gap: gap.clone(),
-            normal: ContactNormal::Averaged,
-        },
-        friction: None,
-    };
-    let contacts: Vec<_> = pairs.iter().enumerate().map(contact).collect();
-    paired_solids(bodies, &contacts).unwrap().problem
-}
-
-fn solved(problem: ContactProblem<Solid>, relaxation: Relaxation) -> CertifiedSolution<Solid> {
-    let settings = Settings { relaxation, ..Settings::default() };
-    let found = solve(problem, &settings, &mut Silent).unwrap();
-    let failed: Vec<_> = found.estimate.as_ref().unwrap().admissibility.failed().collect();
-    assert!(found.is_certified(), "{failed:?}");
-    found
+fn problem(bodies: Vec<Body<Solid>>, pairs: &[Bond<Solid>]) -> ContactProblem<Solid> {
+    paired_solids(bodies, &contacts(pairs)).unwrap().problem
 }
 
 fn e_cre(of: &CertifiedSolution<Solid>) -> f64 {
@@ -53,11 +34,6 @@ fn e_cre(of: &CertifiedSolution<Solid>) -> f64 {
 
 fn energy(of: &CertifiedSolution<Solid>) -> f64 {
     of.results.as_ref().unwrap().energy_norm_squared.iter().sum()
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance * expected.abs(), "{found} and not {expected}");
 }
 
 fn pulled() -> Conditions {
