@@ -261,7 +261,8 @@ impl Problem {
         let text = format!("{}\n{more}", self.text);
         let source = runs::CaseText { text, folder: folder.path().to_owned() };
         let done = runs::run(&source, &folder.path().join("out"), &mut runs::Quiet::new());
-        Ok(done.ok().and_then(|done| done.report.certificate?.e_cre))
+        let certificate = done.ok().and_then(|done| done.report.certificate);
+        Ok(certificate.filter(|c| c.valid).and_then(|c| c.e_cre))
     }
 }
 
