@@ -27,6 +27,7 @@ mod materials;
 mod mesh_files;
 mod pair_notes;
 mod part;
+mod path;
 mod read;
 mod read_adapt;
 mod read_body;
@@ -53,6 +54,7 @@ pub use inside::{Inertia, Rotation, TemperatureCase};
 pub use matching::Notes;
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
+pub use path::{Course, OutputPath};
 pub use regions::{CellSelection, MaterialRegion};
 pub use side::{Circle, Cylinder, SideCase};
 pub use springs::{Along, Rest, SpringCase};
@@ -96,6 +98,8 @@ pub struct Case<S: Dimension = Plane> {
     pub steps: Vec<StepCase>,
     /// `[output]`.
     pub output: Output,
+    /// `[[output.path]]` in the file's order.
+    pub paths: Vec<OutputPath<S>>,
     /// `[limits]`.
     pub limits: Limits,
     meshes: mesh_files::MeshFiles<S>,

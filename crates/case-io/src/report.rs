@@ -18,7 +18,9 @@ pub use contact::{
     FrictionSurface, SurfaceArea, SurfacePatch,
 };
 pub(crate) use finite::{NotFinite, check as check_finite};
-pub use results::{LineResults, PeakStress, PrincipalStress, PrincipalStresses, Reaction, Results};
+pub use results::{
+    LineResults, PeakStress, PrincipalStress, PrincipalStresses, Reaction, Results, StressLimit,
+};
 pub use spin::Spin;
 pub use sweep::{SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 

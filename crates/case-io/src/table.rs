@@ -108,6 +108,57 @@ pub struct FrictionRow {
     pub state: String,
 }
 
+/// The displacement and the recovered stress at a point of a path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PathRow {
+    /// Length along the path, m.
+    pub s: f64,
+    /// Position, m: one number for each axis.
+    pub place: Vec<f64>,
+    /// The values there; `None` outside of all bodies.
+    pub found: Option<PathValues>,
+}
+
+/// The values of a body at a point of a path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PathValues {
+    /// Name of the body.
+    pub body: String,
+    /// Displacement, m: one number for each axis.
+    pub displacement: Vec<f64>,
+    /// Recovered stress, Pa, tension positive: xx, yy, zz, xy, and of solids yz, xz.
+    pub stress: Vec<f64>,
+    /// Its equivalent stress, Pa; `None` if the constants of the material do not say it.
+    pub von_mises: Option<f64>,
+    /// Its smallest and its largest principal stress, Pa; in the plane those in the plane.
+    pub principal: [f64; 2],
+}
+
+/// Writes path-NAME.csv.
+///
+/// # Errors
+/// A number that is not finite.
+pub fn path_csv(rows: &[PathRow]) -> Result<String, TableError> {
+    let axes = rows.first().map_or(2, |row| row.place.len());
+    let stresses = ["stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_xz"];
+    let mut columns = vec!["s"];
+    columns.extend(&["x", "y", "z"][..axes]);
+    columns.push("body");
+    columns.extend(&["ux", "uy", "uz"][..axes]);
+    columns.extend(&stresses[..2 * axes]);
+    columns.extend(["von_mises", "principal_smallest", "principal_largest"]);
+    let cells = |row: &PathRow| {
+        let mut numbers = vec![None; 3 * axes + 3];
+        if let Some(found) = &row.found {
+            let stress = found.displacement.iter().chain(&found.stress).map(|x| Some(*x));
+            let rest = [found.von_mises, Some(found.principal[0]), Some(found.principal[1])];
+            numbers = stress.chain(rest).collect();
+        }
+        (row.s, row.place.clone(), row.found.as_ref().map(|found| found.body.clone()), numbers)
+    };
+    write(&columns, &rows.iter().map(cells).collect::<Vec<_>>())
+}
+
 /// Writes history.csv.
 ///
 /// # Errors

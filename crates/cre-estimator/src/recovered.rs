@@ -71,6 +71,13 @@ impl<S: Recovery> RecoveredStress<S> {
         self.values.iter().map(|(node, material, stress)| (*node, *material as usize, *stress))
     }
 
+    /// Returns the value at a node for a material by its place in the list, Pa; `None` if no cell of the material is there.
+    pub fn at(&self, node: NodeId, material: usize) -> Option<S::Tensor> {
+        let key = (node, material as u32);
+        let place = self.values.binary_search_by_key(&key, |(node, material, _)| (*node, *material)).ok()?;
+        Some(self.values[place].2)
+    }
+
     /// Computes the von Mises stress of a value, Pa; `None` if the out-of-plane stress of the material is unknown.
     fn von_mises(body: &Body<S>, node: NodeId, material: usize, stress: S::Tensor) -> Option<f64> {
         let temperature = body.temperature().get(node.index()).copied().unwrap_or_default();

@@ -38,7 +38,7 @@ pub struct Picture {
     /// The text below the picture on the page.
     pub caption: String,
     /// The file with its numbers.
-    pub(crate) numbers: Option<&'static str>,
+    pub(crate) numbers: Option<String>,
     /// The data of a view that turns, which the page shows in place of the picture if it can.
     pub(crate) view: Option<Value>,
 }
@@ -118,7 +118,7 @@ fn contact_lines(
             caption +=
                 &format!(" {MOST_PAIRS} of {count} contact lines are drawn, those with the largest forces.");
         }
-        Picture { name: names[k].clone(), svg, caption, numbers: Some("contact.csv"), view: None }
+        Picture { name: names[k].clone(), svg, caption, numbers: Some("contact.csv".into()), view: None }
     };
     lines.into_iter().enumerate().map(picture).collect()
 }
@@ -154,7 +154,7 @@ fn convergence<S: Dimension>(case: &Case<S>, report: &Report, labels: &Labels) -
         caption: "The iteration ends when its error (eta_nndd) is a small part of that of the mesh. eta_dis is the error of the mesh \
                   with λ held fixed and may exceed e_cre, the bound of the whole error."
             .into(),
-        numbers: Some("history.csv"),
+        numbers: Some("history.csv".into()),
         view: None,
     })
 }
@@ -177,7 +177,7 @@ fn steps(contact: &[(&str, Vec<ContactRow>)], report: &Report, labels: &Labels) 
         name: name.into(),
         svg: plot::steps(along, &forces, labels),
         caption: caption.into(),
-        numbers: Some("report.json"),
+        numbers: Some("report.json".into()),
         view: None,
     };
     let caption = "The integral of the pressure over each contact interface, and that of the friction on its second body. All other figures \
@@ -227,7 +227,7 @@ fn adaptive<S: Dimension>(case: &Case<S>, report: &Report, labels: &Labels) -> O
             "On fine meshes the error of linear {} falls at best like the dashed line.",
             S::WORDS.cells
         ),
-        numbers: Some("adaptive.csv"),
+        numbers: Some("adaptive.csv".into()),
         view: None,
     })
 }

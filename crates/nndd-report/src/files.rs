@@ -5,6 +5,7 @@ use crate::host::Host;
 use crate::html;
 use crate::outcome;
 use crate::paraview;
+use crate::paths;
 use crate::report::{self, contact_rows};
 use crate::resume::RunDirectory;
 use crate::solved::Solved;
@@ -116,6 +117,9 @@ fn write_files<S: ReportSpace>(
     }
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
+    }
+    for (path, rows) in case.paths.iter().zip(paths::all(case, solution)) {
+        put(&paths::file(path), &table::path_csv(&rows)?)?;
     }
     // The figures need no file, the fields need no figure.
     let (pictures, fields) = rayon::join(

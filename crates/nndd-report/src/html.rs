@@ -314,7 +314,7 @@ fn figures(page: &mut String, pictures: &[Picture]) {
             view::write(page, data);
         }
         let _ = write!(page, "{}<figcaption>{}", picture.svg, escape(&picture.caption));
-        if let Some(file) = picture.numbers {
+        if let Some(file) = &picture.numbers {
             let _ = write!(page, " Numbers: <a href=\"{file}\">{file}</a>.");
         }
         page.push_str("</figcaption></figure>\n");

@@ -4,6 +4,7 @@ mod rigid;
 
 use crate::check::{self, MOST_NAMED, NamedMotion};
 use crate::convert;
+use crate::limits;
 use crate::solved::{Fields, RunResult, Solved};
 use crate::space::ReportSpace;
 use crate::verdict::is_round_off;
@@ -204,6 +205,7 @@ fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &
         }
     }
     notes.extend(S::notes_on_results(case, fields));
+    notes.extend(limits::notes(case, fields));
     notes
 }
 

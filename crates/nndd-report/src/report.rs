@@ -1,5 +1,6 @@
 //! From a solution to the rows and tables of report.json.
 
+use crate::limits;
 use crate::motion;
 use crate::notes;
 use crate::solved::{Fields, Solved};
@@ -290,6 +291,7 @@ fn results<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, change: Opt
             });
             PrincipalStresses { smallest, largest }
         }),
+        limits: limits::found(case, solution),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::body_fields::{AT_POINTS, BodyFields, IN_CELLS};
 use crate::paraview;
+use crate::paths;
 use crate::report;
 use crate::solved::Solved;
 use crate::space::ReportSpace;
@@ -61,5 +62,7 @@ pub fn pictures<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, report: &Rep
     let contact: Vec<(&str, Vec<ContactRow>)> =
         pairs.map(|(k, pair)| (pair.name.as_str(), report::contact_rows(fields, k))).collect();
     let seen: Vec<Value> = solved.steps.iter().filter_map(|step| step.view.clone()).collect();
-    S::pictures(case, fields, (&contact, &seen), report)
+    let mut pictures = S::pictures(case, fields, (&contact, &seen), report);
+    pictures.extend(paths::pictures(case, &paths::all(case, fields)));
+    pictures
 }

@@ -87,12 +87,7 @@ fn rotation<S: Keys>(mut r: Reader<'_>) -> Option<Rotation<S>> {
     let (speed, point) = (r.number("speed"), r.axes::<S>("point"));
     let mut axis = None;
     if in_space {
-        axis = r.axes::<S>("axis");
-        let length = axis.as_ref().map_or(1.0, |axis| S::vector(axis).length());
-        if !(length > 1e-100 && length < 1e100) {
-            let message = format!("`{}` has the length {}", r.path_of("axis"), shown(length));
-            r.refuse("axis", message, "a direction", "write it as in `axis = [0.0, 0.0, 1.0]`");
-        }
+        axis = self::axis::<S>(&mut r);
     } else if r.has("axis") {
         r.node("axis");
         let message = format!("`{}`: a plane body turns about a point", r.path_of("axis"));
@@ -100,6 +95,17 @@ fn rotation<S: Keys>(mut r: Reader<'_>) -> Option<Rotation<S>> {
     }
     r.finish();
     Some(Rotation { speed: speed?, point: point?, axis })
+}
+
+/// Reads `axis`, a direction in space.
+pub(super) fn axis<S: Keys>(r: &mut Reader<'_>) -> Option<S::Axes<f64>> {
+    let axis = r.axes::<S>("axis")?;
+    let length = S::vector(&axis).length();
+    if !(length > 1e-100 && length < 1e100) {
+        let message = format!("`{}` has the length {}", r.path_of("axis"), shown(length));
+        r.refuse("axis", message, "a direction", "write it as in `axis = [0.0, 0.0, 1.0]`");
+    }
+    Some(axis)
 }
 
 /// Reads `[[body.temperature]]`.

@@ -21,6 +21,8 @@ pub struct Material<S: Dimension = Plane> {
     pub expansion: f64,
     /// `density`, if it is given, kg/m³.
     pub density: Option<f64>,
+    /// `limit`: the equivalent stress that it may bear, Pa, with which results are compared.
+    pub limit: Option<f64>,
 }
 
 /// The constants of a material.
@@ -94,6 +96,9 @@ impl<S: Dimension> Material<S> {
         if let Some(density) = self.density {
             json["density"] = json!(density);
         }
+        if let Some(limit) = self.limit {
+            json["limit"] = json!(limit);
+        }
         json
     }
 }
@@ -103,15 +108,17 @@ pub(super) fn materials<S: Keys>(reader: Reader<'_>, model: &S::Model) -> Vec<Ma
     let mut materials = Vec::new();
     for entry in reader.entries() {
         let path = reader.path_of(&entry.key);
-        let (mut expansion, mut density) = (None, None);
+        let (mut expansion, mut density, mut limit) = (None, None, None);
         let law = match &entry.node.value {
             NodeValue::Table(table) => {
                 let mut r = Reader::new(reader.findings(), table, path, &entry.node.at);
                 let law = law::<S>(&mut r, model);
                 (expansion, density) = (r.number("expansion"), r.number("density"));
+                limit = r.number_where("limit", |limit| limit > 0.0, "a stress > 0");
                 if let Some(law) = &law {
                     let (law, name) = (law.clone(), entry.key.clone());
-                    let made = Material { name, law, expansion: expansion.unwrap_or_default(), density };
+                    let made =
+                        Material { name, law, expansion: expansion.unwrap_or_default(), density, limit };
                     // The constants of the law were checked when they were read.
                     use MaterialError::{Density, Expansion, ExpansionOfStiffness};
                     if let Err(error @ (Expansion { .. } | ExpansionOfStiffness | Density { .. })) =
@@ -134,7 +141,7 @@ pub(super) fn materials<S: Keys>(reader: Reader<'_>, model: &S::Model) -> Vec<Ma
         // The name is there, so bodies may refer to it, even if the constants are wrong.
         let law = law.unwrap_or(MaterialLaw::Isotropic { young: 1.0, poisson: 0.0 });
         let expansion = expansion.unwrap_or_default();
-        materials.push(Material { name: entry.key.clone(), law, expansion, density });
+        materials.push(Material { name: entry.key.clone(), law, expansion, density, limit });
     }
     materials
 }

@@ -3,9 +3,9 @@
 use super::dimension::{Keys, refuse_foreign};
 use super::{
     Acceleration, Case, Contact, Criterion, Dimension, Estimator, Friction, Imposed, Limit, Limits, Method,
-    Output, QpChoice, SCHEMA, Solver, Theta, Value, Weights,
+    Output, OutputPath, QpChoice, SCHEMA, Solver, Theta, Value, Weights,
 };
-use super::{inside, materials, read_adapt, read_body, read_contact, regions, steps, units};
+use super::{inside, materials, path, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
 use mesh_io::numeral;
@@ -36,7 +36,7 @@ pub(super) fn case<S: Keys>(document: &Document, file_name: &str) -> Result<Case
     refuse_with_friction(&root, &contacts, &solver);
     let steps =
         if foreign { Vec::new() } else { steps::steps(&mut root, (&bodies, &contacts), adapt.is_some()) };
-    let output = output(root.table("output"));
+    let (output, paths) = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();
     let (diagnostics, omitted, places) = findings.into_parts();
@@ -54,6 +54,7 @@ pub(super) fn case<S: Keys>(document: &Document, file_name: &str) -> Result<Case
             adapt,
             steps,
             output,
+            paths,
             limits,
             meshes: Default::default(),
             file_name: file_name.to_owned(),
@@ -202,17 +203,18 @@ fn estimator<S: Dimension>(reader: Option<Reader<'_>>) -> Estimator {
     estimator
 }
 
-fn output(reader: Option<Reader<'_>>) -> Output {
+fn output<S: Keys>(reader: Option<Reader<'_>>) -> (Output, Vec<OutputPath<S>>) {
     let mut output = Output { directory: None, vtu: true };
-    let Some(mut r) = reader else { return output };
+    let Some(mut r) = reader else { return (output, Vec::new()) };
     output.directory = r.string("directory");
     if output.directory.as_ref().is_some_and(|d| d.trim().is_empty() || d.contains('\0')) {
         let expected = "a directory, such as \"runs/paper\"";
         r.refuse("directory", "`output.directory` is not a path", expected, "leave it out for runs/NAME");
     }
     output.vtu = r.boolean("vtu").unwrap_or(output.vtu);
+    let paths = path::paths(&mut r);
     r.finish();
-    output
+    (output, paths)
 }
 
 fn limits(mut r: Reader<'_>) -> Limits {

@@ -1,6 +1,6 @@
 //! Every setting with its value, in the case file's own structure, and the hash that names a case.
 
-use super::{BodyCase, Case, Contact, Dimension, SCHEMA, read_contact};
+use super::{BodyCase, Case, Contact, Dimension, OutputPath, SCHEMA, read_contact};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
@@ -27,6 +27,9 @@ impl<S: Dimension> Case<S> {
         insert(&mut settings, "adapt", self.adapt.as_ref());
         insert(&mut settings, "step", (!self.steps.is_empty()).then_some(&self.steps));
         settings["output"] = json!({ "directory": self.output_directory(), "vtu": self.output.vtu });
+        if !self.paths.is_empty() {
+            settings["output"]["path"] = self.paths.iter().map(OutputPath::json).collect();
+        }
         settings["limits"] = json!({
             "memory": self.limits.memory.as_ref().map(|l| &l.written),
             "time": self.limits.time.as_ref().map(|l| &l.written),

@@ -92,7 +92,7 @@ fn the_example_of_the_contract_is_read() {
         let law = MaterialLaw::Isotropic { young, poisson: 0.3 };
         assert_eq!(
             case.materials[material],
-            Material { name: name.into(), law, expansion: 0.0, density: None }
+            Material { name: name.into(), law, expansion: 0.0, density: None, limit: None }
         );
     }
     let upper = BodyCase {

@@ -42,6 +42,32 @@ pub struct Results {
     /// Extreme principal stresses of the recovered stress; in the plane those in the plane.
     #[serde(default)]
     pub principal_stress: Option<PrincipalStresses>,
+    /// The largest recovered stress of each material with a limit; left out without limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Vec<StressLimit>>,
+}
+
+/// The largest equivalent stress of a material beside its limit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+pub struct StressLimit {
+    /// Name of the material.
+    pub material: String,
+    /// Its limit, Pa.
+    pub limit: f64,
+    /// The largest equivalent stress of its recovered stress, Pa.
+    pub von_mises: f64,
+    /// That stress over the limit.
+    pub share: f64,
+    /// Name of the body.
+    pub body: String,
+    /// First coordinate of the node, m.
+    pub x: f64,
+    /// Second coordinate.
+    pub y: f64,
+    /// Third coordinate; left out in the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<f64>,
 }
 
 /// The smallest and the largest principal stress of the recovered stress.

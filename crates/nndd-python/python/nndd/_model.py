@@ -54,7 +54,13 @@ class Material:
         self.name = name
         self._keys: dict[str, Any] = {"young": young, "poisson": poisson}
 
-    def having(self, *, expansion: Optional[float] = None, density: Optional[float] = None) -> Material:
+    def having(
+        self,
+        *,
+        expansion: Optional[float] = None,
+        density: Optional[float] = None,
+        limit: Optional[float] = None,
+    ) -> Material:
         """Return the material with further constants.
 
         Parameters
@@ -63,8 +69,10 @@ class Material:
             Strain per unit of temperature, the same in all directions.
         density : float, optional
             Mass per volume, kg/m³: for `rotation` and `acceleration` of a `Problem`.
+        limit : float, optional
+            The equivalent stress that it may bear, Pa: a note says how much of it the largest recovered stress is.
         """
-        given = {"expansion": expansion, "density": density}
+        given = {"expansion": expansion, "density": density, "limit": limit}
         return Material._of(self.name, {**self._keys, **{key: value for key, value in given.items() if value is not None}})
 
     @classmethod

@@ -45,7 +45,7 @@ impl Model<'_> {
                     &format!(" {MOST_PAIRS} of {count} pairs are drawn, those with the largest forces.");
             }
             let svg = self.book(title, k, rows);
-            Picture { name: names[k].clone(), svg, caption, numbers: Some("contact.csv"), view: None }
+            Picture { name: names[k].clone(), svg, caption, numbers: Some("contact.csv".into()), view: None }
         })
     }
 
