@@ -152,7 +152,8 @@ fn course<S: Keys>(r: &mut Reader<'_>) -> Option<Course<S>> {
     if r.has("from") || r.has("to") {
         let message = format!("`{}` has both a circle and the ends of a line", r.path_of("circle"));
         r.refuse("circle", message, "`circle`, or `from` and `to`", "take one of them out");
-        (r.node("from"), r.node("to"));
+        r.node("from");
+        r.node("to");
     }
     circle(r.table("circle")?)
 }

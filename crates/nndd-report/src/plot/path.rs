@@ -50,7 +50,9 @@ pub(crate) fn path(name: &str, rows: &[PathRow], count: usize, labels: &Labels) 
     let displacement = [series(DISPLACEMENT, &|found| Some(size(found)))];
     let ends = lines::extents(stresses.iter());
     let [x_axis, stress_axis] = ends.map(lines::linear_axis);
-    let displacement_axis = lines::linear_axis(lines::extents(displacement.iter())[1]);
+    // From zero on, so that round-off and a mesh of chords are not drawn as steep lines.
+    let [_, range] = lines::extents(displacement.iter());
+    let displacement_axis = lines::linear_axis(range.map(|(_, most)| (0.0, most)));
     let [s, stress] = [labels.length("s along the path"), labels.stress("stress", "stress units")];
     let size = labels.length("displacement");
     let panels = [
