@@ -13,6 +13,7 @@ mod bound;
 mod bounds;
 mod cattaneo;
 mod certificate;
+mod compare;
 mod contact_force;
 mod corners;
 mod curved;

@@ -28,6 +28,9 @@ pub(crate) enum Command {
     /// Certify displacements that another code computed on the meshes of a case.
     #[command(after_help = help::of_command("certify"))]
     Certify(Certify),
+    /// Compare the results of two runs, and say if their intervals meet.
+    #[command(after_help = help::of_command("compare"))]
+    Compare(Compare),
     /// Show what a mesh file holds: groups, cells, bounding box, quality, possible problems.
     #[command(after_help = help::of_command("mesh"))]
     Mesh(Mesh),
@@ -53,6 +56,7 @@ impl Command {
             Self::Check(options) => options.format == Format::Json,
             Self::Mesh(options) => options.format == Format::Json,
             Self::Certify(options) => options.format == Format::Json,
+            Self::Compare(options) => options.format == Format::Json,
             _ => false,
         }
     }
@@ -165,6 +169,19 @@ pub(crate) struct Sweep {
     /// A further panel with other settings: "KEY=VALUE; KEY=VALUE".
     #[arg(long, help_heading = "Running", value_name = "SETTINGS")]
     pub(crate) panel: Vec<String>,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Compare {
+    /// The folder of one run, which `nndd solve` wrote.
+    #[arg(value_name = "A")]
+    pub(crate) first: PathBuf,
+    /// The folder of another run with the same bodies.
+    #[arg(value_name = "B")]
+    pub(crate) second: PathBuf,
+    /// How to print.
+    #[arg(long, value_enum, default_value_t = Format::Human)]
+    pub(crate) format: Format,
 }
 
 #[derive(Args, Clone, Debug)]

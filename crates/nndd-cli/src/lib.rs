@@ -4,6 +4,7 @@
 mod args;
 mod certify;
 mod check;
+mod compare;
 mod console;
 mod help;
 mod machine;
@@ -55,6 +56,7 @@ fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
         Command::Check(options) => threads::run(0, || check::command(options)),
         Command::Sweep(options) => threads::run(options.run.threads, || sweep::command(options)),
         Command::Certify(options) => threads::run(options.threads, || certify::command(options)),
+        Command::Compare(options) => compare::command(options),
         Command::Mesh(options) => threads::run(0, || mesh::command(options)),
         Command::New { template } => {
             let text = case_io::template::find(template).ok_or_else(|| {

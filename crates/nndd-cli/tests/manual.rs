@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 7] = ["solve", "check", "sweep", "mesh", "new", "man", "completions"];
+const COMMANDS: [&str; 8] = ["solve", "check", "sweep", "compare", "mesh", "new", "man", "completions"];
 
 fn nndd(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_nndd")).args(arguments).output().unwrap();

@@ -1,5 +1,6 @@
 //! Why a run ended without a result: an exit status and messages.
 
+use crate::compare::CompareError;
 use crate::motion;
 use case_io::case::Dimension;
 use case_io::checkpoint::CheckpointError;
@@ -350,6 +351,27 @@ impl From<ReportError> for Failure {
             ReportError::NotFinite { .. } => Self::overflow(&error),
             other => Self::defect(other.to_string()),
         }
+    }
+}
+
+impl From<CompareError> for Failure {
+    fn from(error: CompareError) -> Self {
+        let (code, expected, fix) = match &error {
+            CompareError::Unreadable { .. } => (
+                FILES,
+                "the folder of a run that has ended",
+                "name the folder that `nndd solve` wrote, such as runs/paper",
+            ),
+            CompareError::NotAReport { .. } | CompareError::OtherSchema { .. } => {
+                (FILES, "a report of this program", "solve the case again with this version of nndd")
+            }
+            CompareError::OtherBodies { .. } => (
+                INVALID_INPUT,
+                "the same bodies in the same order",
+                "compare two runs of one case, with other settings",
+            ),
+        };
+        Self::plain(code, format!("{error}\n  expected: {expected}\n  fix: {fix}"))
     }
 }
 

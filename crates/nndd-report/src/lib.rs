@@ -16,6 +16,7 @@
 //! | look at the result in memory | [`files::report`], [`view`] |
 //! | say how it ended, in two sentences | [`verdict::verdict`] |
 //! | compare values of one setting | [`sweep::sweep`] |
+//! | compare two runs | [`compare::compare`] |
 //! | bound the error of another code's field | [`certify::certify`], [`certify::of_fields`] |
 //! | answer how much memory there is, as a [`Host`] | [`memory_limit::smallest`] |
 //! | convert the settings of a case to the library's | [`convert::settings`] |
@@ -57,6 +58,7 @@ mod adapt;
 mod body_fields;
 pub mod certify;
 pub mod check;
+pub mod compare;
 pub mod convert;
 mod corners;
 mod curves;
