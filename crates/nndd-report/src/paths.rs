@@ -104,7 +104,8 @@ pub(crate) fn all<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>) -> V
 
 /// Draws every path.
 pub(crate) fn pictures<S: ReportSpace>(case: &Case<S>, all: &[Vec<PathRow>]) -> Vec<Picture> {
-    let labels = Labels { units: case.units.clone(), of_solids: S::DIM == 3 };
+    // Lengths and stresses have the same labels in the plane and of solids.
+    let labels = Labels { units: case.units.clone(), ..Labels::default() };
     let picture = |(path, rows): (&OutputPath<S>, &Vec<PathRow>)| {
         let outside = rows.iter().filter(|row| row.found.is_none()).count();
         let mut caption = "The recovered stress: a smooth picture of the stress in equilibrium. It is no bound of the stress at a point.".to_owned();
