@@ -64,7 +64,7 @@ fn unknown_keys_get_the_nearest_name() {
     );
     refused(
         "[output]\nzzz = 1",
-        "c.toml:16:1: unknown key `zzz` in `output`; expected only the keys `directory`, `vtu`; help: take it out",
+        "c.toml:16:1: unknown key `zzz` in `output`; expected only the keys `directory`, `vtu`, `path`; help: take it out",
     );
     // No key is listed twice.
     refused(
