@@ -14,7 +14,7 @@ YOUNG, POISSON = 1000.0, 0.3
 
 
 def pulled(basis: Any, held: np.ndarray, c: float) -> tuple[np.ndarray, Any]:
-    """Solve in scikit-fem for a body that is pulled in x on its right side, by c times the last coordinate; also return the stiffness."""
+    """Solve in scikit-fem for a body pulled in x on its right side, by c times the last coordinate; also return the stiffness."""
     import skfem
     from skfem.helpers import ddot, eye, sym_grad, trace
     from skfem.models.elasticity import lame_parameters

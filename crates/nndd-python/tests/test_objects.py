@@ -64,21 +64,27 @@ def every_key() -> nndd.Problem:
     mesh = arrays_of(nndd.Mesh.block((0, 0), (1, 1), (2, 2)))
     ply = nndd.Material.orthotropic(3.0, 1.0, 0.2, 0.5, angle=30, young_3=1.0, poisson_13=0.2, poisson_23=0.2)
     sheet = nndd.Material.of_stiffness(np.eye(3), name="sheet")
-    body = nndd.Body(mesh, STEEL, "a", region="r", body_force=(0, -1), merge=True, duplicate_interface=True)
+    steel = STEEL.having(expansion=1e-5, density=1.0, limit=5.0)
+    body = nndd.Body(mesh, steel, "a", region="r", body_force=(0, -1), merge=True, duplicate_interface=True)
     body.side("s", box={"x": (0, 1)}, facing=(0, 1), within=10, circle=((0, 0), 1)).side("p", point=(0, 0))
     body.fix("p").displace("left", ux=0.0, uy=0.0, normal=0.0, part={"x": (0, 1)}, name="push")
     body.load("right", (0, 1)).load("right", pressure=1.0, part={"y": (0, 1)}, name="pull")
     body.rigid("top", ux=0, uy=0, rotation=0, force=(0, 1), moment=1, about=(0, 0), part={"x": (0, 1)}, name="plate")
+    body.spring("left", 1.0, along=(1, 0), rest=0.1, part={"x": (0, 1)}, name="bed").warm("x", name="warm")
     body.curve("top", "arc").region(ply, group="g").region(sheet, box={"x": (0, 1)})
     other = nndd.Body(nndd.Mesh.block((0, 0), (1, 1), (2, 2)), STEEL, "b")
     wall = nndd.Obstacle.plane((0, 0), (0, 1), ux=0, uy=0, rotation=0, force=(0, 1), moment=1, about=(0, 0))
     contacts = [
         nndd.Contact(body, other, ("top", "bottom"), gap=0, friction=nndd.Friction.coulomb(0.3), normal=(0, 1), imposed="first"),
+        nndd.Contact(body, other, ("top", "bottom"), gap="geometric", interference=True),
+        nndd.Contact(body, other, ("top", "bottom"), law="bonded", offset=(0, 1)),
         nndd.Contact(body, wall, "bottom", motion=(0, 1), friction=nndd.Friction.tresca(1.0), name="wall"),
         nndd.Contact(body, nndd.Obstacle.circle((0, 0), 1, side="inside", ux=0), "right"),
     ]
     steps = [nndd.Step({"push": 1.0}, count=2)]
-    return nndd.Problem([body, other], contacts, steps=steps, thickness=2.0, title="all", units=("mm", "N"))
+    spin = {"speed": 1.0, "point": (0, 0)}
+    more = {"rotation": spin, "acceleration": (0, -1), "thickness": 2.0, "title": "all", "units": ("mm", "N")}
+    return nndd.Problem([body, other], contacts, steps=steps, **more)
 
 
 def test_every_key_of_the_page_has_its_object() -> None:

@@ -553,8 +553,8 @@ class Contact:
     surfaces : str or sequence
         A side of each of the bodies; each may be a list of sides.
     gap : number, expression, (n,) array, function or "geometric", optional
-        Initial gap, m, negative for an interference: an array has a value at each node of the first body's mesh; "geometric" is measured
-        between the meshes. By default the surfaces must touch.
+        Initial gap, m, negative for an interference: an array has a value at each node of the first body's mesh; "geometric" is
+        measured between the meshes. By default the surfaces must touch.
     interference : bool, optional
         Keeps a drawn overlap as a negative gap, which is then measured.
     friction : Friction, optional
