@@ -112,7 +112,8 @@ def test_functions_have_their_places() -> None:
     case["body"][0]["body_force"] = [lambda x, y: x, 0.0]
     error = refused(case)
     assert (error.place, error.expected) == ("body.0.body_force", "a number, or an expression in x and y")
-    assert "is a function" in error.found
+    # A function becomes values at the nodes of a side, and this acts inside.
+    assert "takes no values at nodes" in error.found
     both = blocks()
     both.bodies[0].load("left", vector=lambda x, y: x)  # type: ignore[arg-type]
     error = refused(both)

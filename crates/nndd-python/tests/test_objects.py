@@ -83,8 +83,9 @@ def every_key() -> nndd.Problem:
     ]
     steps = [nndd.Step({"push": 1.0}, count=2)]
     spin = {"speed": 1.0, "point": (0, 0)}
-    more = {"rotation": spin, "acceleration": (0, -1), "thickness": 2.0, "title": "all", "units": ("mm", "N")}
-    return nndd.Problem([body, other], contacts, steps=steps, **more)
+    problem = nndd.Problem([body, other], contacts, steps=steps, thickness=2.0, title="all", units=("mm", "N"))
+    problem.rotation, problem.acceleration = spin, (0, -1)
+    return problem
 
 
 def test_every_key_of_the_page_has_its_object() -> None:
