@@ -122,6 +122,12 @@ fn other_loads_are_other_problems_and_curves_follow_their_mesh() {
     printed(&found, "intervals are of different problems and need not meet");
     let b = solved(&temp, "method", "tresca", &["solver.qp=\"active-set\"", "estimator.relaxation=3"]);
     assert_eq!(compare([&a, &b]).unwrap().problems, Problems::Same);
+    // Data that are not linear are other data on a finer mesh.
+    let curved = "body.0.displacement.0.uy=\"-0.02 - 0.001*x^2\"";
+    let cells = ["body.0.generator.cells=[36,18]", "body.1.generator.cells=[36,18]"];
+    let a = solved(&temp, "curved", "tresca", &[curved]);
+    let b = solved(&temp, "curved-finer", "tresca", &[curved, cells[0], cells[1]]);
+    assert_eq!(compare([&a, &b]).unwrap().problems, Problems::OtherMeshes);
     // The polygon of a ring is another body on a finer mesh.
     let a = solved(&temp, "rings", "rings", &[]);
     let b = solved(

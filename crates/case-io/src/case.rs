@@ -25,6 +25,7 @@ mod inside;
 mod matching;
 mod materials;
 mod mesh_files;
+mod names;
 mod pair_notes;
 mod part;
 mod path;

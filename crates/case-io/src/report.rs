@@ -24,7 +24,7 @@ pub use results::{
 pub use spin::Spin;
 pub use sweep::{SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use thiserror::Error;
 
@@ -61,8 +61,7 @@ impl From<NotFinite> for ReportError {
 }
 
 /// The whole report.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// [`SCHEMA`].
     pub schema: u32,
@@ -101,8 +100,7 @@ pub struct Report {
 }
 
 /// A load step.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepSummary {
     /// Its number, from 1.
     pub step: usize,
@@ -132,8 +130,7 @@ impl StepSummary {
 }
 
 /// How a run ended.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// One word, such as `converged`.
     pub word: String,
@@ -144,8 +141,7 @@ pub struct Status {
 }
 
 /// One iteration.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct IterationRow {
     /// From 1.
     pub iteration: usize,
@@ -177,8 +173,7 @@ pub struct IterationRow {
 }
 
 /// One adaptive step.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AdaptiveRow {
     /// From 1.
     pub step: usize,
@@ -206,8 +201,7 @@ pub struct AdaptiveRow {
 }
 
 /// Disjoint wall times that add up to `total`, s.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timings {
     /// Reading or generating meshes.
     pub mesh: f64,
@@ -234,11 +228,10 @@ impl Report {
         to_json(self)
     }
 
-    /// Reads a report, with the feature `read-report`.
+    /// Reads a report.
     ///
     /// # Errors
     /// Not JSON, or not a report.
-    #[cfg(feature = "read-report")]
     pub fn from_json(text: &str) -> Result<Self, ReportError> {
         Ok(serde_json::from_str(text)?)
     }

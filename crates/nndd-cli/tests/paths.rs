@@ -56,6 +56,9 @@ circle = { centre = [1.0, 1.0], radius = 0.5 }
 points = 8
 "#;
 
+/// A name too long for a file.
+const LONG: &str = "\"aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\"";
+
 /// A cube under a pressure of 3 on a plane.
 const CUBE: &str = r#"
 schema = 1
@@ -150,13 +153,49 @@ fn a_uniform_stress_is_written_along_lines_and_circles() {
 }
 
 #[test]
+fn a_point_just_outside_has_the_values_of_the_cell_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    // The cells are a quarter high: a tenth of that is beside them.
+    let path = |name: &str, y: f64| {
+        format!("[[output.path]]\nname = \"{name}\"\nfrom = [0.1, {y}]\nto = [1.9, {y}]\npoints = 7\n")
+    };
+    let done = solve(&format!("{BLOCKS}{}{}", path("beside", -0.024), path("away", -0.026)), folder.path());
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    let (_, beside) = table(&folder.path().join("out/path-beside.csv"));
+    for row in &beside {
+        assert_eq!(row[3], "lower");
+        assert_near(&row[5], 6e-3 * 0.024, "uy");
+        assert_near(&row[7], -6.0, "stress_yy");
+    }
+    let (_, away) = table(&folder.path().join("out/path-away.csv"));
+    assert!(away.len() == 7 && away.iter().all(|row| row[3].is_empty()), "{away:?}");
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(page.contains("7 of 7 points are outside of all bodies"));
+}
+
+#[test]
+fn a_limit_with_which_nothing_is_compared_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = BLOCKS.replacen("plane_stress", "plane_strain", 1).replacen(
+        "young = 2000.0\npoisson = 0.25",
+        "stiffness = [[2000.0, 0.0, 0.0], [0.0, 2000.0, 0.0], [0.0, 0.0, 1000.0]]",
+        1,
+    );
+    let done = solve(&text, folder.path());
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    let said = std::fs::read_to_string(folder.path().join("out/report.json")).unwrap().replace("\\\"", "\"");
+    assert!(said.contains("material \"hard\": nothing is compared with its limit 4"), "{said}");
+    assert!(said.contains("material \"soft\": the largest recovered von Mises stress is"), "{said}");
+}
+
+#[test]
 fn limits_are_compared_with_the_largest_stress() {
     let folder = tempfile::tempdir().unwrap();
     let done = solve(BLOCKS, folder.path());
     let said = String::from_utf8_lossy(&done.stderr);
     let text = std::fs::read_to_string(folder.path().join("out/report.json")).unwrap();
     let report: Value = serde_json::from_str(&text).unwrap();
-    let limits = report["results"]["limits"].as_array().unwrap();
+    let limits = report["results"]["stress_limits"].as_array().unwrap();
     for (found, (material, share)) in limits.iter().zip([("soft", 0.75), ("hard", 1.5)]) {
         assert_eq!(found["material"], material);
         assert!((found["share"].as_f64().unwrap() - share).abs() < 1e-9, "{found}");
@@ -191,15 +230,20 @@ fn an_arc_in_space_turns_around_its_axis() {
 #[test]
 fn wrong_paths_are_refused_with_their_place() {
     for (from, to, said) in [
-        ("to = [0.3, 0.0]", "to = [0.3, 2.5]", "`output.path.0.to` is the point `from`"),
+        ("to = [0.3, 0.0]", "to = [0.3, 2.5]", "the line from `from` to `to` has the length 0"),
+        ("to = [0.3, 0.0]", "to = [1e300, 0.0]", "the line from `from` to `to` has the length"),
         ("to = [0.3, 0.0]\n", "", "`output.path.0.to` is missing"),
         ("points = 11", "points = 1", "`output.path.0.points` is 1"),
         ("points = 11", "points = 1000000", "at most 100000"),
-        ("\"a ring\"", "\"Down\"", "is the name of two paths"),
+        ("\"a ring\"", "\"Down\"", "\"Down\" cannot name this path"),
+        ("\"a ring\"", "\" \"", "cannot name this path"),
+        ("\"a ring\"", LONG, "cannot name this path"),
         ("name = \"a ring\"\n", "", "`output.path.1.name` is missing"),
         ("radius = 0.5", "radius = 0.0", "a number > 0"),
         ("radius = 0.5", "radius = 0.5, axis = [0, 0, 1]", "axis"),
-        ("radius = 0.5", "radius = 0.5, angles = [30, 30]", "two equal angles"),
+        ("radius = 0.5", "radius = 1e300", "a number > 0"),
+        ("radius = 0.5", "radius = 0.5, angles = [30, 30]", "an arc of 0 degrees"),
+        ("radius = 0.5", "radius = 0.5, angles = [0, 1e300]", "at most 360 degrees apart"),
         ("points = 8", "to = [1.0, 1.0]", "both a circle and the ends of a line"),
         ("limit = 8.0", "limit = 0.0", "a stress > 0"),
     ] {

@@ -118,12 +118,13 @@ fn write_files<S: ReportSpace>(
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
     }
-    for (path, rows) in case.paths.iter().zip(paths::all(case, solution)) {
-        put(&paths::file(path), &table::path_csv(&rows)?)?;
+    let paths = paths::all(case, solution);
+    for (path, rows) in case.paths.iter().zip(&paths) {
+        put(&paths::file(path), &table::path_csv(rows)?)?;
     }
     // The figures need no file, the fields need no figure.
     let (pictures, fields) = rayon::join(
-        || view::pictures(case, solved, report),
+        || view::drawn(case, solved, report, &contact, &paths),
         || write_fields(case, solved, report, directory),
     );
     fields?;

@@ -4,7 +4,6 @@ mod rigid;
 
 use crate::check::{self, MOST_NAMED, NamedMotion};
 use crate::convert;
-use crate::limits;
 use crate::solved::{Fields, RunResult, Solved};
 use crate::space::ReportSpace;
 use crate::verdict::is_round_off;
@@ -205,7 +204,6 @@ fn of_fields<S: ReportSpace>(case: &Case<S>, fields: &Fields<'_, S>, estimate: &
         }
     }
     notes.extend(S::notes_on_results(case, fields));
-    notes.extend(limits::notes(case, fields));
     notes
 }
 

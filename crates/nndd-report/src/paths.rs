@@ -12,7 +12,7 @@ use fem_core::body::Body;
 use fem_core::geometry::Coordinates;
 use fem_core::mesh::cell_tree::{CellAt, CellTree};
 
-/// A point belongs to a body if it is this far outside of it, as a part of the body's size.
+/// A point belongs to a body if it is at most this far outside of a cell, as a part of the body's size.
 const INSIDE: f64 = 1e-9;
 /// A point outside of all bodies has the values of the nearest cell if it is less than this part of the cell's height away: meshes have chords
 /// for arcs.
@@ -112,9 +112,8 @@ pub(crate) fn pictures<S: ReportSpace>(case: &Case<S>, all: &[Vec<PathRow>]) -> 
         if outside > 0 {
             caption += &format!(" {outside} of {} points are outside of all bodies.", path.points);
         }
-        let stem = path.file_stem();
         Picture {
-            name: format!("path-{stem}"),
+            name: stem(path),
             svg: plot::path(&path.name, rows, path.points, &labels),
             caption,
             numbers: Some(file(path)),
@@ -126,5 +125,10 @@ pub(crate) fn pictures<S: ReportSpace>(case: &Case<S>, all: &[Vec<PathRow>]) -> 
 
 /// Names the file of a path.
 pub(crate) fn file<S: ReportSpace>(path: &OutputPath<S>) -> String {
-    format!("path-{}.csv", path.file_stem())
+    format!("{}.csv", stem(path))
+}
+
+/// Names the figure of a path.
+fn stem<S: ReportSpace>(path: &OutputPath<S>) -> String {
+    format!("path-{}", path.file_stem())
 }

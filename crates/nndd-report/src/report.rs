@@ -1,10 +1,10 @@
 //! From a solution to the rows and tables of report.json.
 
-use crate::limits;
 use crate::motion;
 use crate::notes;
 use crate::solved::{Fields, Solved};
 use crate::space::ReportSpace;
+use crate::stress_limits;
 use case_io::Case;
 use case_io::case::Factors;
 use case_io::report::{
@@ -79,6 +79,8 @@ pub(crate) fn report<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, run: Ma
         }
     });
     let contact = (0..solution.problem.contacts.len()).map(|k| contact_summary(case, solution, k));
+    let results = results(case, solution, solved.peak_change);
+    let limits = stress_limits::notes(case, &results);
     Report {
         schema: SCHEMA,
         status: solved.status.clone(),
@@ -92,10 +94,10 @@ pub(crate) fn report<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, run: Ma
             ..certificate(case, solution)
         }),
         coulomb: solved.answer.coulomb().map(coulomb),
-        results: results(case, solution, solved.peak_change),
+        results,
         adaptive: solved.adaptive.clone(),
         steps: solved.steps.iter().map(|step| step.summary.clone()).collect(),
-        notes: notes::of_report(case, solved),
+        notes: [notes::of_report(case, solved), limits].concat(),
         timings: Timings::default(),
         run,
     }
@@ -291,7 +293,7 @@ fn results<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, change: Opt
             });
             PrincipalStresses { smallest, largest }
         }),
-        limits: limits::found(case, solution),
+        stress_limits: stress_limits::found(case, solution),
     }
 }
 

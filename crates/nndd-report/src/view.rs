@@ -1,6 +1,7 @@
 //! Looks at a solution in memory: the arrays that the tables and the ParaView files have, and the figures.
 
 use crate::body_fields::{AT_POINTS, BodyFields, IN_CELLS};
+use crate::figures::NamedRows;
 use crate::paraview;
 use crate::paths;
 use crate::report;
@@ -8,7 +9,7 @@ use crate::solved::Solved;
 use crate::space::ReportSpace;
 use case_io::Case;
 use case_io::report::Report;
-use case_io::table::ContactRow;
+use case_io::table::{ContactRow, PathRow};
 use fem_core::interface::ContactProblem;
 use mesh_io::vtu::{VtuArray, VtuData, VtuMesh};
 use serde_json::Value;
@@ -61,8 +62,19 @@ pub fn pictures<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, report: &Rep
     let pairs = case.contacts.iter().enumerate();
     let contact: Vec<(&str, Vec<ContactRow>)> =
         pairs.map(|(k, pair)| (pair.name.as_str(), report::contact_rows(fields, k))).collect();
+    drawn(case, solved, report, &contact, &paths::all(case, fields))
+}
+
+/// Draws the figures from the rows of contact.csv and of the paths.
+pub(crate) fn drawn<S: ReportSpace>(
+    case: &Case<S>,
+    solved: &Solved<S>,
+    report: &Report,
+    contact: &NamedRows<'_>,
+    paths: &[Vec<PathRow>],
+) -> Vec<Picture> {
     let seen: Vec<Value> = solved.steps.iter().filter_map(|step| step.view.clone()).collect();
-    let mut pictures = S::pictures(case, fields, (&contact, &seen), report);
-    pictures.extend(paths::pictures(case, &paths::all(case, fields)));
+    let mut pictures = S::pictures(case, &solved.answer.fields(), (contact, &seen), report);
+    pictures.extend(paths::pictures(case, paths));
     pictures
 }

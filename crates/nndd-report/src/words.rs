@@ -60,9 +60,14 @@ pub fn raised(x: f64, digits: usize) -> f64 {
     outward(x, digits, true)
 }
 
+/// The nearest number of this many significant digits that is not above a bound.
+pub(crate) fn lowered(x: f64, digits: usize) -> f64 {
+    outward(x, digits, false)
+}
+
 /// Four significant digits of a bound, none of them smaller than the bound itself.
 pub fn rounded_up(x: f64) -> String {
-    let value = outward(x, 4, true);
+    let value = raised(x, 4);
     if value == 0.0 || !(1e-3..1e4).contains(&value.abs()) {
         return if value == 0.0 { "0".into() } else { format!("{value:.3e}") };
     }
@@ -116,12 +121,12 @@ pub fn with_digits(x: f64, digits: usize) -> String {
 
 /// Seven significant digits of a lower bound, rounded down.
 pub(crate) fn at_least(x: f64) -> String {
-    short(outward(x, 7, false))
+    short(lowered(x, 7))
 }
 
 /// Seven significant digits of an upper bound, rounded up.
 pub fn at_most(x: f64) -> String {
-    short(outward(x, 7, true))
+    short(raised(x, 7))
 }
 
 /// Says whether a character would command a terminal.

@@ -2,16 +2,18 @@
 
 use super::body::file_stem;
 use super::dimension::Keys;
+use super::names::Names;
 use super::{Dimension, inside};
 use crate::case_file::Reader;
-use fem_core::geometry::Coordinates;
+use fem_core::geometry::{Coordinates, shown};
 use fem_core::space::{Plane, Space};
 use serde_json::{Value as Json, json};
-use std::collections::HashSet;
 
 /// The number of points by default, and the largest one.
 const POINTS: usize = 200;
 const MOST_POINTS: usize = 100_000;
+/// The longest length, m: its square is finite.
+const LONGEST: f64 = 1e100;
 
 /// `[[output.path]]`: points at equal distances, at which displacement and stress are written.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,18 +111,15 @@ fn across<S: Space>(axis: Option<S::Vector>) -> [S::Vector; 2] {
 
 /// Reads `[[output.path]]`.
 pub(super) fn paths<S: Keys>(r: &mut Reader<'_>) -> Vec<OutputPath<S>> {
-    let mut stems = HashSet::new();
+    let mut names = Names::default();
     let mut found = Vec::new();
     for mut table in r.tables("path").unwrap_or_default() {
         table.require(&["name"]);
         let name = table.string("name").unwrap_or_default();
-        if table.has("name") && !stems.insert(file_stem(&name).to_lowercase()) {
-            let message = format!(
-                "`{}` is the name of two paths, or differs in signs that file names do not have",
-                table.path_of("name")
-            );
-            table.refuse("name", message, "a name for each path", "choose another name");
+        if table.has("name") {
+            names.check(&table, &name, "path", "choose another name");
         }
+        names.take(&name);
         let points = table.count("points", 2).unwrap_or(POINTS);
         if points > MOST_POINTS {
             let message = format!("`{}` is {points}", table.path_of("points"));
@@ -143,8 +142,9 @@ fn course<S: Keys>(r: &mut Reader<'_>) -> Option<Course<S>> {
     if !r.has("circle") {
         r.require(&["from", "to"]);
         let (from, to) = (r.axes::<S>("from")?, r.axes::<S>("to")?);
-        if !((S::vector(&to) - S::vector(&from)).length() > 0.0) {
-            let message = format!("`{}` is the point `from`", r.path_of("to"));
+        let length = (S::vector(&to) - S::vector(&from)).length();
+        if !(length > 0.0 && length < LONGEST) {
+            let message = format!("the line from `from` to `to` has the length {}", shown(length));
             r.refuse("to", message, "two points", "write the other end of the line there");
         }
         return Some(Course::Line { from, to });
@@ -162,11 +162,17 @@ fn circle<S: Keys>(mut r: Reader<'_>) -> Option<Course<S>> {
     let in_space = S::COORDINATES.len() == 3;
     r.require(if in_space { &["centre", "radius", "axis"] } else { &["centre", "radius"] });
     let centre = r.axes::<S>("centre");
-    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
+    let radius = r.number_where("radius", |radius| radius > 0.0 && radius < LONGEST, "a number > 0");
     let angles = r.pair("angles").unwrap_or([0.0, 360.0]);
-    if angles[0] == angles[1] {
-        let message = format!("`{}` has two equal angles", r.path_of("angles"));
-        r.refuse("angles", message, "two angles in degrees", "leave it out for the whole circle");
+    let turn = (angles[1] - angles[0]).abs();
+    if !(turn > 0.0 && turn <= 360.0) {
+        let message = format!("`{}` is an arc of {} degrees", r.path_of("angles"), shown(turn));
+        r.refuse(
+            "angles",
+            message,
+            "two angles, at most 360 degrees apart",
+            "leave it out for the whole circle",
+        );
     }
     let mut axis = None;
     if in_space {

@@ -2,6 +2,7 @@
 
 use super::body::file_stem;
 use super::dimension::{Keys, refuse_foreign};
+use super::names::LONGEST_NAME;
 use super::regions::regions;
 use super::springs::spring;
 use super::{
@@ -70,9 +71,6 @@ fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> Bo
         curves,
     }
 }
-
-/// Bytes of the name of a body, at most: it also names files.
-const LONGEST_NAME: usize = 100;
 
 /// Checks that a name can name a file that no other has, on a file system that ignores case too.
 ///

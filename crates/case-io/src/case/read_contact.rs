@@ -1,17 +1,14 @@
 //! The `[[contact]]` tables.
 
-use super::body::file_stem;
 use super::contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
 use super::dimension::{Keys, refuse_foreign};
+use super::names::Names;
 use super::side::{Cylinder, cylinder_keys, has_point, joined, up};
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};
 use mesh_io::words::listed;
-use std::collections::{BTreeSet, HashMap, HashSet};
-
-/// Bytes of the name of a pair, at most: it also names files.
-const LONGEST_NAME: usize = 100;
+use std::collections::{BTreeSet, HashMap};
 
 /// The key of a rotation.
 const ROTATION: &str = "rotation";
@@ -39,11 +36,7 @@ pub(super) fn contacts<S: Keys>(root: &mut Reader<'_>, bodies: &mut [BodyCase<S>
         let mut contact = contact(&mut r, (bodies, &numbers), only, path);
         match r.string("name") {
             Some(name) => {
-                if name.trim().is_empty() || name.len() > LONGEST_NAME || names.has(&name) {
-                    let message = format!("{} cannot name this pair", excerpt(&name));
-                    let expected = "a name of at most 100 bytes that no other pair has, not only in case, blanks or signs";
-                    r.refuse("name", message, expected, "rename it, or leave `name` out");
-                }
+                names.check(&r, &name, "pair", "rename it, or leave `name` out");
                 (contact.name, contact.named) = (name, true);
             }
             None => contact.name = names.free(std::mem::take(&mut contact.name)),
@@ -62,42 +55,6 @@ pub(super) fn contacts<S: Keys>(root: &mut Reader<'_>, bodies: &mut [BodyCase<S>
         found.push(contact);
     }
     found
-}
-
-/// The names of the pairs, as stems of file names.
-#[derive(Default)]
-struct Names {
-    stems: HashSet<String>,
-    /// The number that is tried next for a name without one.
-    next: HashMap<String, usize>,
-}
-
-impl Names {
-    fn stem(name: &str) -> String {
-        file_stem(name).to_lowercase()
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.stems.contains(&Self::stem(name))
-    }
-
-    fn take(&mut self, name: &str) {
-        self.stems.insert(Self::stem(name));
-    }
-
-    /// Adds the first number to a name that makes it free.
-    fn free(&mut self, name: String) -> String {
-        if !self.has(&name) {
-            return name;
-        }
-        let mut number = self.next.get(&name).copied().unwrap_or(2);
-        while self.has(&format!("{name}-{number}")) {
-            number += 1;
-        }
-        let free = format!("{name}-{number}");
-        self.next.insert(name, number + 1);
-        free
-    }
 }
 
 /// The number of each body by its name, the first one if there are two.

@@ -1,11 +1,10 @@
 //! The bodies of a report.
 
 use super::Spin;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The size of a body.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BodySummary {
     /// Its name.
     pub name: String,
@@ -28,8 +27,7 @@ pub struct BodySummary {
 }
 
 /// The number of cells of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CellCount {
     /// In the plane.
@@ -54,8 +52,7 @@ impl CellCount {
 }
 
 /// The motion of a rigid side, and the force that moves it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RigidSideSummary {
     /// The group of facets.
     pub on: String,
@@ -70,8 +67,7 @@ pub struct RigidSideSummary {
 }
 
 /// The motion of one body: `u(x) = translation + rotation × (x − centre)`; in the plane the rotation is about the z axis.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FreeMotion {
     /// Translation of the centre.
     pub translation: Vec<f64>,

@@ -1,10 +1,9 @@
 //! The certified bound, or with Coulomb friction the residual.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A certified bound; [`Certificate::default`] is the one of a run that ended before there was any.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// True if all checks hold.
     pub valid: bool,
@@ -45,8 +44,7 @@ pub struct Certificate {
 }
 
 /// A part of a load that turns a body along its contact, which resists only by the error of the polygon.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ProjectedLoad {
     /// The body's name.
     pub body: String,
@@ -59,8 +57,7 @@ pub struct ProjectedLoad {
 }
 
 /// The residual of one solution with Coulomb friction: an indicator, and no bound of the error.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Coulomb {
     /// The residual; `None` if a check of its stresses failed.
     pub e_b: Option<f64>,
@@ -90,8 +87,7 @@ pub struct Coulomb {
 }
 
 /// Lower and upper bounds of quantities of the exact solution, both bodies together.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bounds {
     /// `√a(u, u)`, the energy norm.
     pub energy_norm: Option<[f64; 2]>,
@@ -105,8 +101,7 @@ pub struct Bounds {
 }
 
 /// `discretisation² + algebraic² = e_cre²`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Split {
     /// The part of the mesh.
     pub discretisation: Option<f64>,
@@ -115,8 +110,7 @@ pub struct Split {
 }
 
 /// All parts of `e_cre`: the squares of all but `round_off` add up to `(e_cre − round_off)²`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Parts {
     /// Of the mesh: `split.discretisation`.
     pub mesh: Option<f64>,
@@ -135,8 +129,7 @@ pub struct Parts {
 }
 
 /// Residuals of admissibility, relative to the largest force.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checks {
     /// Equilibrium in the triangles.
     pub equilibrium: Option<f64>,

@@ -1,11 +1,10 @@
 //! The contact interfaces of a report.
 
 use super::Spin;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A contact interface.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactSummary {
     /// Its name.
     #[serde(default)]
@@ -64,8 +63,7 @@ pub struct ContactSummary {
 }
 
 /// What a contact line of the plane has alone.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactLine {
     /// Length, m.
     pub length: f64,
@@ -76,8 +74,7 @@ pub struct ContactLine {
 }
 
 /// What a contact surface of solids has alone.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactSurface {
     /// The area in contact from both sides.
     pub area: SurfaceArea,
@@ -86,8 +83,7 @@ pub struct ContactSurface {
 }
 
 /// The area in contact: it lies between `certain` and `possible`, and the mesh decides their difference.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceArea {
     /// Faces that are closed at every node, m².
     pub certain: Option<f64>,
@@ -98,8 +94,7 @@ pub struct SurfaceArea {
 }
 
 /// A connected part of a contact surface: closed nodes that faces join.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SurfacePatch {
     /// Its faces that are closed at every node, m².
     pub area: f64,
@@ -110,8 +105,7 @@ pub struct SurfacePatch {
 }
 
 /// Friction along a contact interface.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrictionSummary {
     /// `tresca` or `coulomb`.
     pub law: String,
@@ -132,8 +126,7 @@ pub struct FrictionSummary {
 }
 
 /// Where a contact line of the plane sticks and slips.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrictionLine {
     /// Stretches in contact that stick, by arc length, m.
     pub stick_intervals: Vec<[f64; 2]>,
@@ -142,8 +135,7 @@ pub struct FrictionLine {
 }
 
 /// How much of a contact surface of solids sticks and slips: the areas that belong to its nodes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrictionSurface {
     /// Of nodes in contact that stick, m².
     pub stick_area: f64,
@@ -152,8 +144,7 @@ pub struct FrictionSurface {
 }
 
 /// One stretch of the contact line.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactStretch {
     /// Arc length of its first and last pair, m.
     pub s: [f64; 2],

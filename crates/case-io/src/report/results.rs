@@ -1,12 +1,11 @@
 //! The numbers engineers ask for.
 
 use super::ContactStretch;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The numbers engineers ask for. [`Results::default`] belongs to a run that ended before it had any: an empty list is a result, `null`
 /// means that there is no result.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// `a(u, u)` of each body; springs have no part in it.
     pub energy_norm_squared: Option<Vec<f64>>,
@@ -42,14 +41,13 @@ pub struct Results {
     /// Extreme principal stresses of the recovered stress; in the plane those in the plane.
     #[serde(default)]
     pub principal_stress: Option<PrincipalStresses>,
-    /// The largest recovered stress of each material with a limit; left out without limits.
+    /// The largest recovered stress of each material with a limit, as far as it is known; left out without limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub limits: Option<Vec<StressLimit>>,
+    pub stress_limits: Option<Vec<StressLimit>>,
 }
 
 /// The largest equivalent stress of a material beside its limit.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StressLimit {
     /// Name of the material.
     pub material: String,
@@ -71,8 +69,7 @@ pub struct StressLimit {
 }
 
 /// The smallest and the largest principal stress of the recovered stress.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PrincipalStresses {
     /// The smallest one: the largest compression, if negative.
     pub smallest: PrincipalStress,
@@ -81,8 +78,7 @@ pub struct PrincipalStresses {
 }
 
 /// A principal stress, and its place.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PrincipalStress {
     /// The stress, Pa, tension positive.
     pub value: f64,
@@ -98,8 +94,7 @@ pub struct PrincipalStress {
 }
 
 /// The results of contact lines.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LineResults {
     /// Stretches in contact, by arc length, m.
     pub contact_intervals: Option<Vec<[f64; 2]>>,
@@ -109,8 +104,7 @@ pub struct LineResults {
 }
 
 /// The largest equivalent stress of the recovered stress, and its place.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PeakStress {
     /// The stress, Pa.
     pub von_mises: f64,
@@ -128,8 +122,7 @@ pub struct PeakStress {
 }
 
 /// The reaction of one support, or the force of springs, N/m, of solids N.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reaction {
     /// Name of the body.
     pub body: String,

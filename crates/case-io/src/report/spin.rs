@@ -1,10 +1,9 @@
 //! Rotations, moments and forces of friction.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A rotation, a moment or a force of friction: a number in the plane, the components of a vector in space.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Spin {
     /// About the z axis, positive counter-clockwise; friction along the tangent.

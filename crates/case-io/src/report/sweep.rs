@@ -1,15 +1,14 @@
 //! `sweep.json`: the runs of a sweep, and of what.
 
 use super::{IterationRow, ReportError, to_json};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// The version of sweep.json that this crate writes.
 pub const SWEEP_SCHEMA: u32 = 1;
 
 /// One run of a sweep.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SweepRow {
     /// The swept value as TOML.
     pub value: String,
@@ -26,8 +25,7 @@ pub struct SweepRow {
 }
 
 /// The runs with one set of other settings.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SweepPanel {
     /// The settings against the case, `KEY=VALUE`.
     pub settings: Vec<String>,
@@ -41,8 +39,7 @@ pub struct SweepPanel {
 }
 
 /// A sweep.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweepReport {
     /// [`SWEEP_SCHEMA`].
     pub schema: u32,

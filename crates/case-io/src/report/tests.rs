@@ -79,7 +79,6 @@ fn a_report_of_solids_has_three_components_and_no_contact_line() {
     assert!(results.get("contact_intervals").is_none());
 }
 
-#[cfg(feature = "read-report")]
 #[test]
 fn a_report_comes_back_as_it_was() {
     let report = sample("abc");
@@ -141,7 +140,6 @@ fn with_coulomb_friction_there_is_no_certificate() {
     let mut report = sample("abc");
     (report.certificate, report.coulomb) = (None, Some(Coulomb::default()));
     let text = report.to_json().unwrap();
-    #[cfg(feature = "read-report")]
     assert_eq!(Report::from_json(&text).unwrap(), report);
     let value: Value = serde_json::from_str(&text).unwrap();
     assert!(value["certificate"].is_null() && report.valid_certificate().is_none());

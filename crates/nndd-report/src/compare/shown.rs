@@ -1,7 +1,7 @@
 //! A comparison as a table for people, and as JSON.
 
 use super::{Comparison, Problems, Row, Values};
-use crate::words::{at_most, one_line, raised, seven, short, with_digits};
+use crate::words::{at_most, lowered, one_line, raised, seven, short, with_digits};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -104,7 +104,7 @@ fn values(values: &Values) -> [String; 2] {
 
 /// Writes an interval, rounded outwards.
 fn interval([low, high]: [f64; 2]) -> String {
-    format!("[{}, {}]", short(0.0 - raised(-low, DIGITS)), short(raised(high, DIGITS)))
+    format!("[{}, {}]", short(lowered(low, DIGITS)), short(raised(high, DIGITS)))
 }
 
 /// Cuts a line that is too wide.

@@ -16,7 +16,7 @@ const HEIGHT: f64 = 190.0 * PIXEL;
 
 /// Draws the stresses above and the size of the displacement below, a line for each stretch in a body.
 ///
-/// * `count`: the number of points of the path.
+/// * `count`: the number of points of the path, at least 2.
 pub(crate) fn path(name: &str, rows: &[PathRow], count: usize, labels: &Labels) -> String {
     let mut bodies: Vec<&str> = Vec::new();
     for found in rows.iter().filter_map(|row| row.found.as_ref()) {
@@ -24,7 +24,7 @@ pub(crate) fn path(name: &str, rows: &[PathRow], count: usize, labels: &Labels) 
             bodies.push(&found.body);
         }
     }
-    let step = rows.last().map_or(0.0, |row| row.s) / count.max(2).saturating_sub(1) as f64;
+    let step = rows.last().map_or(0.0, |row| row.s) / (count - 1) as f64;
     let series = |look: Look, value: &dyn Fn(&PathValues) -> Option<f64>| {
         let mut points = Vec::with_capacity(rows.len());
         for body in &bodies {
