@@ -45,6 +45,7 @@ mod overlays;
 mod paper;
 mod patch;
 mod point_supports;
+mod pretension;
 mod random_solids;
 mod reactions;
 mod recovered_pressure;

@@ -19,7 +19,7 @@ pub use contact::{
 };
 pub(crate) use finite::{NotFinite, check as check_finite};
 pub use results::{
-    LineResults, PeakStress, PrincipalStress, PrincipalStresses, Reaction, Results, StressLimit,
+    CutResult, LineResults, PeakStress, PrincipalStress, PrincipalStresses, Reaction, Results, StressLimit,
 };
 pub use spin::Spin;
 pub use sweep::{SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};

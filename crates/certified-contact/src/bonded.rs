@@ -39,6 +39,14 @@ pub(crate) fn separated<S: ContactSpace>(
             pair.roles = bonds.joined.contacts[*k].roles;
         }
     }
+    for (joined, whole) in bonds.joined.bodies.iter().enumerate() {
+        let mut found = whole.cuts().iter().map(|cut| cut.shortening);
+        for member in bonds.members(joined) {
+            let body = &mut problem.bodies[member];
+            let own: Vec<f64> = found.by_ref().take(body.cuts().len()).collect();
+            body.shorten(&own);
+        }
+    }
     let first = |body: usize| bonds.members(body).next().unwrap_or(body);
     problem.left_out = bonds.joined.left_out.clone();
     problem.left_out.iter_mut().for_each(|of| of.body = first(of.body));

@@ -2,7 +2,7 @@
 
 use crate::contact_force::{NoContactForce, contact_force};
 use cre_estimator::{Estimate, Recovery, friction};
-use fem_core::body::FacetSprings;
+use fem_core::body::{Body, FacetSprings};
 use fem_core::geometry::Coordinates;
 use fem_core::mesh::id::FacetId;
 use fem_core::prepared::PreparedProblem;
@@ -29,7 +29,7 @@ use nndd::Iterate;
 ///   reaction along it count; the rest of the traction is given and part of `ℓ`. On a curved contact line `v` is
 ///   admissible only with its lift `l`: then `J(u) ≤ J(v + l)`. With the friction of Tresca `J` gains `∫ s|w|`, `w` the slip, and the
 ///   identities hold with `½ e²` that contains `∫ (s|w| − q w)`. Springs add `½ ∫ k (v − u₀)²` to `J`, and `∫ k w²` to what `e²` bounds.
-///   The energy norm is without them.
+///   The energy norm is without them. The jump `δ e` of a cut is part of `v`: a given force `F` in it adds `−F δ` to `J`.
 /// * **Contact force** `N = ∫ p_ex` of all pairs: by virtual work on a displacement of one body that moves a whole contact line by one length
 ///   along its normal, with the mean of `τ` and `σ(v)` as the stress: `|N − ½(∫ p + W)| ≤ ½ √(e² + 2∫ p o) ‖w‖`. A body that is free to move
 ///   rigidly along that normal knows its force by equilibrium. Derivation: `src/contact_force.rs`.
@@ -68,6 +68,10 @@ impl Bounds {
                 springs.energy(&moved.stretch, body.mesh().facet_measure(facet))
             };
             stretch += 0.5 * body.facet_springs().map(of_facet).sum::<f64>();
+        }
+        for cut_work in problem.problem().bodies.iter().map(Body::cut_work) {
+            work += cut_work;
+            size += cut_work.abs();
         }
         for (amount, of) in iterate.amounts.iter().zip(problem.rigid_motions()) {
             // The load of an obstacle acts on its free motion.

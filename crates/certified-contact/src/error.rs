@@ -30,6 +30,29 @@ pub enum SolveError<S: Space = Plane> {
         /// A motion that no forces within the cones resist, with the load along it. The bodies may move otherwise.
         motion: AssemblyMotion<S>,
     },
+    /// No shortening of a cut gives the force in it.
+    #[error(
+        "no shortening of the cut \"{name}\" gives the force {force}: at {shortening:e} it is {found:e}; something must hold both ends \
+         of the bolt against it, for example a contact that the force closes"
+    )]
+    CutForce {
+        /// The cut.
+        name: String,
+        /// The given force, N/m.
+        force: f64,
+        /// The force that was found, N/m.
+        found: f64,
+        /// The shortening there, m.
+        shortening: f64,
+    },
+    /// A force in a cut needs the exact solution.
+    #[error(
+        "the force in the cut \"{name}\" is given, which needs the exact solution without the friction of Coulomb; leave the method to the program, or give a shortening"
+    )]
+    CutMethod {
+        /// The cut.
+        name: String,
+    },
     /// Bonded bodies cannot become one.
     #[error(transparent)]
     Bonds(#[from] BondError),

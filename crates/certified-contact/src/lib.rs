@@ -70,6 +70,7 @@ mod lines;
 mod means;
 mod observer;
 mod pair_forces;
+mod pretension;
 mod reactions;
 mod recovered_pressure;
 mod refine;
@@ -106,7 +107,7 @@ pub use observer::{Observer, Phase, Silent};
 pub use reactions::{Balance, Reaction, RigidSideResults, SpringForce};
 pub use recovered_pressure::recovered_pressure;
 pub use results::{
-    BondResults, FrictionResults, PairResults, PatchResults, PeakStress, PrincipalStress, Results,
+    BondResults, CutResults, FrictionResults, PairResults, PatchResults, PeakStress, PrincipalStress, Results,
 };
 pub use settings::{Criterion, Imposed, Settings, prefers_exact, suits_iteration};
 pub use solution::{CertifiedSolution, RoleReason};

@@ -91,6 +91,20 @@ pub struct FrictionResults<S: Space = Plane> {
     pub slip_intervals: Vec<[f64; 2]>,
 }
 
+/// The results of a cut.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CutResults {
+    /// The body, in the order of [`Results`].
+    pub body: usize,
+    /// Its name.
+    pub name: String,
+    /// The force in it, N/m in the plane, N in space; it pulls if it is positive.
+    pub force: f64,
+    /// Its shortening, m.
+    pub shortening: f64,
+}
+
 /// The largest von Mises stress of the recovered stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -139,6 +153,8 @@ pub struct Results<S: Space = Plane> {
     pub reactions: Vec<Reaction<S>>,
     /// Forces of the springs.
     pub springs: Vec<SpringForce<S>>,
+    /// Forces and shortenings of the cuts.
+    pub cuts: Vec<CutResults>,
     /// Motions and forces of the rigid sides.
     pub rigid_sides: Vec<RigidSideResults<S>>,
     /// Sum of loads, reactions, contact forces and springs of each body: zero to round-off.
@@ -167,7 +183,7 @@ pub(crate) fn results<S: ContactSpace>(
     let pair = &estimate.pair;
     let low = |b: usize| low.as_ref().map(|low| &low[b]);
     let (mut reactions, mut rigid_sides) = (Vec::new(), Vec::new());
-    let (mut balance, mut springs) = (Vec::new(), Vec::new());
+    let (mut balance, mut springs, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
     for (b, fields) in pair.bodies.iter().enumerate() {
         let forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
         let held = (&mut reactions, &mut rigid_sides);
@@ -179,6 +195,7 @@ pub(crate) fn results<S: ContactSpace>(
             held,
         ));
         springs.extend(spring_sides((&problem.bodies[b], b), &fields.displacement));
+        cuts.extend(cut_results((&problem.bodies[b], b), &fields.displacement));
     }
     let von_mises = |(body, fields): (&Body<S>, &AdmissibleBody<S>)| {
         let values = fields.stress.iter().enumerate();
@@ -208,6 +225,7 @@ pub(crate) fn results<S: ContactSpace>(
         contact_stretches: stretches,
         reactions,
         springs,
+        cuts,
         rigid_sides,
         balance,
         max_displacement: largest(pair.bodies.iter().flat_map(|body| &body.displacement).map(|u| norm(*u))),
@@ -222,6 +240,20 @@ pub(crate) fn results<S: ContactSpace>(
         recovered,
         peak_stress,
     }
+}
+
+/// Computes the forces in the cuts of a body.
+fn cut_results<S: Space>(
+    (body, b): (&Body<S>, usize),
+    displacement: &[S::Vector],
+) -> impl Iterator<Item = CutResults> {
+    let forces = body.cuts().iter().zip(body.cut_forces(displacement));
+    forces.map(move |(cut, force)| CutResults {
+        body: b,
+        name: cut.name.clone(),
+        force,
+        shortening: cut.shortening,
+    })
 }
 
 /// Finds the largest von Mises stress of all bodies.

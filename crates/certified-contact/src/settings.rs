@@ -1,6 +1,7 @@
 //! Settings of a solve: roles, method, and the criteria to stop.
 
 use cre_estimator::Relaxation;
+use fem_core::body::Body;
 use fem_core::boundary::ScalarData;
 use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::space::{Plane, Space};
@@ -96,7 +97,7 @@ impl<S: Space> Settings<S> {
 const FEW_ROWS: usize = 100;
 
 /// Tells whether a problem is left to the exact solution unless a method is named: one with friction, one with obstacles, one with a pair
-/// within a bonded body, and an assembly whose
+/// within a bonded body, one with a given force in a cut, and an assembly whose
 /// bodies have few rows each, unless it is the paper's problem.
 pub fn prefers_exact<S: Space>(problem: &ContactProblem<S>) -> bool {
     // Most rows are those of two bodies.
@@ -104,8 +105,10 @@ pub fn prefers_exact<S: Space>(problem: &ContactProblem<S>) -> bool {
     // Measured on one body above 1 to 64 obstacles, and on beams on rollers: with few rows newton-nn takes four times as long, with 642 to 1752 half
     // as long to twice as long.
     let on_obstacles = !problem.obstacles.is_empty();
+    // The shortening is found for the exact solution.
+    let tightened = problem.bodies.iter().any(Body::has_cut_forces);
     let within = problem.contacts.iter().any(ContactPair::<S>::is_within_a_body);
-    within || problem.has_friction() || (few || on_obstacles) && !suits_iteration(problem)
+    within || tightened || problem.has_friction() || (few || on_obstacles) && !suits_iteration(problem)
 }
 
 /// Tells whether a problem is the paper's: one pair without friction, of two bodies that their supports hold, apart from its nodes along the

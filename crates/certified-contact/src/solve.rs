@@ -6,6 +6,7 @@ use crate::defect_correction::{self, Corrected};
 use crate::error::SolveError;
 use crate::history::IterationRecord;
 use crate::observer::{Observer, Phase};
+use crate::pretension;
 use crate::results;
 use crate::settings::{Criterion, Imposed, Settings, suits_iteration};
 use crate::solution::{CertifiedSolution, RoleReason};
@@ -79,8 +80,9 @@ fn solve_joined<S: ContactSpace>(
     settings: &Settings<S>,
     observer: &mut dyn Observer<S>,
 ) -> Result<StepSolution<S>, SolveError<S>> {
+    let settings = &settings.clone().with_method(settings.method_for(&problem));
+    pretension::check(&problem, matches!(settings.method, Method::Newton(_)))?;
     let mut problem = prepare(problem, previous.bodies, observer)?;
-    let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
     let (roles, reason) = choose_roles(&problem, settings);
     for (pair, roles) in roles.into_iter().enumerate() {
         problem.set_roles(pair, roles);
@@ -132,8 +134,9 @@ fn iterate_again<S: ContactSpace>(
     settings: &Settings<S>,
     observer: &mut dyn Observer<S>,
 ) -> Result<CertifiedSolution<S>, SolveError<S>> {
+    let settings = &settings.clone().with_method(settings.method_for(&problem));
+    pretension::check(&problem, matches!(settings.method, Method::Newton(_)))?;
     let problem = prepare(problem, Vec::new(), observer)?;
-    let settings = &settings.clone().with_method(settings.method_for(problem.problem()));
     Ok(iterate(problem, reason, start, settings, observer)?.0)
 }
 
@@ -284,7 +287,7 @@ fn recheck_stop<S: Space>(
     }
 }
 
-/// Assembles and factorises all bodies, in parallel.
+/// Assembles and factorises all bodies, in parallel, and tightens their cuts.
 ///
 /// * `factorised`: the bodies with other loads, if an earlier load step has factorised them.
 pub(crate) fn prepare<S: ContactSpace>(
@@ -307,10 +310,11 @@ pub(crate) fn prepare<S: ContactSpace>(
         }
         proceed
     });
-    found.map_err(|error| match error {
+    let prepared = found.map_err(|error| match error {
         PrepareError::Stopped => SolveError::Stopped,
         other => SolveError::Prepare(other),
-    })
+    })?;
+    pretension::tighten(prepared, observer)
 }
 
 /// Bodies whose compliances differ by less than this fraction are equal but for rounding: the first one carries λ.

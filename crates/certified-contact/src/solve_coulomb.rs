@@ -3,6 +3,7 @@
 use crate::coulomb::CoulombResult;
 use crate::error::SolveError;
 use crate::observer::{Observer, Phase};
+use crate::pretension;
 use crate::results::results;
 use crate::solve::{Previous, prepare};
 use crate::space::ContactSpace;
@@ -43,6 +44,7 @@ pub(crate) fn solve_coulomb_step<S: ContactSpace>(
     if problem.contacts.iter().all(|pair| pair.friction.coulomb().is_none()) {
         return Err(SolveError::NoCoulomb);
     }
+    pretension::check(&problem, false)?;
     // Friction beside bonds is refused.
     Bonds::new(&problem)?;
     let prepared = prepare(problem, previous.bodies, observer)?;

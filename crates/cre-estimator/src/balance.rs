@@ -5,7 +5,8 @@
 //! ```math
 //! min_p ∑_i ℓ_i (p_i − r^2_i/ℓ_i)²,   p ≥ 0,   C p = e     (31)
 //! ```
-//! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` the work of the loads.
+//! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` the work of the loads; and one for each cut
+//! with a given force: by reciprocity the force does not change if the pressure does the same work as `r²` along the displacements of a unit shortening.
 //! If it does much work on openings, which is part of the bound, the openings count in the choice. On bent facets of solids the unknowns are the pressures and
 //! the friction of the facets, with the measure of the facet for `ℓ`: nearer ones are in balance than those that are means of values at the corners.
 
@@ -158,13 +159,14 @@ pub(crate) fn pressure<S: Recovery>(
             [0.0, imbalance],
         ))
     };
-    if prepared.rigid_motions().is_empty() {
+    let motions = motions(prepared, state);
+    if motions.is_empty() {
         return unbalanced(0.0);
     }
     let tractions = Tractions::of_facets(prepared.problem());
     let (target, mut weights) = (tractions.targets(prepared.problem(), &given), tractions.weights());
     let work = |k: usize, motion: &[S::Vector]| tractions.lines[k].work(&contacts[k], motion);
-    let rows = Rows::new(prepared, &tractions, &weights, work)?;
+    let rows = Rows::new((prepared, motions), &tractions, &weights, work)?;
     // Idle unknowns stay zero at any weight.
     let most = weights.iter().copied().fold(0.0, f64::max);
     weights.iter_mut().filter(|weight| **weight == 0.0).for_each(|weight| *weight = most);
@@ -209,7 +211,8 @@ pub(crate) fn forces<S: Recovery>(
         [pair.contact_force, &friction].concat()
     };
     let given: Vec<Vec<f64>> = state.contacts.iter().zip(&limits).map(given).collect();
-    if prepared.rigid_motions().is_empty() {
+    let motions = motions(prepared, state);
+    if motions.is_empty() {
         return Ok(given);
     }
     let contacts = &prepared.problem().contacts;
@@ -219,7 +222,7 @@ pub(crate) fn forces<S: Recovery>(
     let along = |k: usize, motion: &[S::Vector]| -> Vec<f64> {
         contacts[k].rows().map(|row| motion[row.pair].times(&row.direction)).collect()
     };
-    let rows = Rows::new(prepared, &tractions, &vec![1.0; target.len()], along)?;
+    let rows = Rows::new((prepared, motions), &tractions, &vec![1.0; target.len()], along)?;
     let discs = discs(contacts, &tractions, &limits);
     let near = |allowed: Option<&[bool]>| {
         let [lower, upper] = bounds(prepared, &tractions, &limits, allowed);
@@ -241,32 +244,58 @@ pub(crate) fn forces<S: Recovery>(
     Ok(found.map_or(given, |found| by_line(&found.values)))
 }
 
-/// The rows of the balance: one per rigid motion of a floating body.
-struct Rows {
+/// Displacements along which the work of the contact is known.
+struct Motion<S: Space> {
+    partner: Partner,
+    /// At each node, or at each point of an obstacle.
+    moved: Vec<S::Vector>,
+    /// The work of the contact, signs reversed.
+    load: f64,
+}
+
+/// Lists the rigid motions of floating bodies, and the displacements of a unit shortening of each cut whose force is given.
+fn motions<S: Recovery>(prepared: &PreparedProblem<S>, state: &ContactState<'_, S>) -> Vec<Motion<S>> {
+    let problem = prepared.problem();
+    let rigid = prepared.rigid_motions().iter();
+    let rigid = rigid.map(|of| Motion { partner: of.partner, moved: prepared.moved_by(of), load: of.load });
+    let of_cut = |(body, _, moved): (usize, usize, Vec<S::Vector>)| {
+        let on_side = |(k, side): (usize, usize)| {
+            let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
+            let forces = given.contact_force.iter().chain(given.friction_force);
+            let work =
+                pair.rows().zip(forces).map(|(row, f)| f * moved[row.nodes[side]].times(&row.direction));
+            if side == 0 { work.sum::<f64>() } else { -work.sum::<f64>() }
+        };
+        let load = problem.sides_of(Partner::Body(body)).map(on_side).sum();
+        Motion { partner: Partner::Body(body), moved, load }
+    };
+    rigid.chain(prepared.cut_responses().into_iter().map(of_cut)).collect()
+}
+
+/// The rows of the balance: one per motion.
+struct Rows<S: Space> {
+    motions: Vec<Motion<S>>,
     /// The work on the motion's body of a unit of each unknown, signs reversed.
     matrix: SparseRows,
-    /// `e`, the work of the loads.
-    loads: Vec<f64>,
     /// The linearly independent rows and their loads: rows of round-off must not become a condition.
     independent: (SparseRows, Vec<f64>),
 }
 
-impl Rows {
+impl<S: Recovery> Rows<S> {
     /// * `sizes`: of the forces of unit values; `work`: of unit values of the unknowns of contact line `k` on a motion of the contact nodes.
-    fn new<S: Recovery>(
-        prepared: &PreparedProblem<S>,
+    fn new(
+        (prepared, motions): (&PreparedProblem<S>, Vec<Motion<S>>),
         tractions: &Tractions,
         sizes: &[f64],
         work: impl Fn(usize, &[S::Vector]) -> Vec<f64>,
     ) -> Result<Self, EstimatorError> {
         let problem = prepared.problem();
-        let (mut matrix, mut loads) = (SparseRows::new(tractions.count()), Vec::new());
+        let mut matrix = SparseRows::new(tractions.count());
         let sides = problem.sides();
-        for of in prepared.rigid_motions() {
-            let moved = prepared.moved_by(of);
+        for Motion { partner, moved, .. } in &motions {
             let most = moved.iter().map(|u| length(*u)).fold(0.0, f64::max);
             let mut line = Vec::new();
-            for &(k, side) in &sides[of.partner.place(problem.bodies.len())] {
+            for &(k, side) in &sides[partner.place(problem.bodies.len())] {
                 let pairs = problem.contacts[k].interface.pairs();
                 let motion: Vec<S::Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
                 // The pressure acts against the normal on the first body.
@@ -282,38 +311,31 @@ impl Rows {
                 same
             });
             matrix.push(line.into_iter().map(|(at, w)| (at, without_rounding(w, most * sizes[at]))));
-            loads.push(of.load);
         }
-        let groups: Vec<usize> =
-            prepared.rigid_motions().iter().map(|of| of.partner.place(problem.bodies.len())).collect();
+        let loads: Vec<f64> = motions.iter().map(|of| of.load).collect();
+        let groups: Vec<usize> = motions.iter().map(|of| of.partner.place(problem.bodies.len())).collect();
         let RowSelection { rows, .. } = RowSelection::new(&matrix, &loads, &groups, 0.0)?;
         let independent = (matrix.select(&rows), rows.iter().map(|k| loads[*k]).collect());
-        Ok(Self { matrix, loads, independent })
+        Ok(Self { motions, matrix, independent })
     }
 
-    /// Computes the largest resultant of a floating body, over the sum of the sizes of all forces on it.
+    /// Computes the largest resultant of a floating body and the largest change of a given force in a cut, over the sum of the sizes of all forces on it.
     ///
     /// * `values`: pressure and friction, Pa.
-    fn imbalance<S: Recovery>(
-        &self,
-        prepared: &PreparedProblem<S>,
-        tractions: &Tractions,
-        values: &[f64],
-    ) -> f64 {
+    fn imbalance(&self, prepared: &PreparedProblem<S>, tractions: &Tractions, values: &[f64]) -> f64 {
         let problem = prepared.problem();
         let sides = problem.sides();
         let mut found = Vec::new();
         let products = self.matrix.times(values);
-        for ((product, load), of) in products.iter().zip(&self.loads).zip(prepared.rigid_motions()) {
-            let moved = prepared.moved_by(of);
-            let mut size = match of.partner {
+        for (product, Motion { partner, moved, load }) in products.iter().zip(&self.motions) {
+            let mut size = match *partner {
                 Partner::Obstacle(_) => load.abs(),
                 Partner::Body(body) => {
-                    let forces = prepared.external_forces()[body].iter().zip(&moved);
+                    let forces = prepared.external_forces()[body].iter().zip(moved);
                     forces.map(|(f, u)| length(*f) * length(*u)).sum()
                 }
             };
-            for &(k, side) in &sides[of.partner.place(problem.bodies.len())] {
+            for &(k, side) in &sides[partner.place(problem.bodies.len())] {
                 let (pair, line) = (&problem.contacts[k], &tractions.lines[k]);
                 let forces: Vec<f64> =
                     line.weights.iter().zip(&values[line.start..]).map(|(l, p)| l * p.abs()).collect();

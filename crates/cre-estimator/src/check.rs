@@ -1,7 +1,7 @@
 //! Checks of admissibility, as numbers: the basis of a certificate.
 
 use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
-use crate::equilibrated::EquilibratedStress;
+use crate::equilibrated::{EquilibratedStress, cut_resultant};
 use crate::lift;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces};
 use crate::openings;
@@ -9,7 +9,7 @@ use crate::recovery::Recovery;
 use crate::round_off::Noise;
 pub use crate::size::SIGN_TOLERANCE;
 use crate::size::{larger, largest_displacement, largest_of, length};
-use fem_core::body::{Body, RigidMotion, RigidSide};
+use fem_core::body::{Body, Cut, RigidMotion, RigidSide};
 use fem_core::each_body;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
@@ -49,7 +49,8 @@ pub struct Admissibility {
     pub supports: f64,
     /// Largest difference from an imposed displacement, relative to the largest displacement of the body.
     pub imposed_displacement: f64,
-    /// Largest resultant of the pressure and the loads on a floating body, relative to the forces on it.
+    /// Largest resultant of the pressure and the loads on a floating body, relative to the forces on it; the same of the tractions and the load of a
+    /// rigid side, and of the traction in a cut and the given force there.
     pub rigid_balance: f64,
     /// The largest mean rotation of a body that floats or is on springs, radians.
     pub rotation: f64,
@@ -144,7 +145,7 @@ fn checked<S: Recovery>(
             measured.map(|accuracy| (against, accuracy)),
         );
         let found = Admissibility {
-            rigid_balance: rigid_sides(body, fields, noise[b]),
+            rigid_balance: larger(rigid_sides(body, fields, noise[b]), cuts(body, fields, noise[b])),
             rotation: rotation(body, &fields.displacement),
             supports: body.roller_turn(),
             imposed_displacement: displaced_support(body, &displacement[b]),
@@ -282,6 +283,18 @@ fn rigid_sides<S: Recovery>(body: &Body<S>, fields: &AdmissibleBody<S>, noise: N
         }
     }
     largest
+}
+
+/// Compares the resultants of the tractions in cuts along their axes with the given forces: the largest difference, over the sum of the sizes of
+/// all its terms.
+fn cuts<S: Recovery>(body: &Body<S>, fields: &AdmissibleBody<S>, noise: Noise) -> f64 {
+    let noise = noise.force(&fields.displacement) / FORCE_TOLERANCE;
+    let of_cut = |cut: &Cut<S>| {
+        let force = cut.force?;
+        let [resultant, size] = cut_resultant(body, cut, &fields.equilibrated.facet_moments);
+        Some(relative((resultant - force).abs(), size + force.abs() + noise))
+    };
+    body.cuts().iter().filter_map(of_cut).fold(0.0, larger)
 }
 
 /// Computes the largest displacement of a rigid side's nodes in a motion.

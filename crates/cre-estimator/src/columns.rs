@@ -16,13 +16,13 @@ mod patches;
 mod tests;
 
 use crate::check::check_stress;
-use crate::equilibrated::{EquilibratedStress, FacetMoments, add, product};
+use crate::equilibrated::{EquilibratedStress, FacetMoments, add, cut_resultant, product};
 use crate::recovery::Recovery;
 use crate::relaxation::{LEAST, ROUND_OFF, Relaxation, RelaxationReport};
 use crate::springs::released;
 use cocycles::Sets;
 use fem_core::assembly::System;
-use fem_core::body::{Body, FacetCondition, FacetSprings};
+use fem_core::body::{Body, Cut, FacetCondition, FacetSprings};
 use fem_core::condensation::CondensedBody;
 use fem_core::element::Element;
 use fem_core::geometry::Coordinates;
@@ -36,6 +36,9 @@ use std::borrow::Cow;
 
 /// Columns whose share in others is larger than 1 minus this are not independent.
 const DEPENDENT: f64 = 1e-8;
+
+/// A resultant below this fraction of its terms is rounding.
+const NO_RESULTANT: f64 = 1e-12;
 
 /// A relaxation to a tolerance leaves columns out if they can be expected to gain less than this fraction of the tolerance.
 const SHARE: f64 = 0.25;
@@ -176,20 +179,44 @@ fn make<'a, S: Recovery>(
         let conditions = released(body, conditions.clone(), &[&field.moved]);
         EquilibratedStress::recover(body, field.stress, conditions)
     };
-    if !body.has_force() && !body.has_heat() {
+    if !body.has_force() && !body.has_initial_strain() {
         let relaxed = fields.into_iter().map(|field| {
             let mut column = recover(body, field);
             S::relax_with(body, &mut column, relaxation, stars, None);
             column
         });
-        return Some(orthonormal(body, relaxed.collect()));
+        return Some(keeping_cut_forces(body, orthonormal(body, relaxed.collect())));
     }
+    let whole = body;
     let (body, mut stars) = (body.weightless(), None);
     let mut columns: Vec<_> = fields.into_iter().map(|field| recover(&body, field)).collect();
     for column in &mut columns {
         S::relax_with(&body, column, relaxation, &mut stars, None);
     }
-    Some(orthonormal(&body, columns))
+    Some(keeping_cut_forces(whole, orthonormal(&body, columns)))
+}
+
+/// Combines orthonormal columns to those that do not change the given forces in cuts.
+fn keeping_cut_forces<S: Recovery>(body: &Body<S>, columns: Vec<FacetMoments<S>>) -> Vec<FacetMoments<S>> {
+    let cuts: Vec<&Cut<S>> = body.cuts().iter().filter(|cut| cut.force.is_some()).collect();
+    if cuts.is_empty() || columns.is_empty() {
+        return columns;
+    }
+    let resultant = |i: usize, k: usize| {
+        let [sum, size] = cut_resultant(body, cuts[i], &columns[k]);
+        if sum.abs() > NO_RESULTANT * size { sum } else { 0.0 }
+    };
+    let resultants = DMatrix::from_fn(cuts.len(), columns.len(), resultant);
+    let eigen = (resultants.transpose() * &resultants).symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    let kept = (0..columns.len()).filter(|k| eigen.eigenvalues[*k] <= NO_RESULTANT * largest);
+    let combined = |k: usize| {
+        let mut sum = vec![S::ZEROS; columns[0].len()];
+        let factors = eigen.eigenvectors.column(k);
+        factors.iter().zip(&columns).for_each(|(factor, column)| add::<S>(&mut sum, *factor, column));
+        sum
+    };
+    kept.map(combined).collect()
 }
 
 /// Returns a condition without a load, with its springs relaxed.

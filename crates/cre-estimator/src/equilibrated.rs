@@ -2,8 +2,8 @@
 
 use crate::fixed::{FixedPart, fixed};
 use crate::johnson_mercier::{self, CellLoads, CellStress};
-use fem_core::body::{Body, FacetCondition};
-use fem_core::geometry::Vector;
+use fem_core::body::{Body, Cut, FacetCondition};
+use fem_core::geometry::{Coordinates, Vector};
 use fem_core::norm::sum_over_cells;
 use fem_core::space::{Plane, Space};
 use fem_core::tensor::SymTensor2;
@@ -85,6 +85,20 @@ pub(crate) fn product<S: Space>(body: &Body<S>, stress: &[S::Tensor], other: &[S
         body.mesh().measure(cell) * body.material(cell).complementary(stress[cell], other[cell])
     };
     sum_over_cells(stress.len(), of_cell)
+}
+
+/// Computes the force in a cut along its axis, and the sum of the sizes of its terms, N/m in the plane, N in space.
+pub(crate) fn cut_resultant<S: Space>(body: &Body<S>, cut: &Cut<S>, moments: &FacetMoments<S>) -> [f64; 2] {
+    let [mut sum, mut size] = [0.0; 2];
+    for (facet, a) in &cut.facets {
+        // The traction acts on the first cell of the facet.
+        let sign = if body.mesh().topology().facet_cells()[*facet][0] == *a { 1.0 } else { -1.0 };
+        for moment in moments[facet.index()] {
+            sum += sign * moment.times(&cut.axis);
+            size += moment.length();
+        }
+    }
+    [sum, size]
 }
 
 /// Adds a multiple of some facet moments to others.

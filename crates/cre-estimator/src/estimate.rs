@@ -211,10 +211,10 @@ impl<'a, S: Recovery> Estimator<'a, S> {
         // The bound of the iteration also needs forces in balance. The pressure is computed from the given forces.
         let balanced = balance::forces(prepared, state)?;
         let first = self.estimate_once(state, &balanced, Accuracy::Double)?;
-        // Loads of a floating body add up to zero only to rounding; a heated body may have a much smaller stress than its strain would give.
-        let heated = prepared.problem().bodies.iter().any(Body::has_heat);
+        // Loads of a floating body add up to zero only to rounding; an initial strain may leave a much smaller stress than the strain would give.
+        let strained = prepared.problem().bodies.iter().any(Body::has_initial_strain);
         let passes =
-            first.estimate.admissibility.is_valid() || (prepared.rigid_motions().is_empty() && !heated);
+            first.estimate.admissibility.is_valid() || (prepared.rigid_motions().is_empty() && !strained);
         if passes && first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
             return Ok(first.estimate);
         }

@@ -110,7 +110,7 @@ impl<S: Space> System<S> {
         }
         let mut external = external_forces(body);
         spring_forces(body, &[]).for_each(|(node, force)| external[node] += force);
-        add_heat(body, &mut external);
+        add_initial_strain(body, &mut external);
         let (first_beside, beside) = body.mesh().topology().node_neighbours();
         let springs = SpringsAround::new(body);
         let columns = Columns { body, dofs: &dofs, external: &external, springs, first_beside, beside };
@@ -198,8 +198,8 @@ pub fn external_forces<S: Space>(body: &Body<S>) -> Vec<S::Vector> {
 }
 
 /// Adds the nodal forces of the initial strain, `∫ E ε₀ : ε(φ)`: loads of the displacements, but no external forces.
-fn add_heat<S: Space>(body: &Body<S>, forces: &mut [S::Vector]) {
-    if !body.has_heat() {
+fn add_initial_strain<S: Space>(body: &Body<S>, forces: &mut [S::Vector]) {
+    if !body.has_initial_strain() {
         return;
     }
     for (t, corners) in body.mesh().cells().iter().enumerate() {

@@ -3,6 +3,7 @@
 mod conditions;
 mod constraint;
 mod curves;
+mod cuts;
 mod error;
 mod facet_functions;
 mod force;
@@ -32,6 +33,8 @@ pub use crate::boundary::{ConditionList, ConditionPlace};
 pub use constraint::NodeConstraint;
 pub use curves::Piece;
 pub use curves::{CurveKind, CurvedSide};
+pub use cuts::Cut;
+pub(crate) use cuts::PERPENDICULAR;
 pub use error::BodyError;
 pub use facet_functions::{moments, tractions};
 pub use force::{CellForce, arms};
@@ -132,6 +135,9 @@ pub struct Body<S: Space = Plane> {
     roller_turn: f64,
     /// The change of temperature at each node; empty without heat.
     temperature: Vec<f64>,
+    cuts: Vec<Cut<S>>,
+    /// The initial strain of each cell by the cuts; empty without cuts.
+    cut_strains: Vec<S::Tensor>,
     /// The body force of each cell; empty if it is constant.
     forces: Vec<CellForce<S>>,
     /// The conditions and their facets, to evaluate them again on a finer mesh.
@@ -189,11 +195,12 @@ impl<S: Space> Body<S> {
         self.surfaces.get(&facet)
     }
 
-    /// Creates the same body without its body force and its change of temperature.
+    /// Creates the same body without its body force, its change of temperature and its cuts.
     pub fn weightless(&self) -> Self {
         let mut body = self.clone();
         body.conditions.body_force = S::Vector::default();
         (body.forces, body.temperature) = (Vec::new(), Vec::new());
+        (body.cuts, body.cut_strains) = (Vec::new(), Vec::new());
         body
     }
 
@@ -377,7 +384,9 @@ impl<S: Space> Body<S> {
             springs: self.selected.springs.iter().map(finer).collect(),
         };
         let materials = self.materials.inherited(parent_cell);
-        let finer = conditions::evaluate(mesh.clone(), materials, &self.conditions, Some(selected))?;
+        let mut finer = conditions::evaluate(mesh.clone(), materials, &self.conditions, Some(selected))?;
+        let known: Vec<f64> = self.cuts.iter().map(|cut| cut.shortening).collect();
+        finer.shorten(&known);
         Ok(Self { inserted: self.inserted.clone(), ..finer })
     }
 }

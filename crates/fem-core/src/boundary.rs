@@ -179,6 +179,8 @@ pub enum ConditionList {
     Temperature,
     /// `BoundaryConditions::force_field`.
     BodyForce,
+    /// `BoundaryConditions::cuts`.
+    Cut,
 }
 
 /// One condition by its list and its place in it.
@@ -201,6 +203,7 @@ impl fmt::Display for ConditionPlace {
             ConditionList::Surface => "declared surface",
             ConditionList::Temperature => "temperature",
             ConditionList::BodyForce => "body force",
+            ConditionList::Cut => "cut",
         };
         write!(f, "{list} {}", self.index + 1)
     }
@@ -261,6 +264,30 @@ impl<S: Space> Default for RigidCondition<S> {
     }
 }
 
+/// What tightens a cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CutLoad {
+    /// The shortening `δ`, m.
+    Shortening(f64),
+    /// The force, N/m in the plane, N in space; it pulls if it is positive.
+    Force(f64),
+}
+
+/// A cut through a bolt, along facets of the mesh: the displacement jumps by `u^a − u^b = δ e`, with the unit normal `e` out of a.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CutCondition<S: Space = Plane> {
+    /// Its name.
+    pub name: String,
+    /// A point of its plane, m.
+    pub point: S::Vector,
+    /// The normal of its plane, out of a; its length does not count.
+    pub normal: S::Vector,
+    /// If given, only facets with all corners in this box.
+    pub part: Option<S::Axes<[f64; 2]>>,
+    /// The shortening or the force.
+    pub load: CutLoad,
+}
+
 /// All conditions and loads of one body. Sides that are not named are free of traction.
 ///
 /// ```
@@ -291,6 +318,8 @@ pub struct BoundaryConditions<S: Space = Plane> {
     pub per_mass: Option<LinearField<S>>,
     /// Changes of temperature, which add up; linear in each cell between their values at the nodes.
     pub temperatures: Vec<ScalarData<S>>,
+    /// Cuts through bolts that are tightened.
+    pub cuts: Vec<CutCondition<S>>,
 }
 
 impl<S: Space> Default for BoundaryConditions<S> {
@@ -304,6 +333,7 @@ impl<S: Space> Default for BoundaryConditions<S> {
             force_field: None,
             per_mass: None,
             temperatures: Vec::new(),
+            cuts: Vec::new(),
         }
     }
 }
@@ -418,7 +448,29 @@ impl<S: Space> BoundaryConditions<S> {
                 SpringRest::Vector(all) => SpringRest::Vector(S::data(|c| all[c].scaled(s))),
             };
         }
+        for (k, condition) in scaled.cuts.iter_mut().enumerate() {
+            let s = of(ConditionList::Cut, k);
+            condition.load = match condition.load {
+                CutLoad::Shortening(value) => CutLoad::Shortening(s * value),
+                CutLoad::Force(value) => CutLoad::Force(s * value),
+            };
+        }
         scaled
+    }
+
+    /// Cuts the body along a plane, and tightens it.
+    ///
+    /// * `name`: of the cut; `point`, `normal`: of its plane.
+    pub fn cut(
+        mut self,
+        name: impl Into<String>,
+        point: impl Into<S::Vector>,
+        normal: impl Into<S::Vector>,
+        load: CutLoad,
+    ) -> Self {
+        let (name, point, normal) = (name.into(), point.into(), normal.into());
+        self.cuts.push(CutCondition { name, point, normal, part: None, load });
+        self
     }
 
     /// Adds a change of temperature.

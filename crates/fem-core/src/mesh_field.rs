@@ -2,6 +2,7 @@
 
 use crate::body::Body;
 use crate::element::Element;
+use crate::geometry::Coordinates;
 use crate::mesh::Mesh;
 use crate::mesh::cell_tree::{CellAt, CellTree};
 use crate::norm::{energy_distance_squared, spring_energy, sum_over_cells};
@@ -12,6 +13,8 @@ use std::sync::OnceLock;
 pub struct MeshField<'a, S: Space = Plane> {
     mesh: &'a Mesh<S>,
     values: &'a [S::Vector],
+    /// The body of the field, if it has cuts.
+    cut: Option<&'a Body<S>>,
     tree: OnceLock<CellTree<'a, S>>,
 }
 
@@ -25,7 +28,16 @@ impl<'a, S: Space> MeshField<'a, S> {
     pub fn new(mesh: &'a Mesh<S>, values: &'a [S::Vector]) -> Self {
         let nodes = mesh.points().len();
         assert!(values.len() == nodes, "{} values on {nodes} nodes", values.len());
-        Self { mesh, values, tree: OnceLock::new() }
+        Self { mesh, values, cut: None, tree: OnceLock::new() }
+    }
+
+    /// Takes a displacement field of a body, with the jumps at its cuts.
+    ///
+    /// # Panics
+    /// If there is not one value per node.
+    pub fn of_body(body: &'a Body<S>, values: &'a [S::Vector]) -> Self {
+        let cut = (!body.cuts().is_empty()).then_some(body);
+        Self { cut, ..Self::new(body.mesh(), values) }
     }
 
     /// Returns the values at the nodes.
@@ -55,22 +67,26 @@ impl<'a, S: Space> MeshField<'a, S> {
     /// If `field` does not have one entry per node.
     pub fn energy_distance_squared(&self, body: &Body<S>, field: &[S::Vector]) -> f64 {
         let mesh = body.mesh();
-        if self.has_mesh(mesh) {
+        let uncut = self.cut.is_none() && body.cuts().is_empty();
+        if uncut && self.has_mesh(mesh) {
             return energy_distance_squared(body, self.values, field);
         }
         let cells = sum_over_cells(mesh.cells().len(), |t| {
             let nodes = mesh.cells()[t];
             let corners = mesh.corners(t);
-            if self.has_cell(mesh, t) {
+            if uncut && self.has_cell(mesh, t) {
                 let difference = S::corners(|k| self.values[nodes[k]] - field[nodes[k]]);
                 let element = Element::<S>::new(corners);
                 return element.measure * energy_density(body, t, element.strain(difference));
             }
+            let beyond = body.cut_displacement(t);
             let strain: S::Components<f64> =
-                Element::<S>::new(corners).strain(S::corners(|k| field[nodes[k]])).into();
+                Element::<S>::new(corners).strain(S::corners(|k| field[nodes[k]] + beyond[k])).into();
             let part = |(cell, measure): (usize, f64)| {
                 let own = self.mesh.cells()[cell];
-                let own = S::corners(|k| self.values[own[k]]);
+                let beyond = self.cut.map(|body| body.cut_displacement(cell));
+                let beyond = |k: usize| beyond.as_ref().map_or(S::Vector::ZERO, |beyond| beyond[k]);
+                let own = S::corners(|k| self.values[own[k]] + beyond(k));
                 let own: S::Components<f64> = Element::<S>::new(self.mesh.corners(cell)).strain(own).into();
                 let difference = S::components(|k| strain[k] - own[k]).into();
                 measure * energy_density(body, t, difference)

@@ -1,8 +1,10 @@
 //! A contact problem that is ready to be solved.
 
 use crate::assembly::{AssemblyError, System, external_forces};
+use crate::body::{Body, Cut};
 use crate::condensation::{CondensationError, CondensedBody};
 use crate::dof::DofMap;
+use crate::geometry::Point;
 use crate::interface::{ContactPair, ContactProblem, Roles};
 use crate::parallel::each_body;
 use crate::space::{Plane, Space};
@@ -60,6 +62,16 @@ pub enum PrepareError {
         /// The pair, from 0.
         pair: usize,
     },
+    /// A contact at the rim of a cut that is not free along its axis.
+    #[error(
+        "pair {}: its contact goes on across a cut at {point}, and is pressed or rubbed along the axis of the cut there", pair + 1
+    )]
+    ContactAcrossCut {
+        /// The pair, from 0.
+        pair: usize,
+        /// The middle of a facet.
+        point: Point,
+    },
     /// The caller ended it.
     #[error("ended before all bodies were factorised")]
     Stopped,
@@ -85,6 +97,9 @@ impl<S: Space> PreparedProblem<S> {
         let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
         if let Some(pair) = problem.contacts.iter().position(ContactPair::<S>::is_bonded) {
             return Err(PrepareError::Bonded { pair });
+        }
+        if let Some((pair, point)) = problem.contact_across_cut() {
+            return Err(PrepareError::ContactAcrossCut { pair, point: point.into() });
         }
         let count = problem.bodies.len();
         before(Stage::Ordering)?;
@@ -175,6 +190,22 @@ impl<S: Space> PreparedProblem<S> {
     /// Computes the displacement of each node in a rigid motion, see [`ContactProblem::moved_by`].
     pub fn moved_by(&self, of: &BodyMotion<S>) -> Vec<S::Vector> {
         self.problem.moved_by(of)
+    }
+
+    /// Computes the displacements of a body without loads under a unit shortening of each cut whose force is given, and places the cuts: body, number
+    /// of the cut there, displacement of each node.
+    pub fn cut_responses(&self) -> Vec<(usize, usize, Vec<S::Vector>)> {
+        let bodies = self.problem.bodies.iter().zip(&self.bodies).enumerate();
+        let of_body = |(b, (body, condensed)): (usize, (&Body<S>, &CondensedBody<S>))| {
+            let given = body.cuts().iter().enumerate().filter(|(_, cut)| cut.force.is_some());
+            let response = |(k, cut): (usize, &Cut<S>)| {
+                let mut solution = condensed.rough_along_unknowns(&body.unit_cut_forces(cut));
+                condensed.factor().solve(&mut solution);
+                (b, k, condensed.dofs().correction(&solution))
+            };
+            given.map(response).collect::<Vec<_>>()
+        };
+        bodies.flat_map(of_body).collect()
     }
 
     /// Counts the pairs of nodes of all pairs.

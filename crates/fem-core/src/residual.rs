@@ -146,7 +146,7 @@ fn stress<S: Space>(
             strain[S::component(j, i)] = sum(j, i) + sum(i, j);
         }
     }
-    if body.has_heat() {
+    if body.has_initial_strain() {
         let initial: S::Components<f64> = body.initial_strain(t).into();
         for k in 0..S::COMPONENTS {
             let engineering = if k < S::DIM { initial[k] } else { 2.0 * initial[k] };

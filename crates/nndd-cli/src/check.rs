@@ -27,6 +27,9 @@ fn describe<S: ReportSpace>(text: &mut String, body: &CheckedBody<S>) {
     if body.springs > 0 {
         let _ = writeln!(text, "    on springs      {}", counted(body.springs, "side"));
     }
+    if body.cuts > 0 {
+        let _ = writeln!(text, "    tightened       {}", counted(body.cuts, "cut"));
+    }
     if body.rigid_sides > 0 {
         let _ = writeln!(text, "    rigid           {}", counted(body.rigid_sides, "side"));
     }

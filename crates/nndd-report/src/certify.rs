@@ -148,6 +148,13 @@ fn refuse<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> Result
             pair.name
         )));
     }
+    if let Some(body) = case.bodies.iter().find(|body| !body.cuts.is_empty()) {
+        return Err(Failure::invalid(format!(
+            "body \"{}\" has a cut, across which its displacement jumps, and displacements of other programs are certified without cuts \
+             only\n  expected: bodies without [[body.cut]]\n  fix: take the cut out, or solve the case with nndd",
+            body.name
+        )));
+    }
     let Some(pair) = case.contacts.iter().find(|contact| contact.friction.is_some()) else { return Ok(()) };
     Err(Failure::invalid(format!(
         "the pair \"{}\" has friction, and displacements of other programs are certified without friction only\n  expected: \

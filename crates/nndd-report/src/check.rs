@@ -32,6 +32,8 @@ pub struct CheckedBody<S: Space = Plane> {
     pub rigid_sides: usize,
     /// Number of sides on springs.
     pub springs: usize,
+    /// Number of cuts.
+    pub cuts: usize,
     /// Number of nodes that are held in some direction, by supports or rigid sides that cannot move.
     pub held_nodes: usize,
     /// Number of conditions that load it: tractions, rigid sides with a force or a moment, and a body force.
@@ -60,6 +62,7 @@ pub fn check<S: ReportSpace>(
             supports: model.supports().len(),
             rigid_sides: model.rigid_sides().len(),
             springs: model.springs().len(),
+            cuts: model.cuts().len(),
             held_nodes: model.node_constraints().iter().filter(|node| !node.supported().is_none()).count(),
             loads: body.tractions.len()
                 + model.rigid_sides().iter().filter(loaded).count()
@@ -218,6 +221,7 @@ pub fn summary<S: ReportSpace>(
             "held_nodes": body.held_nodes,
             "rigid_sides": body.rigid_sides,
             "springs": body.springs,
+            "cuts": body.cuts,
             "loads": body.loads,
             "resultant": body.resultant.entries(),
             "smallest_angle": body.smallest_angle,

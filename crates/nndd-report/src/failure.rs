@@ -207,6 +207,7 @@ impl Failure {
                      nearly free\n  fix: support the body at points farther apart, or lower Poisson's ratio to 0.49",
                 name(*body)
             )),
+            PrepareError::ContactAcrossCut { .. } => Self::invalid(error.to_string()),
             other => Self::defect(other.to_string()),
         }
     }
@@ -218,6 +219,18 @@ impl Failure {
             SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
                 Self::limit(source.to_string())
             }
+            SolveError::CutForce { name, force, found, shortening } => Self::no_unique_solution(format!(
+                "no shortening gives the force {} in the cut \"{name}\"; at {} it is {}\n  expected: a bolt both of whose ends \
+                 are held against the force, for example by a contact that it closes\n  fix: check the sign of the force, which pulls if it \
+                 is positive, and the contact of the head; or give a `shortening`",
+                significant(*force),
+                significant(*shortening),
+                significant(*found)
+            )),
+            SolveError::CutMethod { name } => Self::invalid(format!(
+                "the force in the cut \"{name}\" is given, which needs the exact solution without Coulomb friction\n  expected: \
+                 method = \"auto\" or \"exact\", and no pair with Coulomb friction\n  fix: leave solver.method out, or give a `shortening`"
+            )),
             SolveError::NotHeld { motion } => Self::not_held(case, motion),
             SolveError::OutsideCones { motion } => Self::no_unique_solution(format!(
                 "the load is not balanced within the friction cones: {} (load {} in that direction, which no contact forces with \

@@ -347,6 +347,12 @@ fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Pictur
         name: &given.name,
         mesh: body.mesh(),
         materials: between_materials(body),
+        cuts: body
+            .cuts()
+            .iter()
+            .flat_map(|cut| &cut.facets)
+            .map(|(facet, _)| body.mesh().facet_corners(*facet))
+            .collect(),
         edges: sketch_edges(body),
         body_force: body.resultant_inside(),
         rigid: body.rigid_sides().iter().filter_map(|side| rigid_load(body, side)).collect(),

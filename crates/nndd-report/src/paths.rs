@@ -42,8 +42,10 @@ impl<S: ReportSpace> Known<'_, S> {
         let temperatures = self.body.temperature();
         let (mut displacement, mut temperature) = (S::Vector::ZERO, 0.0);
         let mut stress = S::components(|_| 0.0);
-        for (node, weight) in self.body.mesh().cells()[at.cell].into_iter().zip(at.weights) {
-            displacement += self.displacement[node.index()] * weight;
+        let beyond_cuts = self.body.cut_displacement(at.cell);
+        let corners = self.body.mesh().cells()[at.cell].into_iter().zip(beyond_cuts);
+        for ((node, beyond), weight) in corners.zip(at.weights) {
+            displacement += (self.displacement[node.index()] + beyond) * weight;
             temperature += weight * temperatures.get(node.index()).copied().unwrap_or_default();
             let of_node: S::Components<f64> = self.stress.at(node, material)?.into();
             for k in 0..S::COMPONENTS {

@@ -8,9 +8,9 @@ use crate::stress_limits;
 use case_io::Case;
 use case_io::case::Factors;
 use case_io::report::{
-    BodySummary, Bounds, Certificate, Checks, ContactSummary, Coulomb, FreeMotion, FrictionSummary,
-    IterationRow, PeakStress, PrincipalStress, PrincipalStresses, ProjectedLoad, Reaction, Report, Results,
-    RigidSideSummary, SCHEMA, Split, StepSummary, Timings,
+    BodySummary, Bounds, Certificate, Checks, ContactSummary, Coulomb, CutResult, FreeMotion,
+    FrictionSummary, IterationRow, PeakStress, PrincipalStress, PrincipalStresses, ProjectedLoad, Reaction,
+    Report, Results, RigidSideSummary, SCHEMA, Split, StepSummary, Timings,
 };
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
@@ -260,6 +260,11 @@ fn results<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, change: Opt
         fy: force[1],
         fz: force.entries().get(2).copied(),
     };
+    let cut = |of: &certified_contact::CutResults| CutResult {
+        name: of.name.clone(),
+        force: of.force,
+        shortening: of.shortening,
+    };
     let reactions = r.reactions.iter().map(|of| force(of.body, &of.on, of.force));
     let springs = r.springs.iter().map(|of| force(of.body, &of.on, of.force));
     Results {
@@ -272,6 +277,7 @@ fn results<S: ReportSpace>(case: &Case<S>, solution: &Fields<'_, S>, change: Opt
         min_opening: Some(r.min_opening),
         reactions: Some(reactions.collect()),
         springs: (!r.springs.is_empty()).then(|| springs.collect()),
+        cuts: (!r.cuts.is_empty()).then(|| r.cuts.iter().map(cut).collect()),
         balance: Some(r.balance.iter().map(|b| S::motion(b.force, b.moment).as_ref().to_vec()).collect()),
         max_displacement: Some(r.max_displacement),
         max_von_mises: r.max_von_mises,

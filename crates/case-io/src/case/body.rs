@@ -1,6 +1,6 @@
 //! `[[body]]`: mesh, material, supports and loads of one body.
 
-use super::{Dimension, MaterialRegion, Part, Rigid, SideCase, SpringCase, TemperatureCase, Value};
+use super::{CutCase, Dimension, MaterialRegion, Part, Rigid, SideCase, SpringCase, TemperatureCase, Value};
 use fem_core::space::Plane;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -31,6 +31,8 @@ pub struct BodyCase<S: Dimension = Plane> {
     pub rigid: Vec<RigidCase<S>>,
     /// Springs in the file's order.
     pub springs: Vec<SpringCase<S>>,
+    /// Cuts in the file's order.
+    pub cuts: Vec<CutCase<S>>,
     /// Curved sides in the file's order.
     pub curves: Vec<CurveCase<S>>,
 }

@@ -139,6 +139,7 @@ impl<S: Dimension> Case<S> {
                 ConditionList::Surface => "surface",
                 ConditionList::Temperature => "temperature",
                 ConditionList::BodyForce => "body_force",
+                ConditionList::Cut => "cut",
             };
             format!("body.{body}.{list}.{}{key}", place.index)
         };
@@ -175,6 +176,11 @@ impl<S: Dimension> Case<S> {
             BodyError::Conflict { place, .. } | BodyError::RigidOccupied { place, .. } => of(place, ""),
             BodyError::Materials { .. } => format!("body.{body}.material"),
             BodyError::BodyForce { .. } => format!("body.{body}.body_force"),
+            BodyError::CutMisses { place, .. }
+            | BodyError::CutEnds { place, .. }
+            | BodyError::CutParts { place, .. }
+            | BodyError::CutHeld { place, .. }
+            | BodyError::CutTwice { place, .. } => of(place, ".plane"),
         };
         let message = format!(
             "body \"{}\": {error}{}",

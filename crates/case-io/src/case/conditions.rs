@@ -1,7 +1,8 @@
 //! Boundary conditions: from the case's words to fem-core's.
 
 use super::{
-    Case, Dimension, Displacement, Imposition, Inertia, Load, Part, RigidCase, SpringCase, Traction, Value,
+    Case, CutCase, Dimension, Displacement, Imposition, Inertia, Load, Part, RigidCase, SpringCase, Traction,
+    Value,
 };
 use fem_core::boundary::{self, BoundaryConditions, FacetSelection, Support};
 
@@ -28,6 +29,7 @@ impl<S: Dimension> Case<S> {
         conditions.tractions.extend(given.tractions.iter().map(traction));
         conditions.rigid.extend(given.rigid.iter().map(rigid));
         conditions.springs.extend(given.springs.iter().map(spring));
+        conditions.cuts.extend(given.cuts.iter().map(CutCase::condition));
         conditions
     }
 }
@@ -71,10 +73,5 @@ fn spring<S: Dimension>(given: &SpringCase<S>) -> boundary::SpringCondition<S> {
 }
 
 fn selection<S: Dimension>(on: &str, part: Part<S>) -> FacetSelection<S> {
-    let free = [f64::NEG_INFINITY, f64::INFINITY];
-    let facets = FacetSelection::group(on);
-    match part.is_all() {
-        true => facets,
-        false => facets.within(S::axes(|c| part.limits[c].unwrap_or(free))),
-    }
+    FacetSelection { part: part.axes(), ..FacetSelection::group(on) }
 }

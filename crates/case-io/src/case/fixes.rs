@@ -58,6 +58,20 @@ pub(super) fn of_body(error: &BodyError) -> Fix {
             "springs at most 1e12 times as soft as the body beside them",
             "take the springs out, or check the units of `stiffness`: force / length³",
         ),
+        BodyError::CutMisses { .. } | BodyError::CutEnds { .. } => (
+            "a plane along facets of the mesh, from boundary to boundary of the shank, to 1e-6 of the body's diagonal",
+            "in Gmsh, split the shank with the plane (`BooleanFragments` of the shank and a rectangle in the plane) and mesh again, or move the \
+             plane to a layer of nodes",
+        ),
+        BodyError::CutParts { .. } => (
+            "a plane that cuts one shank",
+            "write `box = { x = [0.0, 1.0] }` around the shank, and a cut for each other one",
+        ),
+        BodyError::CutHeld { .. } => (
+            "a rim that is free along the axis of the cut",
+            "move the plane away from the support, or take the component along the axis out of it",
+        ),
+        BodyError::CutTwice { .. } => ("cuts apart from each other", "move one of the two planes"),
         BodyError::SpringOnSupport { .. } => (
             "springs along directions in which the side is free",
             "take the springs or the support out, or write the other direction into `along`",
@@ -306,6 +320,9 @@ pub(super) fn of_bonds(error: &BondError) -> Fix {
                 "supports that differ by the offset where both sides of a bond are held",
                 "hold one of the two sides there, or change the offset",
             ),
+            JoinError::Cut { .. } => {
+                ("a rim of the cut apart from bonded sides", "move the plane of the cut away from the bond")
+            }
             JoinError::Rigid { .. } => (
                 "rigid sides that end beside the supports of the other body",
                 "let one of the two end elsewhere",

@@ -87,7 +87,7 @@ fn rotation<S: Keys>(mut r: Reader<'_>) -> Option<Rotation<S>> {
     let (speed, point) = (r.number("speed"), r.axes::<S>("point"));
     let mut axis = None;
     if in_space {
-        axis = self::axis::<S>(&mut r);
+        axis = direction::<S>(&mut r, "axis");
     } else if r.has("axis") {
         r.node("axis");
         let message = format!("`{}`: a plane body turns about a point", r.path_of("axis"));
@@ -97,13 +97,15 @@ fn rotation<S: Keys>(mut r: Reader<'_>) -> Option<Rotation<S>> {
     Some(Rotation { speed: speed?, point: point?, axis })
 }
 
-/// Reads `axis`, a direction in space.
-pub(super) fn axis<S: Keys>(r: &mut Reader<'_>) -> Option<S::Axes<f64>> {
-    let axis = r.axes::<S>("axis")?;
+/// Reads a direction, of any length but zero.
+pub(super) fn direction<S: Keys>(r: &mut Reader<'_>, key: &'static str) -> Option<S::Axes<f64>> {
+    let axis = r.axes::<S>(key)?;
     let length = S::vector(&axis).length();
     if !(length > 1e-100 && length < 1e100) {
-        let message = format!("`{}` has the length {}", r.path_of("axis"), shown(length));
-        r.refuse("axis", message, "a direction", "write it as in `axis = [0.0, 0.0, 1.0]`");
+        let message = format!("`{}` has the length {}", r.path_of(key), shown(length));
+        let last = S::axes(|c| if c + 1 == S::DIM { 1.0 } else { 0.0 });
+        let fix = format!("write it as in `{key} = {:?}`", last.as_ref());
+        r.refuse(key, message, "a direction", &fix);
     }
     Some(axis)
 }

@@ -6,7 +6,7 @@ use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use contact_geometry::common_refinement::CommonRefinementError;
 use contact_geometry::{PairingError, Refined, Sides};
 use fem_core::body::Body;
-use fem_core::geometry::{Coordinates, shown};
+use fem_core::geometry::{Coordinates, Point, shown};
 use fem_core::interface::{BondError, Bonds, ContactPair, ContactProblem, GapChange, InterfaceError};
 use mesh_io::words::counted;
 use std::collections::HashSet;
@@ -41,9 +41,25 @@ impl<S: Dimension> Case<S> {
             self.check_lambda(k, &problem.bodies, &pair.interface)?;
         }
         Bonds::new(&problem).map_err(|error| self.bond_diagnostic(&error))?;
+        if let Some((pair, point)) = problem.contact_across_cut() {
+            return Err(self.contact_across_cut(pair, point.into()).into());
+        }
         let mut known = HashSet::new();
         notes.retain(|note| known.insert(note.clone()));
         Ok((problem, notes))
+    }
+
+    /// Refuses a pair whose contact goes on across a cut.
+    fn contact_across_cut(&self, pair: usize, point: Point) -> Diagnostic {
+        let given = &self.contacts[pair];
+        let message = format!(
+            "the pair \"{}\": its contact goes on across a cut at {point}, and is pressed or rubbed along the axis of the cut there",
+            given.name
+        );
+        let expected = "a rim of the cut without contact, or with contact perpendicular to its axis and without friction";
+        self.diagnostic(code::CONTACT, &given.path, message)
+            .expected(expected)
+            .fix("move the plane of the cut away from the contact")
     }
 
     /// Attributes an error of bonded bodies to the pair that it names; bodies are called by their names.

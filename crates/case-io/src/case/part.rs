@@ -45,6 +45,12 @@ impl<S: Dimension> Part<S> {
         move |point| (0..S::DIM).all(|c| within(point[c], self.limits[c]))
     }
 
+    /// Returns its limits along each axis as numbers; `None` without limits.
+    pub(super) fn axes(&self) -> Option<S::Axes<[f64; 2]>> {
+        let free = [f64::NEG_INFINITY, f64::INFINITY];
+        (!self.is_all()).then(|| S::axes(|c| self.limits[c].unwrap_or(free)))
+    }
+
     /// Tells if the part has no limits.
     pub(super) fn is_all(&self) -> bool {
         *self == Self::default()

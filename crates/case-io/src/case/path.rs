@@ -176,7 +176,7 @@ fn circle<S: Keys>(mut r: Reader<'_>) -> Option<Course<S>> {
     }
     let mut axis = None;
     if in_space {
-        axis = inside::axis::<S>(&mut r);
+        axis = inside::direction::<S>(&mut r, "axis");
     }
     r.finish();
     Some(Course::Circle { centre: centre?, radius: radius?, angles, axis })

@@ -1,8 +1,9 @@
-//! The `[[body]]` tables: names, meshes, displacements, tractions and springs.
+//! The `[[body]]` tables: names, meshes, displacements, tractions, springs and cuts.
 
 use super::body::file_stem;
+use super::cuts::cut;
 use super::dimension::{Keys, refuse_foreign};
-use super::names::LONGEST_NAME;
+use super::names::{LONGEST_NAME, Names};
 use super::regions::regions;
 use super::springs::spring;
 use super::{
@@ -18,9 +19,9 @@ use std::collections::HashMap;
 pub(super) fn bodies<S: Keys>(root: &mut Reader<'_>) -> Vec<BodyCase<S>> {
     let Some(mut readers) = root.tables("body") else { return Vec::new() };
     let mut bodies = Vec::with_capacity(readers.len());
-    let mut names = HashMap::new();
+    let (mut names, mut cuts) = (HashMap::new(), Names::default());
     for r in &mut readers {
-        bodies.push(body::<S>(r, &mut names));
+        bodies.push(body::<S>(r, &mut names, &mut cuts));
     }
     if bodies.is_empty() {
         root.refuse("body", "there is no body", "one [[body]] table or more", "write a [[body]]");
@@ -31,7 +32,11 @@ pub(super) fn bodies<S: Keys>(root: &mut Reader<'_>) -> Vec<BodyCase<S>> {
     bodies
 }
 
-fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> BodyCase<S> {
+fn body<S: Keys>(
+    r: &mut Reader<'_>,
+    others: &mut HashMap<String, String>,
+    cut_names: &mut Names,
+) -> BodyCase<S> {
     let foreign = refuse_foreign::<S>(r, "body");
     r.require(&["name", "material"]);
     let name = r.string("name");
@@ -54,6 +59,8 @@ fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> Bo
     let tractions = r.tables("traction").unwrap_or_default().into_iter().map(|r| traction(r, s)).collect();
     let rigid = r.tables("rigid").unwrap_or_default().into_iter().map(|r| rigid(r, s)).collect();
     let springs = r.tables("spring").unwrap_or_default().into_iter().map(|r| on_springs(r, s)).collect();
+    let cuts = r.tables("cut").unwrap_or_default();
+    let cuts = cuts.into_iter().filter_map(|r| cut(r, cut_names)).collect();
     let curves = if foreign { None } else { r.tables(S::CURVE_TABLE) };
     let curves = curves.unwrap_or_default().into_iter().filter_map(|r| curve(r, s)).collect();
     BodyCase {
@@ -68,6 +75,7 @@ fn body<S: Keys>(r: &mut Reader<'_>, others: &mut HashMap<String, String>) -> Bo
         sides,
         rigid,
         springs,
+        cuts,
         curves,
     }
 }

@@ -104,6 +104,7 @@ fn body<S: Dimension>(body: &BodyCase<S>) -> Json {
     insert(&mut settings, "side", (!body.sides.is_empty()).then_some(&body.sides));
     insert(&mut settings, "rigid", (!body.rigid.is_empty()).then_some(&body.rigid));
     insert(&mut settings, "spring", (!body.springs.is_empty()).then_some(&body.springs));
+    insert(&mut settings, "cut", (!body.cuts.is_empty()).then_some(&body.cuts));
     insert(&mut settings, S::CURVE_TABLE, (!body.curves.is_empty()).then_some(&body.curves));
     insert(&mut settings, "region", (!body.regions.is_empty()).then_some(&body.regions));
     settings

@@ -50,6 +50,7 @@ impl<S: Dimension> BodyCase<S> {
             ConditionList::Rigid => self.rigid.get(place.index).map(|c| &c.name),
             ConditionList::Spring => self.springs.get(place.index).map(|c| &c.name),
             ConditionList::Temperature => self.temperatures.get(place.index).map(|c| &c.name),
+            ConditionList::Cut => return self.cuts.get(place.index).map(|cut| cut.name.as_str()),
             ConditionList::Curve | ConditionList::Surface | ConditionList::BodyForce => None,
         };
         name?.as_deref()
@@ -62,21 +63,30 @@ impl<S: Dimension> BodyCase<S> {
         let names = displacements.chain(tractions).chain(self.rigid.iter().map(|c| &c.name));
         let names = names.chain(self.springs.iter().map(|c| &c.name));
         let names = names.chain(self.temperatures.iter().map(|c| &c.name));
-        names.filter_map(|name| name.as_deref())
+        names.filter_map(|name| name.as_deref()).chain(self.cuts.iter().map(|cut| cut.name.as_str()))
     }
 }
 
 impl<S: Dimension> Case<S> {
     /// Returns the factor of a condition of a body.
     pub fn factor(&self, factors: &Factors, body: usize, place: ConditionPlace) -> f64 {
-        factors.of(self.bodies.get(body).and_then(|body| body.condition_name(place)))
+        let name = self.bodies.get(body).and_then(|body| body.condition_name(place));
+        match place.list {
+            // All cuts have a name.
+            ConditionList::Cut => self.factor_in_steps(factors, name),
+            _ => factors.of(name),
+        }
     }
 
     /// Returns the factor of the gap of a pair: that of its name, if a step names it.
     pub fn gap_factor(&self, factors: &Factors, pair: usize) -> f64 {
-        let name = self.contacts.get(pair).map(|contact| &contact.name);
-        let steps = self.steps.iter().flat_map(|step| &step.factors);
-        factors.of(name.filter(|name| steps.clone().any(|(of, _)| of == *name)).map(String::as_str))
+        self.factor_in_steps(factors, self.contacts.get(pair).map(|contact| contact.name.as_str()))
+    }
+
+    /// Returns the factor of a name, if a step names it, and otherwise 1.
+    fn factor_in_steps(&self, factors: &Factors, name: Option<&str>) -> f64 {
+        let mut steps = self.steps.iter().flat_map(|step| &step.factors);
+        factors.of(name.filter(|name| steps.any(|(of, _)| of == name)))
     }
 
     /// Lists the factors at the end of each step. Nothing without steps.
@@ -168,7 +178,7 @@ fn step<S: Dimension>(mut r: Reader<'_>, (bodies, contacts): (&[BodyCase<S>], &[
                         "the `name` of a condition or of a contact".to_owned(),
                         format!(
                             "write `name = \"{}\"` into a \
-                         [[body.displacement]], a [[body.traction]], a [[body.rigid]], a [[body.spring]] or a [[contact]]",
+                         [[body.displacement]], a [[body.traction]], a [[body.rigid]], a [[body.spring]], a [[body.cut]] or a [[contact]]",
                             name.escape_debug()
                         ),
                     ),

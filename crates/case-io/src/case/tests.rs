@@ -130,6 +130,7 @@ fn the_example_of_the_contract_is_read() {
         sides: vec![],
         rigid: vec![],
         springs: vec![],
+        cuts: vec![],
     };
     assert_eq!(case.bodies[0], upper);
     assert_eq!(case.bodies[1].displacements[0].imposition, Imposition::Fixed);

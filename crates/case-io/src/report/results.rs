@@ -28,6 +28,9 @@ pub struct Results {
     /// Force of the springs of each `[[body.spring]]` on its body; left out without springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<Vec<Reaction>>,
+    /// Force and shortening of each `[[body.cut]]`; left out without cuts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cuts: Option<Vec<CutResult>>,
     /// All forces on each body added up, in the file's order: their components in N/m, of solids N, and their moment about the body's
     /// centroid in N, of solids N·m; zero to round-off.
     pub balance: Option<Vec<Vec<f64>>>,
@@ -119,6 +122,17 @@ pub struct PeakStress {
     pub z: Option<f64>,
     /// Its change from the mesh before to the last one, over the former; `None` if there is one mesh.
     pub change: Option<f64>,
+}
+
+/// The force and the shortening of a cut.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CutResult {
+    /// Its name.
+    pub name: String,
+    /// Its force, N/m, of solids N; it pulls if it is positive.
+    pub force: f64,
+    /// Its shortening, m.
+    pub shortening: f64,
 }
 
 /// The reaction of one support, or the force of springs, N/m, of solids N.

@@ -116,7 +116,7 @@ pub(super) fn nearest_in_round_cones<S: Recovery>(
     state: &ContactState<'_, S>,
     tractions: &Tractions,
     near: (&[f64], &[f64]),
-    rows: &Rows,
+    rows: &Rows<S>,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let mut values = near.0.to_vec();
@@ -148,7 +148,7 @@ pub(super) fn nearest<S: Recovery>(
     state: &ContactState<'_, S>,
     tractions: &Tractions,
     (target, weights): (&[f64], &[f64]),
-    Rows { independent: (matrix, loads), .. }: &Rows,
+    Rows { independent: (matrix, loads), .. }: &Rows<S>,
     limits: &[Vec<f64>],
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
@@ -187,7 +187,7 @@ pub(super) fn nearest_in_cones<S: Recovery>(
     prepared: &PreparedProblem<S>,
     tractions: &Tractions,
     (target, weights): (&[f64], &[f64]),
-    Rows { independent: (matrix, loads), .. }: &Rows,
+    Rows { independent: (matrix, loads), .. }: &Rows<S>,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
     let n = target.len();

@@ -8,7 +8,7 @@ use super::facet_functions::linear_by_moments;
 use super::rigid::{Equation, Given, RigidSide};
 use super::springs::{FacetSprings, SpringSide};
 use super::{Body, BodyError, ConditionList, ConditionPlace, FacetCondition, NodeConstraint, SupportSet};
-use super::{force, heat};
+use super::{cuts, force, heat};
 use crate::boundary::{BoundaryConditions, FacetSelection, Load, RigidCondition, ScalarData, Support};
 use crate::directions::Directions;
 use crate::geometry::{Coordinates, Point, norm};
@@ -78,6 +78,8 @@ pub(super) fn evaluate<S: Space>(
     selected.springs = springs.iter().map(SpringSide::facet_ids).collect();
     let roller_turn = work.roller_turn();
     let (node_constraints, facet_conditions) = (work.constraints, work.facets);
+    let cuts = cuts::evaluate(&mesh, conditions, &node_constraints, &facet_conditions)?;
+    let cut_strains = cuts::strains(&mesh, &cuts);
     let conditions = conditions.clone();
     let free_motion = OnceLock::new();
     Ok(Body {
@@ -90,6 +92,8 @@ pub(super) fn evaluate<S: Space>(
         springs,
         roller_turn,
         temperature,
+        cuts,
+        cut_strains,
         forces,
         conditions,
         selected,

@@ -227,6 +227,54 @@ pub enum BodyError {
         /// Its distance, m.
         distance: f64,
     },
+    /// No facet lies in the plane of a cut.
+    #[error(
+        "{place}: no {} of the mesh lies in its plane, within its box: the mesh must have {} along the cut", words.facet, words.facets
+    )]
+    CutMisses {
+        /// The cut.
+        place: ConditionPlace,
+        /// The words for its cells.
+        words: &'static Words,
+    },
+    /// A cut ends inside the body.
+    #[error("{place} ends inside the body, at {point}: the {} of the mesh do not follow its plane there, or its box ends", words.facets)]
+    CutEnds {
+        /// The cut.
+        place: ConditionPlace,
+        /// The node.
+        point: Point,
+        /// The words for its cells.
+        words: &'static Words,
+    },
+    /// A cut has several parts.
+    #[error(
+        "{place} has {parts} parts that do not touch each other: one cut goes through one shank; give each a cut with a box of its own"
+    )]
+    CutParts {
+        /// The cut.
+        place: ConditionPlace,
+        /// Their number.
+        parts: usize,
+    },
+    /// A support or springs hold a node of a cut along its axis.
+    #[error(
+        "{place}: at {point} a support, a rigid side or springs hold the rim of the cut along its axis; only what is perpendicular to the axis can go on across a cut"
+    )]
+    CutHeld {
+        /// The cut.
+        place: ConditionPlace,
+        /// The node, or the middle of the facet.
+        point: Point,
+    },
+    /// Two cuts have a common node.
+    #[error("{place} meets an earlier cut at {point}; two cuts have no common point")]
+    CutTwice {
+        /// The later cut.
+        place: ConditionPlace,
+        /// The node.
+        point: Point,
+    },
     /// The body force is infinite or NaN.
     #[error("the body force is {force}; finite numbers are needed")]
     BodyForce {

@@ -51,16 +51,25 @@ impl<S: Space> Body<S> {
         nodes.into_iter().map(|n| self.temperature[n.index()]).sum::<f64>() / (S::DIM + 1) as f64
     }
 
-    /// Returns the mean initial strain in a cell.
+    /// Tells whether cells have an initial strain: of heat or of cuts.
+    #[inline]
+    pub fn has_initial_strain(&self) -> bool {
+        self.has_heat() || !self.cuts().is_empty()
+    }
+
+    /// Returns the mean initial strain in a cell, of heat and of cuts.
     #[inline]
     pub fn initial_strain(&self, cell: usize) -> S::Tensor {
-        times::<S>(self.material(cell).thermal_strain(), self.cell_temperature(cell))
+        let of_heat = times::<S>(self.material(cell).thermal_strain(), self.cell_temperature(cell));
+        let Some(of_cuts) = self.cut_strains.get(cell) else { return of_heat };
+        let [a, b]: [S::Components<f64>; 2] = [of_heat.into(), (*of_cuts).into()];
+        S::components(|k| a[k] + b[k]).into()
     }
 
     /// Computes the mean stress in a cell of a displacement, `σ = E (ε − ε₀)`.
     #[inline]
     pub fn stress(&self, cell: usize, strain: S::Tensor) -> S::Tensor {
-        if !self.has_heat() {
+        if !self.has_initial_strain() {
             return self.material(cell).stress(strain);
         }
         let (a, b): (S::Components<f64>, S::Components<f64>) =

@@ -1,6 +1,6 @@
 //! Bodies that are bonded become one: nodes of their bonded sides are merged.
 
-use super::{Body, FacetCondition, FacetSprings, NodeConstraint, RigidSide, SupportSet};
+use super::{Body, FacetCondition, FacetSprings, NodeConstraint, RigidSide, SupportSet, cuts};
 use crate::boundary::BoundaryConditions;
 use crate::directions::Directions;
 use crate::geometry::{Coordinates, Point, norm};
@@ -58,6 +58,12 @@ pub enum JoinError {
     /// A body is on springs.
     #[error("a bonded body is on springs, which is not solved yet")]
     Springs,
+    /// A cut of a body ends at a bonded side.
+    #[error("a cut ends at the bonded side at {point}, and the other body goes on there")]
+    Cut {
+        /// The node.
+        point: Point,
+    },
     /// A load or a support on a bonded side.
     #[error("a load or a support acts on the bonded side at {point}")]
     Occupied {
@@ -147,6 +153,8 @@ impl<S: Space> Body<S> {
             rigid_sides: Vec::new(),
             springs: Vec::new(),
             temperature: Vec::new(),
+            cuts: Vec::new(),
+            cut_strains: Vec::new(),
             forces: Vec::new(),
             roller_turn: parts.iter().map(|(part, _)| part.roller_turn).fold(0.0, f64::max),
             conditions: BoundaryConditions { body_force, ..BoundaryConditions::default() },
@@ -162,6 +170,7 @@ impl<S: Space> Body<S> {
             joined.take_facets(part, nodes)?;
             joined.take_sides(part, *offset, nodes);
         }
+        joined.take_cuts(parts, merged)?;
         Ok(joined)
     }
 
@@ -217,6 +226,28 @@ impl<S: Space> Body<S> {
                 return Err(JoinError::Occupied { point: part.mesh.facet_middle(*facet).into() });
             }
         }
+        Ok(())
+    }
+
+    /// Adds the cuts of all parts.
+    fn take_cuts(&mut self, parts: &[(&Self, S::Vector)], merged: &Merged) -> Result<(), JoinError> {
+        if parts.iter().all(|(part, _)| part.cuts.is_empty()) {
+            return Ok(());
+        }
+        let mut bodies_at = vec![0u32; merged.count];
+        merged.nodes.iter().flatten().for_each(|node| bodies_at[node.index()] += 1);
+        let mut first_cell = 0;
+        for ((part, _), nodes) in parts.iter().zip(&merged.nodes) {
+            for cut in &part.cuts {
+                if let Some(node) = cut.nodes.iter().find(|node| bodies_at[nodes[node.index()].index()] > 1) {
+                    return Err(JoinError::Cut { point: part.mesh.points()[*node].into() });
+                }
+                let facet = |of: FacetId| self.mesh.facet_of_part(&part.mesh, of, nodes).0;
+                self.cuts.push(cut.on_joined(facet, nodes, first_cell));
+            }
+            first_cell += part.mesh.cells().len() as u32;
+        }
+        self.cut_strains = cuts::strains(&self.mesh, &self.cuts);
         Ok(())
     }
 

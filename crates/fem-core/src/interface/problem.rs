@@ -4,7 +4,10 @@ use super::{
     ContactFacet, ContactInterface, Friction, Gap, InterfaceError, InterfaceSide, NodePair, Obstacle,
     Partner, Retained, RigidLine, Roles, SlipBefore,
 };
-use crate::body::{Body, BodyError, ConditionPlace, Difference, DifferenceSum, RigidMotion};
+use crate::body::{
+    Body, BodyError, ConditionPlace, Cut, Difference, DifferenceSum, PERPENDICULAR, RigidMotion,
+};
+use crate::geometry::Coordinates;
 use crate::space::{Plane, Solid, Space};
 use std::ops::Range;
 use thiserror::Error;
@@ -254,6 +257,30 @@ impl<S: Space> ContactProblem<S> {
             (0..self.bodies.len()).partition(|b| self.carries_lambda(*b));
         first.extend(second);
         first
+    }
+
+    /// Finds a contact facet at the rim of a cut along whose axis it is pressed or rubbed: the contact does not know of the jump there. Returns the
+    /// pair and the middle of the facet.
+    pub fn contact_across_cut(&self) -> Option<(usize, S::Vector)> {
+        for (k, pair) in self.contacts.iter().enumerate() {
+            for (side, b) in pair.elastic_sides() {
+                let body = &self.bodies[b];
+                for facet in pair.interface.facets() {
+                    let own = facet.facets[side];
+                    let nodes = body.mesh().topology().facets()[own];
+                    let meets = |cut: &&Cut<S>| nodes.into_iter().any(|node| cut.has(node));
+                    let Some(cut) = body.cuts().iter().find(meets) else { continue };
+                    let along = |corner: usize| {
+                        let normal = pair.interface.corner_pair(facet, corner).normal;
+                        normal.times(&cut.axis).abs() > PERPENDICULAR
+                    };
+                    if pair.friction.acts() || (0..S::DIM).any(along) {
+                        return Some((k, body.mesh().facet_middle(own)));
+                    }
+                }
+            }
+        }
+        None
     }
 
     /// Counts the nodes of all bodies.

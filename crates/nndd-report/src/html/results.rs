@@ -171,6 +171,10 @@ pub(super) fn results<S: ReportSpace>(
             row(&of, Some(x), Kind::Force);
         }
     }
+    for cut in r.cuts.iter().flatten() {
+        row(&format!("force in the cut {}", cut.name), Some(cut.force), Kind::Force);
+        row(&format!("shortening of the cut {}", cut.name), Some(cut.shortening), Kind::Length);
+    }
     for body in &report.bodies {
         for side in &body.rigid_sides {
             let of = format!("of the rigid side {} of {}", side.on, body.name);

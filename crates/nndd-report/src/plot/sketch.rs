@@ -25,6 +25,8 @@ pub(crate) struct SketchBody<'a> {
     pub(crate) mesh: &'a TriMesh,
     /// The edges between two materials.
     pub(crate) materials: Vec<[Vector; 2]>,
+    /// The edges of its cuts.
+    pub(crate) cuts: Vec<[Vector; 2]>,
     /// The conditions on its boundary edges.
     pub(crate) edges: Vec<SketchEdge>,
     /// The body force on it; zero if there is no such force.
@@ -84,6 +86,7 @@ const MOVED: Look = Look::new("imposed displacement", VERMILLION, 7.0, Marker::T
 const LOAD: Look = Look::new("load", BLUE, 7.0, Marker::Triangle);
 const BODY_FORCE: Look = Look::new("body force", ORANGE, 7.0, Marker::Triangle);
 const MATERIALS: Look = Look::new("between materials", GREY, 1.5 * PIXEL, Marker::None).dashed("20 12");
+const CUT: Look = Look::new("cut", VERMILLION, 3.0 * PIXEL, Marker::None).dashed("12 8");
 const CONTACT: Look = Look::new("possible contact", GREEN, 4.0 * PIXEL, Marker::None);
 /// Distance of two marks of a kind.
 const APART: f64 = 17.0 * PIXEL;
@@ -131,6 +134,7 @@ pub(crate) fn sketch(
     let there = [
         (CONTACT, !contact.is_empty()),
         (MATERIALS, bodies.iter().any(|body| !body.materials.is_empty())),
+        (CUT, bodies.iter().any(|body| !body.cuts.is_empty())),
         (FIXED, edges().any(|e| e.held == Held::Fixed)),
         (ROLLER, edges().any(|e| e.held == Held::Roller)),
         (SPRINGS, edges().any(|e| e.held == Held::Springs)),
@@ -189,8 +193,10 @@ fn shape(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
         let cells: String = (0..mesh.cells().len()).map(cell).collect();
         sheet.stroke(&cells, "#FFFFFF", 2.0);
     }
-    let between: Vec<[Vector; 2]> = body.materials.iter().map(|edge| edge.map(|p| panel.place(p))).collect();
-    sheet.dashed(&joined(&between), MATERIALS.colour, MATERIALS.thickness, MATERIALS.dash);
+    for (edges, look) in [(&body.materials, &MATERIALS), (&body.cuts, &CUT)] {
+        let placed: Vec<[Vector; 2]> = edges.iter().map(|edge| edge.map(|p| panel.place(p))).collect();
+        sheet.dashed(&joined(&placed), look.colour, look.thickness, look.dash);
+    }
     sheet.stroke(&lines, INK, FIRM);
 }
 
@@ -366,6 +372,9 @@ fn description(bodies: &[SketchBody<'_>], obstacles: &[ObstaclePicture<'_>]) -> 
         let _ = write!(text, " {}: {} triangles; {parts}.", body.name, body.mesh.cells().len());
         if body.body_force != Vector::zeros() {
             let _ = write!(text, " A body force acts on it (orange arrow).");
+        }
+        if !body.cuts.is_empty() {
+            let _ = write!(text, " A cut pulls it together (dashed red line).");
         }
     }
     match obstacles.len() {
