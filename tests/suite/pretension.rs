@@ -154,7 +154,7 @@ fn a_bolt_in_a_flange_has_the_figures_of_an_independent_code() {
         let cut = &solution.problem.bodies[0].cuts()[0];
         let displacement = &solution.estimate.as_ref().unwrap().pair.bodies[0].displacement;
         near(cut.shortening, shortening, 1e-11);
-        near(solution.problem.bodies[0].cut_forces(displacement)[0], force, 1e-11);
+        near(solution.problem.bodies[0].cut_forces(displacement)[0][0], force, 1e-11);
         energies(&solution)
             .into_iter()
             .zip(energy)
@@ -169,7 +169,6 @@ fn a_bolt_in_a_flange_has_the_figures_of_an_independent_code() {
         near(certified(&all).cre.e_cre(), best, 1e-6);
         let truth = error(&solution, &solved(flange(8, load), Relaxation::NONE));
         let effectivity = certified(&all).cre.e_cre() / truth;
-        eprintln!("effectivity {effectivity}, two {}", certified(&two).cre.e_cre());
         assert!((1.0..1.25).contains(&effectivity), "{effectivity}");
     }
 }

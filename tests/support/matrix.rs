@@ -10,6 +10,7 @@
 //! admissible field has not less energy than the bound allows. Some problems have linear solutions or forces that equilibrium gives.
 
 mod bonded;
+mod cuts;
 mod draw;
 mod inside;
 mod judge;
@@ -27,7 +28,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 83] = [
+pub const FEATURES: [&str; 85] = [
     "no contact",
     "one body",
     "two bodies",
@@ -111,6 +112,8 @@ pub const FEATURES: [&str; 83] = [
     "bonded pair",
     "offset of a bond",
     "contact beside a bond",
+    "cut: shortening",
+    "cut: force",
 ];
 
 /// One of this many problems has a corner of one side, one has a pin that may spin, and one has bonded bodies. They are not among the layouts, so that the other
@@ -194,6 +197,9 @@ impl Problem {
         if known.torque.is_none() && !bonded && (springs::put(&mut d, number) | inside::put(&mut d, number)) {
             known = Known::default();
         }
+        if known.torque.is_none() && cuts::put(&mut d, number)? {
+            known = Known::default();
+        }
         let has = |d: &Draw, feature| d.features.contains(feature);
         let coulomb = has(&d, "friction: Coulomb");
         let friction = coulomb || has(&d, "friction: Tresca");
@@ -214,8 +220,14 @@ impl Problem {
             adapt: !stepped,
             contact: !has(&d, "no contact"),
         };
-        let first = settings::draw(&mut d, allowed);
-        let second = settings::draw(&mut d, settings::Allowed { adapt: false, ..allowed });
+        let mut first = settings::draw(&mut d, allowed);
+        let mut second = settings::draw(&mut d, settings::Allowed { adapt: false, ..allowed });
+        if has(&d, cuts::TIGHTENED) {
+            // The exact solution alone finds the shortening.
+            for of in [&mut first, &mut second] {
+                of.retain(|(key, _)| !key.starts_with("solver."));
+            }
+        }
         let text = d.text(&first);
         if last == 1.0 && !friction {
             d.steps.clear();

@@ -27,7 +27,7 @@ use nndd::NewtonSettings;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 31] = [
+pub const FAMILIES: [&str; 32] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -59,6 +59,7 @@ pub const FAMILIES: [&str; 31] = [
     "floating on round obstacles with friction",
     "springs",
     "heat and forces",
+    "cuts",
 ];
 
 /// The promises that are judged.
@@ -123,8 +124,8 @@ impl Problem {
                         first = judge::random_settings(&mut random);
                     }
                     let mut second = judge::random_settings(&mut random);
-                    // Only the exact method solves friction of solids.
-                    if made.has_friction() {
+                    // Only the exact method solves friction of solids and forces in cuts.
+                    if made.has_friction() || made.bodies.iter().any(Body::has_cut_forces) {
                         second.method = NewtonSettings::default().into();
                     }
                     return Ok(Self { number, family, assembly, first, second });
@@ -143,6 +144,7 @@ fn shows(assembly: &Assembly, made: &ContactProblem<Solid>, family: &str) -> boo
     let mut sides = assembly.parts.iter().flat_map(|part| part.sides);
     match family {
         "heat and forces" => assembly.parts.iter().all(|part| part.inside.is_some()),
+        "cuts" => assembly.parts.iter().any(|part| part.cut.is_some()) && made.contact_across_cut().is_none(),
         "springs" => sides.any(|side| matches!(side, Condition::Springs(..))),
         "rigid side" => sides.any(|side| matches!(side, Condition::Rigid(..))),
         "plane driven by a force" => {
@@ -216,6 +218,9 @@ fn excluded(error: &(dyn std::error::Error + 'static)) -> bool {
             BodyError::Conflict { .. }
                 | BodyError::RigidOccupied { .. }
                 | BodyError::NoSurface { .. }
+                | BodyError::CutMisses { .. }
+                | BodyError::CutEnds { .. }
+                | BodyError::CutHeld { .. }
                 | BodyError::OffSurface { .. }
         )
     )
@@ -285,8 +290,8 @@ impl Trial {
     pub fn of(problem: &Problem) -> Self {
         Self::judged(problem, |trial| {
             let claims = judge::judge(problem, trial);
-            // Fields of other programs get no bound with friction.
-            if !problem.family.contains("friction") {
+            // Fields of other programs get no bound with friction or cuts.
+            if !problem.family.contains("friction") && problem.family != "cuts" {
                 field::judge(problem, &claims, trial);
             }
         })

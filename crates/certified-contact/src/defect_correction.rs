@@ -66,6 +66,10 @@ pub(crate) fn correct<S: Space>(
     let contacts = contact.contacts.clone();
     // Increments leave the set alone: the iteration corrects λ.
     let method = match method {
+        // The iteration does not know pairs within a bonded body.
+        Method::NewtonNn(settings) if contacts.iter().any(ContactPair::<S>::is_within_a_body) => {
+            settings.clone().into()
+        }
         Method::NewtonNn(settings) => {
             let mut iteration = NnddSettings::default();
             iteration.qp = settings.qp.clone();

@@ -26,8 +26,10 @@ const GOOD_STEP: f64 = 0.1;
 const LEAST_STIFFNESS: f64 = 1e-4;
 /// The step of a difference, as a part of what the missing force would shorten the cells beyond the cut.
 const DIFFERENCE: f64 = 1e-2;
-/// A step is halved this often.
-const MOST_HALVINGS: usize = 20;
+/// Between a part of a step that is too short and one that is too long, the next one is at least this part of their distance away from both.
+const NEAREST: f64 = 0.05;
+/// The next part of a step that is too short, over the last one.
+const FARTHER: f64 = 8.0;
 
 /// A cut whose force is given: its body, and its place there.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +40,8 @@ struct Tightened {
     force: f64,
     /// The stiffness of the cells beyond the cut, N/m per m.
     stiffness: f64,
+    /// The size of the body, m: a bolt is not shortened by more.
+    size: f64,
 }
 
 /// A prepared problem with shortenings, and the forces of its solution less the given ones.
@@ -45,7 +49,7 @@ struct State<S: Space> {
     prepared: PreparedProblem<S>,
     shortenings: DVector<f64>,
     difference: DVector<f64>,
-    /// The largest of the given forces and those of the solution, N/m.
+    /// The largest of the given forces and the sums of the terms of those of the solution, N/m.
     size: f64,
 }
 
@@ -95,20 +99,15 @@ pub(crate) fn tighten<S: ContactSpace>(
                 matrix
             }
         };
-        let before = (now.shortenings.clone(), now.difference.clone());
-        let Some(mut step) = matrix.clone().lu().solve(&-&before.1) else { return Err(now.unreached(&cuts)) };
-        now = solved(now.prepared, &before.0 + &step)?;
-        // Along the step the potential energy falls up to its minimum, where the difference is perpendicular to it.
-        for _ in 0..MOST_HALVINGS {
-            if !(now.difference.dot(&step).abs() > before.1.dot(&step).abs()) {
-                break;
-            }
-            step *= 0.5;
-            now = solved(now.prepared, &before.0 + &step)?;
-        }
-        if now.difference.amax() <= GOOD_STEP * before.1.amax() {
-            let missed = &now.difference - &before.1 - &matrix * &step;
-            updated = Some(matrix + missed * step.transpose() / step.norm_squared());
+        let before = now.difference.clone();
+        let step = matrix.clone().lu().solve(&-&before).filter(|step| step.iter().all(|x| x.is_finite()));
+        let Some(step) = step else { return Err(now.unreached(&cuts)) };
+        let from = now.shortenings.clone();
+        now = along(now, &cuts, &step, &mut solved)?;
+        if now.difference.amax() <= GOOD_STEP * before.amax() {
+            let taken = &now.shortenings - from;
+            let missed = &now.difference - &before - &matrix * &taken;
+            updated = Some(matrix + missed * taken.transpose() / taken.norm_squared());
         } else if fresh && now.is_near() {
             break;
         }
@@ -140,9 +139,11 @@ impl<S: Space> State<S> {
 fn tightened<S: Space>(problem: &ContactProblem<S>) -> Vec<Tightened> {
     let of_body = |(body, of): (usize, &Body<S>)| -> Vec<Tightened> {
         let given = of.cuts().iter().enumerate().filter_map(|(cut, found)| Some((cut, found, found.force?)));
-        given
-            .map(|(cut, found, force)| Tightened { body, cut, force, stiffness: of.cut_stiffness(found) })
-            .collect()
+        let tightened = |(cut, found, force)| {
+            let (stiffness, size) = (of.cut_stiffness(found), of.mesh().diagonal());
+            Tightened { body, cut, force, stiffness, size }
+        };
+        given.map(tightened).collect()
     };
     problem.bodies.iter().enumerate().flat_map(of_body).collect()
 }
@@ -165,12 +166,50 @@ fn solved_state<S: ContactSpace>(
         .map_err(|error| SolveError::of_nndd(prepared.problem(), error))?;
     let displacement = prepared.displacements(&solution.fields);
     let bodies = prepared.problem().bodies.iter().zip(&displacement);
-    let found: Vec<Vec<f64>> = bodies.map(|(body, of)| body.cut_forces(of)).collect();
-    let difference = cuts.iter().map(|of| found[of.body][of.cut] - of.force);
+    let found: Vec<Vec<[f64; 2]>> = bodies.map(|(body, of)| body.cut_forces(of)).collect();
+    let difference = cuts.iter().map(|of| found[of.body][of.cut][0] - of.force);
     let difference = DVector::from_iterator(cuts.len(), difference);
-    let sizes = cuts.iter().map(|of| of.force.abs().max(found[of.body][of.cut].abs()));
+    let sizes = cuts.iter().map(|of| of.force.abs().max(found[of.body][of.cut][1]));
     let size = sizes.fold(0.0, f64::max);
     Ok(State { prepared, shortenings, difference, size })
+}
+
+/// Goes along a step to where the potential energy is about least. Its derivative by the part of the step, the work of the differences, grows with it.
+fn along<S: ContactSpace>(
+    from: State<S>,
+    cuts: &[Tightened],
+    step: &DVector<f64>,
+    solved: &mut impl FnMut(PreparedProblem<S>, DVector<f64>) -> Result<State<S>, SolveError<S>>,
+) -> Result<State<S>, SolveError<S>> {
+    let start = from.shortenings.clone();
+    let slope = from.difference.dot(step);
+    let [mut low, mut high] = [Some([0.0, slope]), None];
+    let farthest = |k: usize| (cuts[k].size - start[k] * step[k].signum()) / step[k].abs();
+    let farthest = (0..cuts.len()).map(farthest).fold(f64::INFINITY, f64::min);
+    let (mut now, mut part) = (from, farthest.min(1.0));
+    loop {
+        now = solved(now.prepared, &start + step * part)?;
+        let found = now.difference.dot(step);
+        if !(found.abs() > GOOD_STEP * slope.abs()) || now.is_near() {
+            return Ok(now);
+        }
+        if found < 0.0 && part >= farthest {
+            return Err(now.unreached(cuts));
+        }
+        let end = if found < 0.0 { &mut low } else { &mut high };
+        *end = Some([part, found]);
+        part = match (low, high) {
+            (Some([a, from]), Some([b, to])) => {
+                // Where the line between both ends is zero, but not too near to one of them.
+                let zero = from / (from - to);
+                a + (b - a) * zero.clamp(NEAREST, 1.0 - NEAREST)
+            }
+            _ => farthest.min(part * FARTHER),
+        };
+        if high.zip(low).is_some_and(|([b, _], [a, _])| b - a <= f64::EPSILON * b) {
+            return Ok(now);
+        }
+    }
 }
 
 /// Computes the change of each force per unit of each shortening, and goes back to where it was.

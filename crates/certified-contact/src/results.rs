@@ -248,7 +248,7 @@ fn cut_results<S: Space>(
     displacement: &[S::Vector],
 ) -> impl Iterator<Item = CutResults> {
     let forces = body.cuts().iter().zip(body.cut_forces(displacement));
-    forces.map(move |(cut, force)| CutResults {
+    forces.map(move |(cut, [force, _])| CutResults {
         body: b,
         name: cut.name.clone(),
         force,

@@ -252,6 +252,21 @@
 //! | springs | [`FacetSprings`](fem_core::body::FacetSprings), [`SpringForce`](crate::SpringForce) |
 //! | (41) | [`constitutive_relation_error`](cre_estimator::constitutive_relation_error) |
 //!
+//! # Cuts
+//! Across a cut through a bolt `u^a − u^b = δ e`, with the axis `e` out of a, and the traction `t` on a is the opposite of that on b. If the force
+//! `F` is given, `δ` is an unknown with the work `F δ`. The cross term of (16) gains
+//! ```math
+//! 2 ∫ (t − t_ex)·([u] − [v]) = 2 (∫ t·e − F) (δ_ex − δ)     (42)
+//! ```
+//! which is zero if `δ` is given, and if the stress of the bound has the force exactly. The tractions of EET add up to the FE force, and steps of the
+//! relaxation do not change it. Columns are combined so that they do not, and the pressure of the bound does the same work as `r²` along the
+//! displacements of a unit shortening, which by reciprocity leaves the force as it is. The nodal displacements are those of a; the jump is an
+//! initial strain of the cells of b at the cut.
+//! | formula | where |
+//! |---|---|
+//! | cuts | [`Cut`](fem_core::body::Cut), [`CutResults`](crate::CutResults) |
+//! | (42) | its condition: `rigid_balance` of [`check()`](cre_estimator::check()) |
+//!
 //! # The percentage
 //! The percentage that the program prints is relative to the norm of the computed displacements. A guaranteed bound
 //! of the error over the norm of the *exact* ones follows, because `‖u‖ ≥ ‖v‖ − e_CRE`:

@@ -54,7 +54,7 @@ def keys_of(table: dict[str, Any], section: str = "") -> set[str]:
             found -= {inner}
             inner = "materials.NAME"
         for entry in value if isinstance(value, list) else [value]:
-            if isinstance(entry, dict) and key not in ("generator", "obstacle", "friction", "factors", "box", "part", "circle"):
+            if isinstance(entry, dict) and key not in ("generator", "obstacle", "friction", "factors", "box", "part", "circle", "plane"):
                 found |= keys_of(entry, inner)
     return found
 
@@ -71,6 +71,7 @@ def every_key() -> nndd.Problem:
     body.load("right", (0, 1)).load("right", pressure=1.0, part={"y": (0, 1)}, name="pull")
     body.rigid("top", ux=0, uy=0, rotation=0, force=(0, 1), moment=1, about=(0, 0), part={"x": (0, 1)}, name="plate")
     body.spring("left", 1.0, along=(1, 0), rest=0.1, part={"x": (0, 1)}, name="bed").warm("x", name="warm")
+    body.cut("bolt", (0, 0.5), (0, 1), shortening=0.1, force=1.0, box={"x": (0, 1)})
     body.curve("top", "arc").region(ply, group="g").region(sheet, box={"x": (0, 1)})
     other = nndd.Body(nndd.Mesh.block((0, 0), (1, 1), (2, 2)), STEEL, "b")
     wall = nndd.Obstacle.plane((0, 0), (0, 1), ux=0, uy=0, rotation=0, force=(0, 1), moment=1, about=(0, 0))

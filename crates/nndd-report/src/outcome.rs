@@ -142,8 +142,8 @@ fn failed_checks<S: ContactSpace + Dimension>(
              it where it is straight"
         }
         Some(("rigid_balance", ..)) => {
-            "no contact pressure on these nodes keeps a body in balance that only contact holds: its load acts near the end of the \
-             contact; use a finer mesh there"
+            "no contact pressure on these nodes keeps a body in balance that only contact holds, or keeps the given force in a cut: its load \
+             acts near the end of the contact; use a finer mesh there"
         }
         Some(("rotation", ..)) => {
             "a body that only contact or springs hold turns so far that small displacements are no longer a fair assumption: \

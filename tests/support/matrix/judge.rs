@@ -3,14 +3,15 @@
 use super::layouts::{Column, Torque};
 use super::runs::{CaseText, Done, Quiet, resume, run, run_and_write};
 use super::{Measured, Problem, Trial};
-use crate::finer::{finer, halve};
+use crate::finer::{carried, finer, halve};
 use crate::model::{Made, Vector};
 use crate::random::Random;
 use certified_contact::{CertifiedSolution, Settings, Silent, solve, suits_iteration};
 use fem_core::body::Body;
+use fem_core::field;
 use fem_core::interface::{ContactPair, NodePair};
 use fem_core::mesh::id::FacetId;
-use fem_core::norm::energy_distance_squared;
+use fem_core::norm::{energy_distance_squared, spring_energy};
 use fem_core::prepared::PreparedProblem;
 use nndd::stopping::Never;
 use nndd::{Method, NnddSettings, Start};
@@ -143,8 +144,25 @@ fn rounding(bodies: &[Body]) -> f64 {
 }
 
 fn distance(bodies: &[Body], u: &[Vec<Vector>], v: &[Vec<Vector>]) -> f64 {
-    let of_body = |(body, (u, v)): (&Body, (&Vec<Vector>, &Vec<Vector>))| energy_distance_squared(body, u, v);
-    bodies.iter().zip(u.iter().zip(v)).map(of_body).sum::<f64>().sqrt()
+    between((bodies, u), (bodies, v))
+}
+
+/// The distance of fields on the same meshes, whose cuts may have different shortenings.
+fn between((a, u): (&[Body], &[Vec<Vector>]), (b, v): (&[Body], &[Vec<Vector>])) -> f64 {
+    let of_body = |k: usize| {
+        let (body, u, v) = (&b[k], &u[k], &v[k]);
+        if body.cuts().is_empty() {
+            return energy_distance_squared(body, u, v);
+        }
+        let [s, t] = [field::stresses(&a[k], u), field::stresses(body, v)];
+        let of_cell = |cell: usize| {
+            let apart = s[cell].minus(t[cell]);
+            body.mesh().measure(cell) * body.material(cell).complementary(apart, apart)
+        };
+        let moved: Vec<Vector> = u.iter().zip(v).map(|(u, v)| u - v).collect();
+        (0..s.len()).map(of_cell).sum::<f64>() + spring_energy(body, &moved)
+    };
+    (0..b.len()).map(of_body).sum::<f64>().sqrt()
 }
 
 fn same_meshes(a: &[Body], b: &[Body]) -> bool {
@@ -365,8 +383,8 @@ fn of_intervals(a: &Claim<'_>, b: &Claim<'_>, what: &str, trial: &mut Trial) {
 fn of_finer(claim: &Claim<'_>, fine: &Claim<'_>, trial: &mut Trial) {
     of_intervals(claim, fine, "halved cells", trial);
     let problem = &claim.solution.problem;
-    let Ok((_, carried)) = finer(problem.clone(), claim.displacement.clone(), 1) else { return };
-    let apart = distance(fine.bodies(), &carried, &fine.displacement);
+    let Ok((coarse, carried)) = finer(problem.clone(), claim.displacement.clone(), 1) else { return };
+    let apart = between((&coarse.bodies, &carried), (fine.bodies(), &fine.displacement));
     let both = claim.e_cre + fine.e_cre;
     let slack = rounding(fine.bodies()) * claim.norm;
     trial.above(Promise::Error, "finer field", both, apart, slack);
@@ -413,7 +431,7 @@ fn of_other(
     // Of the same problem, if the meshes are the same or nested.
     if same_meshes(claim.bodies(), other.bodies()) {
         of_intervals(claim, &other, "other settings", trial);
-        let apart = distance(claim.bodies(), &claim.displacement, &other.displacement);
+        let apart = between((claim.bodies(), &claim.displacement), (other.bodies(), &other.displacement));
         let slack = ROUNDING * claim.norm;
         trial.above(Promise::Error, "other settings", claim.e_cre + other.e_cre, apart, slack);
         trial.above(Promise::Iteration, "other settings", claim.eta_nndd + other.eta_nndd, apart, slack);
@@ -441,8 +459,7 @@ fn of_frozen(claim: &Claim<'_>, trial: &mut Trial) {
     };
     let frozen = || -> Made<f64> {
         let halved = halve(problem)?;
-        let u =
-            halved.refinements.iter().zip(&claim.displacement).map(|(r, u)| r.prolong(u)).collect::<Vec<_>>();
+        let u = carried(problem, &halved, &claim.displacement);
         // λ is the trace of its carrier, also on edges at removed ends, which have one pair of nodes only.
         let finer = &halved.problem.contacts[0];
         let (side, sign) = (finer.roles.imposed(), [1.0, -1.0][finer.roles.imposed()]);
@@ -476,7 +493,8 @@ fn of_field(
     let solved = &claim.solution.problem;
     let mut random = Random::new(problem.number);
     let bonded = solved.contacts.iter().any(ContactPair::is_bonded);
-    if bonded || solved.has_friction() || random.unit() > 0.3 {
+    let cut = solved.bodies.iter().any(|body| !body.cuts().is_empty());
+    if bonded || cut || solved.has_friction() || random.unit() > 0.3 {
         return;
     }
     let Ok(own) = done.case.build_bodies() else { return };

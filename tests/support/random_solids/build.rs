@@ -5,7 +5,9 @@ use crate::model::Made;
 use crate::random::Random;
 use contact_geometry::{Contact, ContactNormal, Sides, paired_solids};
 use fem_core::body::{Body, DeclaredSurface, SurfaceKind};
-use fem_core::boundary::{BoundaryConditions, RigidCondition, ScalarData, SpringDirection, SpringRest};
+use fem_core::boundary::{
+    BoundaryConditions, CutLoad, RigidCondition, ScalarData, SpringDirection, SpringRest,
+};
 use fem_core::interface::{
     ClampedCorner, ClampedPair, ContactFacet, ContactInterface, ContactProblem, Friction, Gap, NodePair,
     Obstacle, RigidLine, SAME_NORMAL,
@@ -90,6 +92,8 @@ pub(super) struct Part {
     pub(super) weight: Vector3<f64>,
     /// A change of temperature, K, and a body force, N/m³, in axes of the grid.
     pub(super) inside: Option<(Linear, [Linear; 3])>,
+    /// A cut: its axis, its plane of the grid, and what tightens it.
+    pub(super) cut: Option<(usize, usize, CutLoad)>,
 }
 
 /// Two bodies in contact: the side of larger coordinates of the first, with the other's opposite side.
@@ -163,6 +167,12 @@ impl Assembly {
         if let Some((temperature, force)) = part.inside {
             conditions.temperatures.push(self.linear(temperature));
             conditions.force_field = Some(self.vector(force));
+        }
+        if let Some((axis, plane, load)) = part.cut {
+            let (mut low, mut high) = (part.cells.low, part.cells.high);
+            (low[axis], high[axis]) = (plane, plane);
+            let point = self.turn * self.grid.middle(&Cells { low, high });
+            conditions = conditions.cut("bolt", point, self.turn * Vector3::ith(axis, 2.0), load);
         }
         for (side, name) in SIDES.into_iter().enumerate().filter(|(side, _)| self.is_free(b, *side)) {
             conditions = match part.sides[side] {

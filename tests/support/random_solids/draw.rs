@@ -5,7 +5,7 @@ use super::grid::{Cells, Grid};
 use crate::model::Made;
 use crate::random::Random;
 use fem_core::body::SurfaceKind;
-use fem_core::boundary::SpringDirection;
+use fem_core::boundary::{CutLoad, SpringDirection};
 use fem_core::material::{LinearElastic, Orthotropic};
 use fem_core::space::Solid;
 use nalgebra::{Matrix6, Rotation3, Vector3};
@@ -186,6 +186,7 @@ impl Draw {
         self.rub(&mut assembly);
         self.spring(&mut assembly);
         self.warm(&mut assembly)?;
+        self.tighten(&mut assembly);
         Ok(assembly)
     }
 
@@ -260,7 +261,15 @@ impl Draw {
         if self.family == "corner of obstacles" && self.random.unit() < 0.5 {
             weight = Vector3::from_fn(|_, _| -self.pressure() * self.random.unit() / self.length);
         }
-        Ok(Part { cells: of, materials, divided, sides: [Condition::Free; 6], weight, inside: None })
+        Ok(Part {
+            cells: of,
+            materials,
+            divided,
+            sides: [Condition::Free; 6],
+            weight,
+            inside: None,
+            cut: None,
+        })
     }
 
     fn pressure(&self) -> f64 {
@@ -491,6 +500,45 @@ impl Draw {
             }
         }
         Ok(())
+    }
+
+    /// Cuts a body between two layers of its cells.
+    fn tighten(&mut self, assembly: &mut Assembly) {
+        if self.family != "cuts" {
+            return;
+        }
+        // Nodes stay on the planes of the grid.
+        assembly.grid = assembly.grid.with_moves(0.0);
+        let random = &mut self.springs;
+        let layers = |part: &Part, axis: usize| part.cells.counts()[axis] >= 2;
+        let places = |(b, part): (usize, &Part)| {
+            (0..3).filter(|axis| layers(part, *axis)).map(|axis| (b, axis)).collect::<Vec<_>>()
+        };
+        let places: Vec<(usize, usize)> = assembly.parts.iter().enumerate().flat_map(places).collect();
+        if places.is_empty() {
+            return;
+        }
+        let (b, axis) = places[random.integer(0, places.len() - 1)];
+        let part = &mut assembly.parts[b];
+        let across = part.sides.iter_mut().enumerate().filter(|(side, _)| side % 3 != axis);
+        for (_, condition) in across {
+            // What holds a side along the axis ends the cut.
+            match condition {
+                Condition::Fixed | Condition::Imposed(_) => {
+                    *condition = Condition::Roller(Linear::constant(0.0))
+                }
+                Condition::Rigid(..) | Condition::Round(..) => *condition = Condition::Free,
+                _ => {}
+            }
+        }
+        let plane = random.integer(part.cells.low[axis] + 1, part.cells.high[axis] - 1);
+        let sizes = assembly.grid.sizes(&part.cells);
+        let area = sizes.iter().product::<f64>() / sizes[axis];
+        let load = match random.unit() < 0.5 {
+            true => CutLoad::Shortening(self.strain * sizes[axis] * random.signed()),
+            false => CutLoad::Force(self.strain * self.stress * area * (random.unit() - 0.2)),
+        };
+        part.cut = Some((axis, plane, load));
     }
 
     /// Gives sides that touch each other or obstacles a limit of friction.

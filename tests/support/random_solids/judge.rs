@@ -9,7 +9,9 @@ use certified_contact::{
 };
 use cre_estimator::Relaxation;
 use fem_core::assembly::external_forces;
+use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
+use fem_core::mesh_field::MeshField;
 use fem_core::norm::energy_distance_squared;
 use fem_core::space::{Solid, Space};
 use nalgebra::Vector3;
@@ -31,6 +33,8 @@ pub(super) struct Claim {
     pub(super) halved: u32,
     /// By body.
     pub(super) displacement: Vec<Vec<Vector3<f64>>>,
+    /// By body, of its cuts.
+    shortenings: Vec<Vec<f64>>,
     /// The bound.
     pub(super) e_cre: f64,
     /// The bound of the distance to the solution on this mesh.
@@ -61,6 +65,7 @@ impl Claim {
             name,
             halved,
             displacement: estimate.pair.bodies.iter().map(|body| body.displacement.clone()).collect(),
+            shortenings: solution.problem.bodies.iter().map(shortenings).collect(),
             e_cre: found.e_cre,
             eta_nndd: found.eta_nndd.max(solution.last().eta_nndd),
             norm: estimate.energy_norm(),
@@ -162,7 +167,7 @@ pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Vec<Claim> {
                 // The paper's iteration says that it does not take a node with two pairs in one direction.
                 let of_method = matches!(error, SolveError::Nndd(NnddError::DependentRows { .. }))
                     && matches!(settings.method, Method::Nndd(_));
-                let refusal = matches!(error, SolveError::NotHeld { .. });
+                let refusal = matches!(error, SolveError::NotHeld { .. } | SolveError::CutForce { .. });
                 if !of_method {
                     held.push((name, halved, Some(error.to_string())));
                 }
@@ -364,7 +369,11 @@ fn together(problem: &Problem, claims: &[Claim], trial: &mut Trial) {
                 let meet = x[0] <= y[1] + slack && y[0] <= x[1] + slack;
                 trial.say(promise, meet, || format!("{names}: {x:?} and {y:?} are apart"));
             }
-            let Some(distance) = distance(problem, (&coarse.displacement, coarse.halved), fine) else {
+            let distance = match problem.assembly.parts.iter().any(|part| part.cut.is_some()) {
+                true => distance_with_cuts(problem, coarse, fine),
+                false => distance(problem, (&coarse.displacement, coarse.halved), fine),
+            };
+            let Some(distance) = distance else {
                 trial.say(Promise::Error, false, || format!("{names}: no distance"));
                 continue;
             };
@@ -391,6 +400,25 @@ fn together(problem: &Problem, claims: &[Claim], trial: &mut Trial) {
             }
         }
     }
+}
+
+fn shortenings(body: &Body<Solid>) -> Vec<f64> {
+    body.cuts().iter().map(|cut| cut.shortening).collect()
+}
+
+/// [`distance`] of the fields of two runs, with the jumps at cuts.
+fn distance_with_cuts(problem: &Problem, coarse: &Claim, fine: &Claim) -> Option<f64> {
+    let bodies = |claim: &Claim| {
+        let mut bodies = problem.assembly.problem(claim.halved).ok()?.bodies;
+        bodies.iter_mut().zip(&claim.shortenings).for_each(|(body, of)| body.shorten(of));
+        Some(bodies)
+    };
+    let of_body = |((a, u), (b, v)): ((&Body<Solid>, &Vec<_>), (&Body<Solid>, &Vec<_>))| {
+        MeshField::of_body(a, u).energy_distance_squared(b, v)
+    };
+    let (a, b) = (bodies(coarse)?, bodies(fine)?);
+    let both = a.iter().zip(&coarse.displacement).zip(b.iter().zip(&fine.displacement));
+    Some(both.map(of_body).sum::<f64>().max(0.0).sqrt())
 }
 
 /// Computes the distance of a field from that of a run, in the energy norm, on the finer mesh of the run.

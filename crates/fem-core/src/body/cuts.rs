@@ -245,20 +245,25 @@ impl<S: Space> Body<S> {
         sum
     }
 
-    /// Computes the force in each cut, N/m in the plane, N in space; it pulls if it is positive.
+    /// Computes the force in each cut, which pulls if it is positive, and the sum of the sizes of its terms, N/m in the plane, N in space.
     ///
     /// * `displacement`: of the nodes, m.
-    pub fn cut_forces(&self, displacement: &[S::Vector]) -> Vec<f64> {
+    pub fn cut_forces(&self, displacement: &[S::Vector]) -> Vec<[f64; 2]> {
         let of_cut = |cut: &Cut<S>| {
-            let of_cell = |cell: &u32| {
-                let (t, corners) = (*cell as usize, self.mesh.cells()[*cell as usize]);
+            let mut sum = [0.0; 2];
+            let mut add = |term: f64| {
+                sum[0] += term;
+                sum[1] += term.abs();
+            };
+            for &cell in &cut.beyond {
+                let (t, corners) = (cell as usize, self.mesh.cells()[cell as usize]);
                 let element = Element::<S>::new(self.mesh.corners(t));
                 let strain = element.strain(S::corners(|k| displacement[corners[k]]));
                 let forces = element.internal_forces(self.stress(t, strain));
-                let jump = cut.jump(corners);
-                jump.into_iter().zip(forces).map(|(jump, force)| jump.times(&force)).sum::<f64>()
-            };
-            cut.beyond.iter().map(of_cell).sum::<f64>() - self.cut_load(cut)
+                cut.jump(corners).into_iter().zip(forces).for_each(|(jump, force)| add(jump.times(&force)));
+            }
+            add(-self.cut_load(cut));
+            sum
         };
         self.cuts.iter().map(of_cut).collect()
     }

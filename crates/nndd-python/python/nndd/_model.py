@@ -348,6 +348,34 @@ class Body:
         """
         return self._add("spring", name=name, on=on, part=part, stiffness=stiffness, along=along, rest=rest)
 
+    def cut(
+        self,
+        name: str,
+        point: Vector,
+        normal: Vector,
+        *,
+        shortening: Optional[float] = None,
+        force: Optional[float] = None,
+        box: Optional[Range] = None,
+    ) -> Body:
+        """Tighten a bolt: cut it along edges or faces of the mesh, and draw it together.
+
+        Parameters
+        ----------
+        name : str
+            Its name in `results.cuts` of the report; load steps scale it by this name.
+        point, normal : (2,) or (3,) array_like
+            The plane of the cut, m.
+        shortening : float, optional
+            By which the bolt is drawn together, m.
+        force : float, optional
+            The force in the bolt instead, N/m, of solids N; it pulls if it is positive.
+        box : dict, optional
+            The part of the plane, such as `{"x": (0, 1)}`.
+        """
+        plane = {"point": point, "normal": normal}
+        return self._add("cut", name=name, plane=plane, box=box, shortening=shortening, force=force)
+
     def curve(self, on: Sides, kind: str) -> Body:
         """Say that new nodes of a side on finer meshes lie on a curve, in the plane.
 
