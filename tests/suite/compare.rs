@@ -50,7 +50,7 @@ fn printed(found: &Comparison, sentence: &str) -> String {
 #[test]
 fn a_run_compared_with_itself_has_zero_differences() {
     let temp = tempfile::tempdir().unwrap();
-    for case in ["paper", "tresca", "solid/stack", "foundation"] {
+    for case in ["paper", "tresca", "solid/stack", "foundation", "flange"] {
         let out = solved(&temp, case, case, &[]);
         let found = compare([&out, &out]).unwrap();
         assert_eq!((found.problems, found.settings.len()), (Problems::Same, 0), "{case}");

@@ -337,6 +337,42 @@ fn forces_that_nothing_resists_are_refused() {
 }
 
 #[test]
+fn two_cuts_of_a_frame_share_their_force() {
+    // Nothing holds the legs but the frame itself: their forces are opposite.
+    let tightened = |loads: [CutLoad; 2]| {
+        let mut problem = frame(2, loads[0], |conditions| conditions.fix("bottom"));
+        let mesh = problem.bodies.remove(0).mesh().clone();
+        let mut conditions = BoundaryConditions::new().fix("bottom");
+        for (k, load) in loads.into_iter().enumerate() {
+            conditions = conditions.cut(["left", "right"][k], [0.5, 1.5], [0.0, 1.0], load);
+            conditions.cuts[k].part = Some([[2.0 * k as f64, 2.0 * k as f64 + 1.0], [0.0, 3.0]]);
+        }
+        ContactProblem::new(vec![Body::new(mesh, material(1000.0, 0.3), &conditions).unwrap()])
+    };
+    let both = solved(tightened([CutLoad::Force(2.0), CutLoad::Force(-2.0)]), Relaxation::Steps(2));
+    certified(&both);
+    let cuts = &both.results.as_ref().unwrap().cuts;
+    near(cuts[0].force, 2.0, 1e-9);
+    near(cuts[1].force, -2.0, 1e-9);
+    let one = solved(
+        tightened([CutLoad::Force(2.0), CutLoad::Shortening(cuts[1].shortening)]),
+        Relaxation::Steps(2),
+    );
+    near(one.results.as_ref().unwrap().cuts[0].shortening, cuts[0].shortening, 1e-8);
+    let error =
+        solve(tightened([CutLoad::Force(2.0), CutLoad::Force(1.0)]), &Settings::default(), &mut Silent);
+    assert!(matches!(error, Err(SolveError::CutForce { .. })));
+}
+
+#[test]
+fn a_bolt_is_untightened() {
+    let loose = solved(flange(1, CutLoad::Force(0.0)), Relaxation::Steps(2));
+    assert!(certified(&loose).energy_norm() < 1e-9);
+    let little = solved(flange(1, CutLoad::Force(1e-7)), Relaxation::Steps(2));
+    near(little.results.as_ref().unwrap().cuts[0].force, 1e-7, 1e-8);
+}
+
+#[test]
 fn cuts_that_are_no_cuts_are_refused() {
     let fault = |conditions: BoundaryConditions| {
         let mesh = block([0.0, 0.0], [1.0, 3.0], [3, 9]).unwrap();

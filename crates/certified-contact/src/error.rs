@@ -32,8 +32,8 @@ pub enum SolveError<S: Space = Plane> {
     },
     /// No shortening of a cut gives the force in it.
     #[error(
-        "no shortening of the cut \"{name}\" gives the force {force}: at {shortening:e} it is {found:e}; something must hold both ends \
-         of the bolt against it, for example a contact that the force closes"
+        "no shortening of the cut \"{name}\" up to the size of its body gives the force {force}: at {shortening:e} it is off by {:e}; something \
+         must hold both ends of the bolt against it, for example a contact that the force closes", found - force
     )]
     CutForce {
         /// The cut.

@@ -22,6 +22,8 @@ const NEAR: f64 = 1e-11;
 const MOST_SOLUTIONS: usize = 100;
 /// A step that leaves more of the difference needs new differences.
 const GOOD_STEP: f64 = 0.1;
+/// Combinations of shortenings whose stiffness is below this part of the largest one do not change the forces.
+const DEPENDENT: f64 = 1e-8;
 /// Least stiffness, as a part of that of the cells beyond the cut alone: a bolt whose head touches nothing yet has none.
 const LEAST_STIFFNESS: f64 = 1e-4;
 /// The step of a difference, as a part of what the missing force would shorten the cells beyond the cut.
@@ -100,8 +102,7 @@ pub(crate) fn tighten<S: ContactSpace>(
             }
         };
         let before = now.difference.clone();
-        let step = matrix.clone().lu().solve(&-&before).filter(|step| step.iter().all(|x| x.is_finite()));
-        let Some(step) = step else { return Err(now.unreached(&cuts)) };
+        let Some(step) = newton_step(&matrix, &before, &cuts) else { return Err(now.unreached(&cuts)) };
         let from = now.shortenings.clone();
         now = along(now, &cuts, &step, &mut solved)?;
         if now.difference.amax() <= GOOD_STEP * before.amax() {
@@ -169,9 +170,26 @@ fn solved_state<S: ContactSpace>(
     let found: Vec<Vec<[f64; 2]>> = bodies.map(|(body, of)| body.cut_forces(of)).collect();
     let difference = cuts.iter().map(|of| found[of.body][of.cut][0] - of.force);
     let difference = DVector::from_iterator(cuts.len(), difference);
-    let sizes = cuts.iter().map(|of| of.force.abs().max(found[of.body][of.cut][1]));
+    // Rounding of the displacements beyond a cut is that of the force of its shortening alone.
+    let sizes = cuts.iter().zip(&shortenings).map(|(of, shortening)| {
+        of.force.abs().max(found[of.body][of.cut][1]).max(of.stiffness * shortening.abs())
+    });
     let size = sizes.fold(0.0, f64::max);
     Ok(State { prepared, shortenings, difference, size })
+}
+
+/// Computes the shortest step in the norm of the stiffnesses that should take the differences away, as far as one can: two cuts of a ring have one
+/// force. `None` if there is none.
+fn newton_step(matrix: &DMatrix<f64>, difference: &DVector<f64>, cuts: &[Tightened]) -> Option<DVector<f64>> {
+    let scale = DVector::from_iterator(cuts.len(), cuts.iter().map(|of| of.stiffness.sqrt().recip()));
+    let scaled = DMatrix::from_fn(cuts.len(), cuts.len(), |i, k| scale[i] * matrix[(i, k)] * scale[k]);
+    if !scaled.iter().chain(difference).all(|x| x.is_finite()) {
+        return None;
+    }
+    let decomposed = scaled.svd(true, true);
+    let least = DEPENDENT * decomposed.singular_values.amax();
+    let step = decomposed.solve(&-difference.component_mul(&scale), least).ok()?.component_mul(&scale);
+    step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
 /// Goes along a step to where the potential energy is about least. Its derivative by the part of the step, the work of the differences, grows with it.

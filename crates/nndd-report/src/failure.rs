@@ -220,16 +220,19 @@ impl Failure {
                 Self::limit(source.to_string())
             }
             SolveError::CutForce { name, force, found, shortening } => Self::no_unique_solution(format!(
-                "no shortening gives the force {} in the cut \"{name}\"; at {} it is {}\n  expected: a bolt both of whose ends \
-                 are held against the force, for example by a contact that it closes\n  fix: check the sign of the force, which pulls if it \
-                 is positive, and the contact of the head; or give a `shortening`",
+                "no shortening up to the size of the body gives the force {} in the cut \"{name}\"; at {} it is {}, off by {}\n  expected: a \
+                 bolt both of whose ends are held against the force, for example by a contact that it closes, and no other cut or load that \
+                 determines its force\n  fix: check the sign of the force, which pulls if it is positive, its unit, and the contact of the \
+                 head; or give a `shortening`",
                 significant(*force),
                 significant(*shortening),
-                significant(*found)
+                significant(*found),
+                significant(found - force)
             )),
             SolveError::CutMethod { name } => Self::invalid(format!(
                 "the force in the cut \"{name}\" is given, which needs the exact solution without Coulomb friction\n  expected: \
-                 method = \"auto\" or \"exact\", and no pair with Coulomb friction\n  fix: leave solver.method out, or give a `shortening`"
+                 method = \"auto\" or \"exact\" without settings of the iteration, and no pair with Coulomb friction\n  fix: leave \
+                 solver.method, theta, weights and acceleration out, or give a `shortening`"
             )),
             SolveError::NotHeld { motion } => Self::not_held(case, motion),
             SolveError::OutsideCones { motion } => Self::no_unique_solution(format!(

@@ -60,8 +60,8 @@ pub(super) fn of_body(error: &BodyError) -> Fix {
         ),
         BodyError::CutMisses { .. } | BodyError::CutEnds { .. } => (
             "a plane along facets of the mesh, from boundary to boundary of the shank, to 1e-6 of the body's diagonal",
-            "in Gmsh, split the shank with the plane (`BooleanFragments` of the shank and a rectangle in the plane) and mesh again, or move the \
-             plane to a layer of nodes",
+            "move the plane to a layer of nodes inside the body, or make `box` larger; in Gmsh, split the shank with the plane \
+             (`BooleanFragments` of the shank and a rectangle in the plane) and mesh again",
         ),
         BodyError::CutParts { .. } => (
             "a plane that cuts one shank",
@@ -71,7 +71,9 @@ pub(super) fn of_body(error: &BodyError) -> Fix {
             "a rim that is free along the axis of the cut",
             "move the plane away from the support, or take the component along the axis out of it",
         ),
-        BodyError::CutTwice { .. } => ("cuts apart from each other", "move one of the two planes"),
+        BodyError::CutTwice { .. } => {
+            ("cuts apart from each other", "move one of the two planes, or end one of them with a `box`")
+        }
         BodyError::SpringOnSupport { .. } => (
             "springs along directions in which the side is free",
             "take the springs or the support out, or write the other direction into `along`",

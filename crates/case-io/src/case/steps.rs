@@ -56,14 +56,14 @@ impl<S: Dimension> BodyCase<S> {
         name?.as_deref()
     }
 
-    /// Lists the names of its conditions.
+    /// Lists the names of its conditions; cuts, which act whole if no step names them, are left out.
     pub(super) fn condition_names(&self) -> impl Iterator<Item = &str> {
         let displacements = self.displacements.iter().map(|c| &c.name);
         let tractions = self.tractions.iter().map(|c| &c.name);
         let names = displacements.chain(tractions).chain(self.rigid.iter().map(|c| &c.name));
         let names = names.chain(self.springs.iter().map(|c| &c.name));
         let names = names.chain(self.temperatures.iter().map(|c| &c.name));
-        names.filter_map(|name| name.as_deref()).chain(self.cuts.iter().map(|cut| cut.name.as_str()))
+        names.filter_map(|name| name.as_deref())
     }
 }
 
@@ -159,8 +159,9 @@ fn step<S: Dimension>(mut r: Reader<'_>, (bodies, contacts): (&[BodyCase<S>], &[
     let mut factors = Vec::new();
     if let Some(r) = r.table("factors") {
         let of_pairs = contacts.iter().filter(|contact| contact.named).map(|contact| contact.name.as_str());
-        let known: Vec<&str> =
-            bodies.iter().flat_map(BodyCase::<S>::condition_names).chain(of_pairs).collect();
+        let of_cuts = bodies.iter().flat_map(|body| &body.cuts).map(|cut| cut.name.as_str());
+        let names = bodies.iter().flat_map(BodyCase::<S>::condition_names);
+        let known: Vec<&str> = names.chain(of_pairs).chain(of_cuts).collect();
         if r.entries().is_empty() {
             r.refuse(
                 "",

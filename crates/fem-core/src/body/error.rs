@@ -229,7 +229,9 @@ pub enum BodyError {
     },
     /// No facet lies in the plane of a cut.
     #[error(
-        "{place}: no {} of the mesh lies in its plane, within its box: the mesh must have {} along the cut", words.facet, words.facets
+        "{place}: no {} inside the body lies in its plane, within its box: the mesh must have {} along the cut, from side to side",
+        words.facet,
+        words.facets
     )]
     CutMisses {
         /// The cut.

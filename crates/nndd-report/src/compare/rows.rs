@@ -1,10 +1,10 @@
-//! The rows of a comparison: of the runs, of each body, of each pair.
+//! The rows of a comparison: of the runs, of each body, of each cut, of each pair.
 
 use super::{Row, Values};
 use crate::words::ROUNDING;
-use case_io::report::{Bounds, Certificate, ContactSummary, Coulomb, Reaction, Report, Spin};
+use case_io::report::{Bounds, Certificate, ContactSummary, Coulomb, CutResult, Reaction, Report, Spin};
 
-/// Makes all rows: of the runs, of each body, and of each pair of either run.
+/// Makes all rows: of the runs, of each body, and of each cut and each pair of either run.
 pub(super) fn rows(both: [&Report; 2]) -> Vec<Row> {
     let mut rows = of_runs(both);
     for (k, body) in both[0].bodies.iter().enumerate() {
@@ -13,12 +13,30 @@ pub(super) fn rows(both: [&Report; 2]) -> Vec<Row> {
         rows.push(Row { of: of.clone(), name: "nodes", values: Values::Numbers(both.map(nodes)) });
         rows.extend(forces(both, &of, &body.name));
     }
-    let [of_a, of_b] = both.map(|report| report.contact.iter().map(|pair| pair.name.as_str()));
-    let mut names: Vec<&str> = of_a.collect();
-    let others: Vec<&str> = of_b.filter(|name| !names.contains(name)).collect();
-    names.extend(others);
-    names.into_iter().for_each(|name| rows.extend(of_pair(both, name)));
+    let cuts = both.map(|report| report.results.cuts.iter().flatten().map(|cut| cut.name.as_str()).collect());
+    names(cuts).into_iter().for_each(|name| rows.extend(of_cut(both, name)));
+    let pairs = both.map(|report| report.contact.iter().map(|pair| pair.name.as_str()).collect());
+    names(pairs).into_iter().for_each(|name| rows.extend(of_pair(both, name)));
     rows
+}
+
+/// Joins the names of both runs, each once.
+fn names<'a>([mut names, others]: [Vec<&'a str>; 2]) -> Vec<&'a str> {
+    let new: Vec<&str> = others.into_iter().filter(|name| !names.contains(name)).collect();
+    names.extend(new);
+    names
+}
+
+/// Makes the rows of a cut.
+fn of_cut(both: [&Report; 2], cut: &str) -> [Row; 2] {
+    let row = |name, value: fn(&CutResult) -> f64| {
+        let of = |report: &Report| {
+            let cuts = report.results.cuts.as_ref()?;
+            cuts.iter().find(|of| of.name == cut).map(value)
+        };
+        Row { of: format!("cut \"{cut}\""), name, values: Values::Numbers(both.map(of)) }
+    };
+    [row("force", |of| of.force), row("shortening", |of| of.shortening)]
 }
 
 /// Makes the rows of the whole runs.
