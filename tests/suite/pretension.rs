@@ -405,7 +405,7 @@ fn cuts_that_are_no_cuts_are_refused() {
     assert!(matches!(found[5], BodyError::CutHeld { .. }), "{}", found[5]);
     assert!(matches!(found[6], BodyError::CutTwice { .. }), "{}", found[6]);
     assert!(matches!(found[7], BodyError::NotFinite { .. }), "{}", found[7]);
-    // What is perpendicular to the axis goes on across a cut.
+    // What is perpendicular to the axis continues across a cut.
     let mesh = block([0.0, 0.0], [1.0, 3.0], [3, 9]).unwrap();
     let rolls = cut([0.0, 1.0], [0.0, 1.0]).roller("left", 0.0).spring("right", 3.0, SpringDirection::Normal);
     assert!(Body::new(mesh, material(200.0, 0.3), &rolls).is_ok());

@@ -179,7 +179,7 @@ fn solved_state<S: ContactSpace>(
 }
 
 /// Computes the shortest step in the norm of the stiffnesses that should take the differences away, as far as one can: two cuts of a ring have one
-/// force. `None` if there is none.
+/// force. `None` if the matrix is not finite.
 fn newton_step(matrix: &DMatrix<f64>, difference: &DVector<f64>, cuts: &[Tightened]) -> Option<DVector<f64>> {
     let scale = DVector::from_iterator(cuts.len(), cuts.iter().map(|of| of.stiffness.sqrt().recip()));
     let scaled = DMatrix::from_fn(cuts.len(), cuts.len(), |i, k| scale[i] * matrix[(i, k)] * scale[k]);

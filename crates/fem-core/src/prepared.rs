@@ -64,7 +64,7 @@ pub enum PrepareError {
     },
     /// A contact at the rim of a cut that is not free along its axis.
     #[error(
-        "pair {}: its contact goes on across a cut at {point}, and is pressed or rubbed along the axis of the cut there", pair + 1
+        "pair {}: its contact continues across a cut at {point}, and is pressed or rubbed along the axis of the cut there", pair + 1
     )]
     ContactAcrossCut {
         /// The pair, from 0.

@@ -13,7 +13,7 @@ pub(super) const TIGHTENED: &str = "cut: force";
 const SELDOM: usize = 8;
 /// The least change of the force by the shortening, relative; forces that are rounding do not change.
 const CHANGE: f64 = 1e-3;
-/// So many places are tried.
+/// At most this many places are tried.
 const TRIALS: usize = 4;
 
 /// Cuts a block of some problems, where the program allows it. They have random numbers of their own, so that the other problems keep theirs. Returns
@@ -61,7 +61,7 @@ pub(super) fn put(d: &mut Draw, number: u64) -> Made<bool> {
     Ok(false)
 }
 
-/// Draws a plane between two rows of cells of a block; `None` if there is none.
+/// Draws a plane between two rows of cells of a block; `None` if it has too few.
 fn plane(body: &str, random: &mut Random) -> Option<String> {
     let numbers = |key: &str| -> Option<Vec<f64>> {
         let list = body.split_once(&format!("{key} = ["))?.1.split_once(']')?.0;

@@ -413,12 +413,12 @@ fn distance_with_cuts(problem: &Problem, coarse: &Claim, fine: &Claim) -> Option
         bodies.iter_mut().zip(&claim.shortenings).for_each(|(body, of)| body.shorten(of));
         Some(bodies)
     };
-    let of_body = |((a, u), (b, v)): ((&Body<Solid>, &Vec<_>), (&Body<Solid>, &Vec<_>))| {
-        MeshField::of_body(a, u).energy_distance_squared(b, v)
-    };
     let (a, b) = (bodies(coarse)?, bodies(fine)?);
-    let both = a.iter().zip(&coarse.displacement).zip(b.iter().zip(&fine.displacement));
-    Some(both.map(of_body).sum::<f64>().max(0.0).sqrt())
+    let of_body = |k: usize| {
+        let field = MeshField::of_body(&a[k], &coarse.displacement[k]);
+        field.energy_distance_squared(&b[k], &fine.displacement[k])
+    };
+    Some((0..a.len()).map(of_body).sum::<f64>().max(0.0).sqrt())
 }
 
 /// Computes the distance of a field from that of a run, in the energy norm, on the finer mesh of the run.

@@ -49,11 +49,11 @@ impl<S: Dimension> Case<S> {
         Ok((problem, notes))
     }
 
-    /// Refuses a pair whose contact goes on across a cut.
+    /// Refuses a pair whose contact continues across a cut.
     fn contact_across_cut(&self, pair: usize, point: Point) -> Diagnostic {
         let given = &self.contacts[pair];
         let message = format!(
-            "the pair \"{}\": its contact goes on across a cut at {point}, and is pressed or rubbed along the axis of the cut there",
+            "the pair \"{}\": its contact continues across a cut at {point}, and is pressed or rubbed along the axis of the cut there",
             given.name
         );
         let expected = "a rim of the cut without contact, or with contact perpendicular to its axis and without friction";

@@ -261,7 +261,7 @@ pub enum BodyError {
     },
     /// A support or springs hold a node of a cut along its axis.
     #[error(
-        "{place}: at {point} a support, a rigid side or springs hold the rim of the cut along its axis; only what is perpendicular to the axis can go on across a cut"
+        "{place}: at {point} a support, a rigid side or springs hold the rim of the cut along its axis; only what is perpendicular to the axis can continue across a cut"
     )]
     CutHeld {
         /// The cut.

@@ -59,7 +59,7 @@ pub enum JoinError {
     #[error("a bonded body is on springs, which is not solved yet")]
     Springs,
     /// A cut of a body ends at a bonded side.
-    #[error("a cut ends at the bonded side at {point}, and the other body goes on there")]
+    #[error("a cut ends at the bonded side at {point}, and the other body continues there")]
     Cut {
         /// The node.
         point: Point,

@@ -21,7 +21,7 @@ pub(super) fn rows(both: [&Report; 2]) -> Vec<Row> {
 }
 
 /// Joins the names of both runs, each once.
-fn names<'a>([mut names, others]: [Vec<&'a str>; 2]) -> Vec<&'a str> {
+fn names([mut names, others]: [Vec<&str>; 2]) -> Vec<&str> {
     let new: Vec<&str> = others.into_iter().filter(|name| !names.contains(name)).collect();
     names.extend(new);
     names
