@@ -44,6 +44,10 @@ def keys_of_the_page() -> set[str]:
     return {key.removeprefix(".") for key in found if not key.startswith(settings)}
 
 
+# Tables whose own keys are not collected.
+WITHOUT_KEYS = ("generator", "obstacle", "friction", "factors", "box", "part", "circle", "plane")
+
+
 def keys_of(table: dict[str, Any], section: str = "") -> set[str]:
     """The keys of a dict by section, numbers and the users' own names left out."""
     found = set()
@@ -54,7 +58,7 @@ def keys_of(table: dict[str, Any], section: str = "") -> set[str]:
             found -= {inner}
             inner = "materials.NAME"
         for entry in value if isinstance(value, list) else [value]:
-            if isinstance(entry, dict) and key not in ("generator", "obstacle", "friction", "factors", "box", "part", "circle", "plane"):
+            if isinstance(entry, dict) and key not in WITHOUT_KEYS:
                 found |= keys_of(entry, inner)
     return found
 
