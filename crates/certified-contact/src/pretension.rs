@@ -201,7 +201,8 @@ fn along<S: ContactSpace>(
 ) -> Result<State<S>, SolveError<S>> {
     let start = from.shortenings.clone();
     let slope = from.difference.dot(step);
-    let [mut low, mut high] = [Some([0.0, slope]), None];
+    // Parts of the step that are too short and too long, with the derivatives there.
+    let (mut low, mut high) = ([0.0, slope], None);
     let farthest = |k: usize| (cuts[k].size - start[k] * step[k].signum()) / step[k].abs();
     let farthest = (0..cuts.len()).map(farthest).fold(f64::INFINITY, f64::min);
     let (mut now, mut part) = (from, farthest.min(1.0));
@@ -214,19 +215,21 @@ fn along<S: ContactSpace>(
         if found < 0.0 && part >= farthest {
             return Err(now.unreached(cuts));
         }
-        let end = if found < 0.0 { &mut low } else { &mut high };
-        *end = Some([part, found]);
-        part = match (low, high) {
-            (Some([a, from]), Some([b, to])) => {
-                // Where the line between both ends is zero, but not too near to one of them.
-                let zero = from / (from - to);
-                a + (b - a) * zero.clamp(NEAREST, 1.0 - NEAREST)
-            }
-            _ => farthest.min(part * FARTHER),
+        match found < 0.0 {
+            true => low = [part, found],
+            false => high = Some([part, found]),
+        }
+        let [a, from] = low;
+        let Some([b, to]) = high else {
+            part = farthest.min(part * FARTHER);
+            continue;
         };
-        if high.zip(low).is_some_and(|([b, _], [a, _])| b - a <= f64::EPSILON * b) {
+        if b - a <= f64::EPSILON * b {
             return Ok(now);
         }
+        // The zero of the line between both ends, but not too near to one of them.
+        let zero = from / (from - to);
+        part = a + (b - a) * zero.clamp(NEAREST, 1.0 - NEAREST);
     }
 }
 

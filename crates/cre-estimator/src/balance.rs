@@ -258,7 +258,7 @@ fn motions<S: Recovery>(prepared: &PreparedProblem<S>, state: &ContactState<'_, 
     let problem = prepared.problem();
     let rigid = prepared.rigid_motions().iter();
     let rigid = rigid.map(|of| Motion { partner: of.partner, moved: prepared.moved_by(of), load: of.load });
-    let of_cut = |(body, _, moved): (usize, usize, Vec<S::Vector>)| {
+    let of_cut = |(body, moved): (usize, Vec<S::Vector>)| {
         let on_side = |(k, side): (usize, usize)| {
             let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
             let forces = given.contact_force.iter().chain(given.friction_force);

@@ -192,16 +192,16 @@ impl<S: Space> PreparedProblem<S> {
         self.problem.moved_by(of)
     }
 
-    /// Computes the displacements of a body without loads under a unit shortening of each cut whose force is given, and places the cuts: body, number
-    /// of the cut there, displacement of each node.
-    pub fn cut_responses(&self) -> Vec<(usize, usize, Vec<S::Vector>)> {
+    /// Computes the displacements of the nodes of a body without loads under a unit shortening of each cut whose force is given, each with the number
+    /// of the body.
+    pub fn cut_responses(&self) -> Vec<(usize, Vec<S::Vector>)> {
         let bodies = self.problem.bodies.iter().zip(&self.bodies).enumerate();
         let of_body = |(b, (body, condensed)): (usize, (&Body<S>, &CondensedBody<S>))| {
-            let given = body.cuts().iter().enumerate().filter(|(_, cut)| cut.force.is_some());
-            let response = |(k, cut): (usize, &Cut<S>)| {
+            let given = body.cuts().iter().filter(|cut| cut.force.is_some());
+            let response = |cut: &Cut<S>| {
                 let mut solution = condensed.rough_along_unknowns(&body.unit_cut_forces(cut));
                 condensed.factor().solve(&mut solution);
-                (b, k, condensed.dofs().correction(&solution))
+                (b, condensed.dofs().correction(&solution))
             };
             given.map(response).collect::<Vec<_>>()
         };

@@ -16,7 +16,7 @@ const CHANGE: f64 = 1e-3;
 /// At most this many places are tried.
 const TRIALS: usize = 4;
 
-/// Cuts a block of some problems, where the program allows it. They have random numbers of their own, so that the other problems keep theirs. Returns
+/// Cuts a block of some problems, if the program allows it. They have random numbers of their own, so that the other problems keep theirs. Returns
 /// whether there is a cut.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! The initial strain of a change of temperature, `ε₀ = α T`.
+//! The initial strain of a change of temperature, `ε₀ = α T`, to which cuts add theirs.
 //!
 //! The temperature is linear in each cell between its values at the nodes; the stress of a displacement is `σ(v) = E (ε(v) − ε₀)`.
 
