@@ -206,7 +206,11 @@ fn keeping_cut_forces<S: Recovery>(body: &Body<S>, columns: Vec<FacetMoments<S>>
         let [sum, size] = cut_resultant(body, cuts[i], &columns[k]);
         if sum.abs() > NO_RESULTANT * size { sum } else { 0.0 }
     };
-    let resultants = DMatrix::from_fn(cuts.len(), columns.len(), resultant);
+    let mut resultants = DMatrix::from_fn(cuts.len(), columns.len(), resultant);
+    // Each cut counts alike: eigenvalues are squares, and those of a small force must not be taken for rounding.
+    for mut row in resultants.row_iter_mut().filter(|row| row.amax() > 0.0) {
+        row /= row.amax();
+    }
     let eigen = (resultants.transpose() * &resultants).symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
     let kept = (0..columns.len()).filter(|k| eigen.eigenvalues[*k] <= NO_RESULTANT * largest);
