@@ -62,6 +62,8 @@ pub struct MeshFile {
     /// Tetrahedra, pyramids, prisms and hexahedra, by ascending number; the cells are then their faces.
     volumes: Vec<MeshCell>,
     groups: Vec<Group>,
+    /// True if the groups are what the mesh was drawn of, and not what a user named.
+    elementary: bool,
     notes: Vec<String>,
     digest: String,
 }
@@ -144,6 +146,14 @@ impl MeshFile {
         // Names are shown on terminals, which take control characters for orders.
         group.name = group.name.replace(char::is_control, "\u{FFFD}");
         self.groups.push(group);
+    }
+
+    /// Notes that elementary entities take the place of groups.
+    pub(crate) fn note_elementary_groups(&mut self) {
+        self.elementary = true;
+        self.push_note(
+            "no physical groups: elementary entities take their place, called by number".to_owned(),
+        );
     }
 
     pub(crate) fn push_note(&mut self, note: String) {

@@ -10,7 +10,7 @@
 //!   geometric entity carries the groups, any number of them.
 //! - In 2.0 names of groups may have no dimension: such a name belongs to every group of its number.
 //! - Signs of group numbers tell the sense of a curve. They are ignored here: outward normals come from the cells.
-//! - As soon as one group exists, Gmsh saves only what lies in a group.
+//! - As soon as one group exists, Gmsh saves only what lies in a group. Without any the elementary entities take their place, called by number.
 //!
 //! # Example
 //! ```
@@ -32,7 +32,6 @@ mod values;
 mod tests;
 
 use crate::mesh_file::{Collector, MeshFile, MeshFileError};
-use crate::words::counted;
 use labels::Labels;
 use values::{Mode, Values, shown};
 
@@ -131,13 +130,8 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<MeshFile, MeshFileError> {
         Mode::BinaryBig => "binary, big-endian",
     };
     let mut collected = file.collector.finish(format!("Gmsh MSH {number}, {encoding}"))?;
-    let unnamed = file.labels.apply(&mut collected)?;
-    let mut mesh = collected.mesh;
-    if unnamed > 0 {
-        let groups = counted(unnamed, "physical group");
-        mesh.push_note(format!("{groups} without a name: called by number"));
-    }
-    Ok(mesh)
+    file.labels.apply(&mut collected)?;
+    Ok(collected.mesh)
 }
 
 /// Refuses a duplicate section.

@@ -173,7 +173,7 @@ impl<S: Space> Region<S> {
 }
 
 impl MeshFile {
-    /// Takes a region: the cells of one group, or all cells if the file has at most one group of them.
+    /// Takes a region: the cells of one group, or all cells if the file has at most one group of them, or elementary groups only.
     ///
     /// Quadrilaterals are split along their shorter diagonal, quadratic cells reduced to their corners, clockwise
     /// cells turned; [`Region::notes`] says how many. Every group of edges that has an edge of the region becomes one
@@ -325,7 +325,7 @@ impl MeshFile {
     fn cells_of(&self, kind: &Kind, name: Option<&str>) -> Result<Vec<u32>, MeshFileError> {
         let names: Vec<&str> = self.group_names(kind.dimension).collect();
         let Some(name) = name else {
-            if names.len() < 2 {
+            if names.len() < 2 || self.elementary {
                 let count = if kind.dimension == 3 { self.volumes.len() } else { self.cells.len() };
                 return Ok((0..count as u32).collect());
             }

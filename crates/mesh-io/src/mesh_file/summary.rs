@@ -241,7 +241,12 @@ impl MeshFile {
                 break;
             }
         }
+        let before = problems.len();
         let owners = self.shared_nodes(&mut problems);
+        if self.elementary {
+            // The parts of one drawing share nodes.
+            problems.truncate(before);
+        }
         let mut twins = match self.has_volumes() {
             true => coincident(&all.iter().map(|n| self.xyz(*n)).collect::<Vec<_>>()),
             false => coincident(&all.iter().map(|n| self.xy(*n)).collect::<Vec<_>>()),

@@ -1,11 +1,19 @@
-//! Physical groups: their names, and which of them elements and entities belong to.
+//! Physical groups: their names, and which of them elements and entities belong to. In a file without any the elementary entities are the groups.
 
 use super::values::{Mode, Values};
 use crate::mesh_file::{Collected, Group, MeshFileError};
+use crate::words::counted;
 use std::collections::HashMap;
 
-/// Dimension and number of a physical group.
+/// Dimension and number of a group.
 type Key = (u8, u32);
+
+/// A group.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum GroupKey {
+    Physical(Key),
+    Elementary(Key),
+}
 
 /// Groups, and the sets of groups that elements carry.
 #[derive(Default)]
@@ -14,11 +22,11 @@ pub(super) struct Labels {
     /// Names without a dimension, by number.
     bare: HashMap<u32, String>,
     /// All groups that were named or used, in the order of their appearance.
-    groups: Vec<Key>,
-    index: HashMap<Key, u32>,
+    groups: Vec<GroupKey>,
+    index: HashMap<GroupKey, u32>,
     /// Sets of groups; the number 0 is the empty one, `k` for `sets[k - 1]`.
     sets: Vec<Vec<u32>>,
-    single: HashMap<Key, u32>,
+    single: HashMap<GroupKey, u32>,
     /// The set of each entity of version 4, by dimension and number.
     entities: HashMap<(i32, i32), u32>,
 }
@@ -54,7 +62,7 @@ impl Labels {
                 return Err(v.fault(found).expected("one name"));
             }
             if !bare {
-                self.group(key);
+                self.group(GroupKey::Physical(key));
             }
         }
         v.end("$EndPhysicalNames")?;
@@ -66,19 +74,21 @@ impl Labels {
         self.names.get(key).or_else(|| self.bare.get(&key.1))
     }
 
-    fn group(&mut self, key: Key) -> u32 {
+    fn group(&mut self, key: GroupKey) -> u32 {
         *self.index.entry(key).or_insert_with(|| {
             self.groups.push(key);
             self.groups.len() as u32 - 1
         })
     }
 
-    /// Returns the set of an element of version 2, which carries one group or none (0).
-    pub(super) fn set_of_tag(&mut self, dimension: u8, tag: i32) -> u32 {
-        if tag == 0 {
-            return 0;
-        }
-        let key = (dimension, tag.unsigned_abs());
+    /// Returns the set of an element that carries one physical group or none (0), and its elementary entity.
+    pub(super) fn set_of_element(&mut self, dimension: u8, [physical, elementary]: [i32; 2]) -> u32 {
+        let number = |tag: i32| (dimension, tag.unsigned_abs());
+        let key = match [physical, elementary] {
+            [0, 0] => return 0,
+            [0, entity] => GroupKey::Elementary(number(entity)),
+            [group, _] => GroupKey::Physical(number(group)),
+        };
         if let Some(set) = self.single.get(&key) {
             return *set;
         }
@@ -95,20 +105,24 @@ impl Labels {
             return;
         }
         let mut groups: Vec<u32> =
-            tags.iter().map(|tag| self.group((dimension, tag.unsigned_abs()))).collect();
+            tags.iter().map(|tag| self.group(GroupKey::Physical((dimension, tag.unsigned_abs())))).collect();
         groups.sort_unstable();
         groups.dedup();
         self.sets.push(groups);
         self.entities.insert((i32::from(dimension), entity), self.sets.len() as u32);
     }
 
-    /// Returns the set of an entity.
-    pub(super) fn set_of_entity(&self, dimension: i32, entity: i32) -> u32 {
-        self.entities.get(&(dimension, entity)).copied().unwrap_or(0)
+    /// Returns the set of an entity of version 4.
+    pub(super) fn set_of_entity(&mut self, dimension: u8, entity: i32) -> u32 {
+        match self.entities.get(&(i32::from(dimension), entity)) {
+            Some(set) => *set,
+            None => self.set_of_element(dimension, [0, entity]),
+        }
     }
 
-    /// Gives the mesh its groups of edges, cells and volumes; returns how many have no name.
-    pub(super) fn apply(self, collected: &mut Collected) -> Result<usize, MeshFileError> {
+    /// Gives the mesh its groups of edges, cells and volumes, and notes which have no name.
+    pub(super) fn apply(self, collected: &mut Collected) -> Result<(), MeshFileError> {
+        let elementary = !self.groups.iter().any(|group| matches!(group, GroupKey::Physical(_)));
         let mut members = vec![Vec::new(); self.groups.len()];
         for sets in [&collected.edge_sets, &collected.cell_sets, &collected.volume_sets] {
             for (place, set) in sets.iter().enumerate() {
@@ -121,14 +135,22 @@ impl Labels {
         let mut taken: HashMap<(u8, String), u32> = HashMap::new();
         let mut unnamed = 0;
         // Those with a name come first, so that a number never takes the place of a name.
-        let (named, numbered): (Vec<_>, Vec<_>) =
-            self.groups.iter().zip(members).partition(|(key, _)| self.name(key).is_some());
+        let of_kind = |(key, members): (&GroupKey, Vec<u32>)| match *key {
+            GroupKey::Physical(key) => Some((key, members)),
+            GroupKey::Elementary(key) => elementary.then_some((key, members)),
+        };
+        let (named, numbered): (Vec<_>, Vec<_>) = self
+            .groups
+            .iter()
+            .zip(members)
+            .filter_map(of_kind)
+            .partition(|(key, _)| self.name(key).is_some());
         for (key, members) in named.into_iter().chain(numbered) {
-            let (dimension, tag) = *key;
+            let (dimension, tag) = key;
             if !(1..=3).contains(&dimension) {
                 continue;
             }
-            let name = match self.name(key) {
+            let name = match self.name(&key) {
                 Some(name) => name.clone(),
                 None => {
                     unnamed += 1;
@@ -143,7 +165,13 @@ impl Labels {
             }
             collected.mesh.push_group(Group { dimension, name, members });
         }
-        Ok(unnamed)
+        if elementary && unnamed > 0 {
+            collected.mesh.note_elementary_groups();
+        } else if unnamed > 0 {
+            let groups = counted(unnamed, "physical group");
+            collected.mesh.push_note(format!("{groups} without a name: called by number"));
+        }
+        Ok(())
     }
 }
 

@@ -18,7 +18,7 @@ pub(super) fn elements(file: &mut Contents<'_>) -> Result<(), MeshFileError> {
         let number = v.size("the number of an element")?;
         let code = v.int("the type of an element")?;
         let group = v.int("a physical group")?;
-        v.int("an elementary entity")?;
+        let entity = v.int("an elementary entity")?;
         let given = v.size("the number of nodes")?;
         let kind = elements::kind(v, code, 1, Some(number))?;
         if given != kind.nodes() as u64 {
@@ -30,7 +30,7 @@ pub(super) fn elements(file: &mut Contents<'_>) -> Result<(), MeshFileError> {
             *node = v.size("the number of a node")?;
         }
         v.record_end(line)?;
-        let set = labels.set_of_tag(kind.dimension(), group);
+        let set = labels.set_of_element(kind.dimension(), [group, entity]);
         collector.element(number, kind, &nodes[..kind.nodes()], set, v.spot());
     }
     v.end("$ENDELM")

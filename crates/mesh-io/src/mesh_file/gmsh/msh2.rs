@@ -84,7 +84,7 @@ fn binary(file: &mut Contents<'_>, count: u64) -> Result<(), MeshFileError> {
     Ok(())
 }
 
-/// Reads tags and nodes of an element; the first tag is its physical group.
+/// Reads tags and nodes of an element; its first two tags are its physical group and its elementary entity.
 fn element(
     file: &mut Contents<'_>,
     number_of_element: u64,
@@ -92,18 +92,18 @@ fn element(
     tags: u64,
 ) -> Result<(), MeshFileError> {
     let Contents { v, collector, labels } = file;
-    let mut group = 0;
+    let mut first = [0; 2];
     for k in 0..tags {
         let tag = v.int("a tag")?;
-        if k == 0 {
-            group = tag;
+        if k < 2 {
+            first[k as usize] = tag;
         }
     }
     let mut nodes = [0u64; ElementKind::MOST_NODES];
     for node in &mut nodes[..kind.nodes()] {
         *node = number(v, "the number of a node")?;
     }
-    let set = labels.set_of_tag(kind.dimension(), group);
+    let set = labels.set_of_element(kind.dimension(), first);
     collector.element(number_of_element, kind, &nodes[..kind.nodes()], set, v.spot());
     Ok(())
 }

@@ -169,7 +169,7 @@ pub(super) fn elements(file: &mut Contents<'_>, old: bool) -> Result<(), MeshFil
             let found = format!("a block of {}s lies on an entity of dimension {dimension}", kind.name());
             return Err(v.fault(found).expected(format!("dimension {}", kind.dimension())));
         }
-        let set = labels.set_of_entity(dimension, entity);
+        let set = labels.set_of_entity(kind.dimension(), entity);
         for _ in 0..size {
             v.progress(done, count, "elements");
             let line = v.record_begin()?;

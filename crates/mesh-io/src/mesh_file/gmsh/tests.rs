@@ -55,6 +55,37 @@ fn versions_2_0_and_2_1_are_read_like_2_2() {
 }
 
 #[test]
+fn without_physical_groups_the_elementary_entities_are_the_groups() {
+    let names =
+        |file: &MeshFile, dimension: u8| file.group_names(dimension).map(str::to_owned).collect::<Vec<_>>();
+    let lines = "1 1 2 0 4 2 30\n3 1 2 0 7 30 400\n9 15 2 0 1 2\n";
+    let elements = format!("$Elements\n5\n{lines}11 2 2 0 12 2 30 400\n12 2 2 0 3 2 400 5\n$EndElements\n");
+    let old = two("", NODES, &elements);
+    let new = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n2 12 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n$EndNodes\n\
+               $Elements\n4 4 1 4\n1 4 1 1\n1 1 2\n1 7 1 1\n2 2 3\n2 12 2 1\n3 1 2 3\n2 3 2 1\n4 1 3 4\n$EndElements\n";
+    for text in [old.as_str(), new] {
+        let file = parse(text.as_bytes(), "m.msh").unwrap();
+        assert_eq!([names(&file, 1), names(&file, 2)], [["4", "7"], ["12", "3"]]);
+        assert_eq!(
+            file.notes(),
+            ["no physical groups: elementary entities take their place, called by number"]
+        );
+        // One surface, or the whole mesh without a name.
+        let one = file.region(Some("3"), RegionOptions::default()).unwrap();
+        assert_eq!(one.cells().len(), 1);
+        let whole = file.region(None, RegionOptions::default()).unwrap();
+        assert_eq!(whole.cells().len(), 2);
+        assert_eq!(whole.mesh().unwrap().group("7").unwrap().len(), 1);
+        assert!(file.summary().problems.is_empty(), "{:?}", file.summary().problems);
+    }
+    // One group is enough: what lies in none has no name.
+    let named = old.replace("1 1 2 0 4 2 30", "1 1 2 9 4 2 30");
+    let file = parse(named.as_bytes(), "m.msh").unwrap();
+    assert_eq!([names(&file, 1), names(&file, 2)], [vec!["9".to_owned()], vec![]]);
+    assert_eq!(file.notes(), ["1 physical group without a name: called by number"]);
+}
+
+#[test]
 fn control_characters_in_names_reach_no_terminal() {
     let names = "$PhysicalNames\n1\n2 1 \"\u{1b}[31mred\"\n$EndPhysicalNames\n";
     let file = parse(two(names, NODES, ELEMENTS).as_bytes(), "m.msh").unwrap();
