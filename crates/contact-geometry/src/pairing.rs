@@ -163,7 +163,10 @@ pub(super) fn group<'a, S: Space>(
     Ok(facets)
 }
 
-/// Refuses contact facets inside the body, and facets that are held or loaded.
+/// A support is along a facet if the sine of the angle between them is at most this.
+const ALONG_FACET: f64 = 1e-6;
+
+/// Refuses contact facets inside the body, and facets that are held, but for supports along them, or loaded.
 pub(super) fn check_free<S: Space>(
     body: &Body<S>,
     number: usize,
@@ -178,11 +181,11 @@ pub(super) fn check_free<S: Space>(
     for &edge in edges {
         let condition = body.facet_condition(edge).ok_or_else(fault)?;
         let point = body.mesh().facet_middle(edge);
-        if !condition.reaction.is_none() {
+        if norm(condition.reaction.components(body.mesh().facet_normal(edge))) > ALONG_FACET {
             return Err(InterfaceError::Occupied {
                 body: number,
                 point: point.into(),
-                what: "an imposed displacement",
+                what: "an imposed displacement across it",
                 words: S::WORDS,
             });
         }

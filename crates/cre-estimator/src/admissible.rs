@@ -13,7 +13,7 @@ use crate::pressure;
 use crate::recovery::Recovery;
 use crate::relaxation::RelaxationReport;
 use crate::side::side_sign;
-use crate::springs::{released, stretched};
+use crate::springs::{SAME_DIRECTION, released, stretched};
 use fem_core::body::{FacetCondition, FacetSprings};
 use fem_core::condensation::CondensedBody;
 use fem_core::directions::Directions;
@@ -315,7 +315,7 @@ fn with_pressure<S: Recovery>(
 }
 
 /// Sets the conditions of an imposed λ on all contact edges of a body: the normal traction is a reaction, the tangential one is zero, or a
-/// reaction as well if there is friction. Springs there keep their traction.
+/// reaction as well if there is friction or a support along the edge. Springs there keep their traction.
 ///
 /// * `displacement`: of the body, m.
 pub(crate) fn with_imposed_normal<S: Recovery>(
@@ -333,8 +333,9 @@ pub(crate) fn with_imposed_normal<S: Recovery>(
             let reaction = if friction { Directions::ALL } else { Directions::along(normal) };
             let own = edge.facets[side];
             let place = body.mesh().topology().boundary_place(own);
-            let of_springs =
-                stretched(body, own, &body.facet_conditions()[place].springs, displacement).traction();
+            let condition = &body.facet_conditions()[place];
+            let reaction = reaction.joined(&condition.reaction, SAME_DIRECTION);
+            let of_springs = stretched(body, own, &condition.springs, displacement).traction();
             let traction = S::axes(|k| of_springs[k] - reaction.project(of_springs[k]));
             conditions[place] = FacetCondition { reaction, traction, springs: FacetSprings::NONE };
         }

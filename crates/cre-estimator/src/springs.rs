@@ -19,7 +19,7 @@ use fem_core::space::Space;
 const SOFT: f64 = 1e3;
 
 /// Two directions closer than this (sine of the angle) are the same.
-const SAME_DIRECTION: f64 = 1e-9;
+pub(crate) const SAME_DIRECTION: f64 = 1e-9;
 
 /// Computes the stiffness of the cell beside a facet over the smallest one of its springs, `E/(k h)`.
 pub(crate) fn softness<S: Space>(body: &Body<S>, facet: FacetId, springs: &FacetSprings<S>) -> f64 {

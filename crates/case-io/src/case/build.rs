@@ -297,6 +297,7 @@ impl<S: Dimension> Case<S> {
             }
             InterfaceError::NoSurface { body: side, .. }
             | InterfaceError::Occupied { body: side, .. }
+            | InterfaceError::HeldAgainstSlip { body: side, .. }
             | InterfaceError::SupportedNode { body: side, .. } => (format!("surfaces.{side}"), Some(*side)),
             InterfaceError::NotMatching { body: side, .. }
             | InterfaceError::FacetWithoutPartner { body: side, .. } => ("surfaces".to_owned(), Some(*side)),

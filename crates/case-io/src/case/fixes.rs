@@ -109,6 +109,10 @@ pub(super) fn of_interface(error: &InterfaceError) -> Fix {
     match error {
         InterfaceError::UnknownSurface { .. } => SIDE,
         InterfaceError::NoSurface { .. } => BOUNDARY,
+        InterfaceError::HeldAgainstSlip { .. } => (
+            "friction, or a support along the side",
+            "take `friction` out, or leave the contact side out of the support with `part`",
+        ),
         InterfaceError::Occupied { .. } => (
             "contact edges that are free",
             "take the condition out, or leave the contact edges out of it with `part`",

@@ -111,6 +111,7 @@ impl<S: Dimension> Case<S> {
                 pair,
                 error:
                     error @ (InterfaceError::Occupied { .. }
+                    | InterfaceError::HeldAgainstSlip { .. }
                     | InterfaceError::BadFrictionLimit { .. }
                     | InterfaceError::BadFrictionCoefficient { .. }),
             } => self.interface_diagnostic(*pair, error).into(),

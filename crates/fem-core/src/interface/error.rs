@@ -40,16 +40,17 @@ pub enum InterfaceError {
         /// The reason why it is no contact surface.
         reason: String,
     },
-    /// A contact facet also has a support or a load.
+    /// A contact facet also has a support across it, or a load.
     #[error(
-        "the contact {0} of body {body} at {point} also has {what}; a contact {0} can have neither load nor imposed displacement", words.facet
+        "the contact {0} of body {body} at {point} also has {what}; a contact {0} can have neither load nor imposed displacement, but along itself",
+        words.facet
     )]
     Occupied {
         /// 0 or 1.
         body: usize,
         /// Middle of the facet.
         point: Point,
-        /// "a load" or "an imposed displacement".
+        /// "a load" or "an imposed displacement across it".
         what: &'static str,
         /// The words for its cells.
         words: &'static Words,
@@ -256,6 +257,18 @@ pub enum InterfaceError {
         point: Point,
         /// The gap there, m.
         value: f64,
+    },
+    /// A pair with friction has a facet that a support holds along itself.
+    #[error(
+        "the contact {0} of body {body} at {point} is held along itself, so that it cannot slip, and the pair has friction", words.facet
+    )]
+    HeldAgainstSlip {
+        /// 0 or 1.
+        body: usize,
+        /// The middle of the facet.
+        point: Point,
+        /// The words for what the body consists of.
+        words: &'static Words,
     },
     /// The limit of Tresca's friction is negative or not finite.
     #[error("the friction limit at {point} is {}; it must be a finite number >= 0", shown(*value))]

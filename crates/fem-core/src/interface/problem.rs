@@ -8,6 +8,7 @@ use crate::body::{
     Body, BodyError, ConditionPlace, Cut, Difference, DifferenceSum, PERPENDICULAR, RigidMotion,
 };
 use crate::geometry::Coordinates;
+use crate::mesh::id::FacetId;
 use crate::space::{Plane, Solid, Space};
 use std::ops::Range;
 use thiserror::Error;
@@ -325,7 +326,8 @@ impl<S: Space> ContactProblem<S> {
     /// Gives a pair a law of friction.
     ///
     /// # Errors
-    /// A limit or a coefficient that is negative or not finite; surfaces of solids along which the normal changes.
+    /// A limit or a coefficient that is negative or not finite; surfaces of solids along which the normal changes; a side that a support holds
+    /// along itself.
     ///
     /// # Panics
     /// If there is no such pair.
@@ -333,7 +335,18 @@ impl<S: Space> ContactProblem<S> {
         let count = self.contacts.len();
         assert!(pair < count, "friction for pair {pair}, and {count} pairs");
         self.contacts[pair].friction = friction;
-        self.contacts[pair].check_friction(&self.bodies[self.contacts[pair].body])?;
+        let of = &self.contacts[pair];
+        of.check_friction(&self.bodies[of.body])?;
+        for (side, b) in of.elastic_sides().filter(|_| of.friction.acts()) {
+            let of_body = &self.bodies[b];
+            let facets = of.interface.facets().iter().map(|facet| facet.facets[side]);
+            let held =
+                |facet: &FacetId| of_body.facet_condition(*facet).is_some_and(|of| !of.reaction.is_none());
+            if let Some(facet) = facets.into_iter().find(held) {
+                let point = of_body.mesh().facet_middle(facet).into();
+                return Err(InterfaceError::HeldAgainstSlip { body: side, point, words: S::WORDS });
+            }
+        }
         Ok(self)
     }
 
