@@ -232,9 +232,10 @@ pub(crate) fn support_reactions<S: Space>(
     let centroid = centroid(body.mesh());
     let arm = |node: usize| body.mesh().points()[node] - centroid;
     let mut balance = Balance::default();
-    let blocks = problem.blocks().zip(problem.tangential_blocks());
-    for (pair, (block, tangents)) in problem.contacts.iter().zip(blocks) {
-        let Some(side) = pair.side_of(Partner::Body(b)) else { continue };
+    let blocks: Vec<_> = problem.blocks().zip(problem.tangential_blocks()).collect();
+    // Bonded bodies are one body, on both sides of a pair within them.
+    for (k, side) in problem.sides_of(Partner::Body(b)) {
+        let (pair, (block, tangents)) = (&problem.contacts[k], blocks[k].clone());
         let role = pair.roles.of_side(side);
         let along_tangents = &[&iterate.tangential.reaction, &iterate.tangential.force][role][tangents];
         let forces = iterate.reactions()[role][block].iter().chain(along_tangents);

@@ -82,12 +82,12 @@ fn a_bar_between_walls_is_stretched_by_the_offset_of_a_bond() {
     }
 }
 
-#[test]
-fn contact_of_solids_goes_on_where_a_bond_ends_and_finer_meshes_stay_bonded() {
+/// Two bricks on each other, bonded where x is below 1 and in contact beyond.
+fn partly_bonded(held: &Conditions) -> ContactProblem<Solid> {
     let pressed = Conditions::default().traction("top", [1.0.into(), 0.0.into(), (-8.0).into()]);
     let mut bodies = vec![
         brick([0.0, 0.0, 1.0], [2.0, 1.0, 0.5], [4, 2, 1], 0.3, &pressed),
-        brick([0.0; 3], [2.0, 1.0, 1.0], [4, 2, 2], 0.3, &Conditions::default().fix("bottom")),
+        brick([0.0; 3], [2.0, 1.0, 1.0], [4, 2, 2], 0.3, held),
     ];
     for (b, side) in [(0, "bottom"), (1, "top")] {
         let faces = bodies[b].mesh().group(side).unwrap().to_vec();
@@ -96,8 +96,22 @@ fn contact_of_solids_goes_on_where_a_bond_ends_and_finer_meshes_stay_bonded() {
         bodies[b].add_group("touching", right);
     }
     let offset = bonded([0.0, 0.0, 0.001]);
-    let pairs = [([0, 1], ["glued"; 2], offset), ([0, 1], ["touching"; 2], Gap::Touching)];
-    let coarse = solved(problem(bodies, &pairs), Relaxation::Steps(4));
+    problem(bodies, &[([0, 1], ["glued"; 2], offset), ([0, 1], ["touching"; 2], Gap::Touching)])
+}
+
+#[test]
+fn reactions_balance_the_loads_where_clamped_nodes_are_in_contact_within_a_bonded_body() {
+    // The clamp ends at nodes of the contact.
+    let found = solved(partly_bonded(&Conditions::default().fix("right")), Relaxation::NONE);
+    let results = found.results.as_ref().unwrap();
+    assert!(results.contacts[1].contact_force > 0.1, "{:?}", results.contacts[1]);
+    let sum: Vector = results.reactions.iter().map(|reaction| reaction.force).sum();
+    assert!((sum - Vector::new(-2.0, 0.0, 16.0)).norm() < 1e-10, "{sum:?}");
+}
+
+#[test]
+fn contact_of_solids_goes_on_where_a_bond_ends_and_finer_meshes_stay_bonded() {
+    let coarse = solved(partly_bonded(&Conditions::default().fix("bottom")), Relaxation::Steps(4));
     let contact = &coarse.results.as_ref().unwrap().contacts[1];
     assert!(contact.contact_force > 0.1 && contact.active > 0, "{contact:?}");
     let mut adapt = AdaptSettings::new(1e-3);
