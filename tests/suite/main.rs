@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 mod adaptive;
+mod adaptive_steps;
 mod adversarial;
 mod assemblies;
 mod assemblies_nndd;
@@ -31,6 +32,7 @@ mod friction_case;
 mod friction_grids;
 mod friction_public;
 mod friction_solve;
+mod held_sides;
 mod honesty;
 mod idle_body;
 mod interference;

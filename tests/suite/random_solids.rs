@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 use tests::random_solids::{FAMILIES, PROMISES, Problem, Trial};
 
-/// Problems of the sample: of each family six.
+/// Problems of the sample: of each family four or more.
 const SAMPLE: u64 = 144;
 
 /// Problems that violated a promise once.

@@ -12,6 +12,7 @@
 mod bonded;
 mod cuts;
 mod draw;
+mod held;
 mod inside;
 mod judge;
 mod layouts;
@@ -28,7 +29,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 85] = [
+pub const FEATURES: [&str; 87] = [
     "no contact",
     "one body",
     "two bodies",
@@ -49,6 +50,7 @@ pub const FEATURES: [&str; 85] = [
     "friction: Coulomb",
     "clamped end of a contact line",
     "held node of a contact line",
+    "contact side held along itself",
     "corner of two pairs",
     "partial overlap",
     "meshes that match",
@@ -69,6 +71,7 @@ pub const FEATURES: [&str; 85] = [
     "interference: load steps",
     "load steps",
     "adaptive",
+    "adaptive load steps",
     "isotropic material",
     "orthotropic material",
     "given stiffness",
@@ -200,6 +203,10 @@ impl Problem {
         if known.torque.is_none() && cuts::put(&mut d, number)? {
             known = Known::default();
         }
+        let slips = ["friction: Coulomb", "friction: Tresca"].iter().any(|law| d.features.contains(law));
+        if known.torque.is_none() && !bonded && !slips && held::put(&mut d, number) {
+            known = Known::default();
+        }
         let has = |d: &Draw, feature| d.features.contains(feature);
         let coulomb = has(&d, "friction: Coulomb");
         let friction = coulomb || has(&d, "friction: Tresca");
@@ -217,11 +224,11 @@ impl Problem {
         let allowed = settings::Allowed {
             held: d.count() == 2 && !has(&d, "floating body") && !has(&d, "obstacle: fixed plane"),
             coulomb,
-            adapt: !stepped,
+            adapt: if stepped { 0.4 } else { 0.12 },
             contact: !has(&d, "no contact"),
         };
         let mut first = settings::draw(&mut d, allowed);
-        let mut second = settings::draw(&mut d, settings::Allowed { adapt: false, ..allowed });
+        let mut second = settings::draw(&mut d, settings::Allowed { adapt: 0.0, ..allowed });
         if has(&d, cuts::TIGHTENED) {
             // The exact solution alone finds the shortening.
             for of in [&mut first, &mut second] {

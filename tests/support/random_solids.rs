@@ -27,7 +27,7 @@ use nndd::NewtonSettings;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The families, each with what its problems have in common; problem `n` belongs to family `n` modulo their number.
-pub const FAMILIES: [&str; 32] = [
+pub const FAMILIES: [&str; 34] = [
     "one body",
     "stack",
     "boxes on a box",
@@ -60,6 +60,8 @@ pub const FAMILIES: [&str; 32] = [
     "springs",
     "heat and forces",
     "cuts",
+    draw::HELD,
+    draw::BONDED,
 ];
 
 /// The promises that are judged.
@@ -145,6 +147,8 @@ fn shows(assembly: &Assembly, made: &ContactProblem<Solid>, family: &str) -> boo
     match family {
         "heat and forces" => assembly.parts.iter().all(|part| part.inside.is_some()),
         "cuts" => assembly.parts.iter().any(|part| part.cut.is_some()) && made.contact_across_cut().is_none(),
+        draw::BONDED => made.contacts.iter().any(|pair| pair.is_bonded()),
+        draw::HELD => assembly.touches.iter().any(|touch| touch.held.iter().flatten().any(Option::is_some)),
         "springs" => sides.any(|side| matches!(side, Condition::Springs(..))),
         "rigid side" => sides.any(|side| matches!(side, Condition::Rigid(..))),
         "plane driven by a force" => {
@@ -290,8 +294,8 @@ impl Trial {
     pub fn of(problem: &Problem) -> Self {
         Self::judged(problem, |trial| {
             let claims = judge::judge(problem, trial);
-            // Fields of other programs get no bound with friction or cuts.
-            if !problem.family.contains("friction") && problem.family != "cuts" {
+            // Fields of other programs get no bound with friction, cuts or bonds.
+            if !problem.family.contains("friction") && !["cuts", draw::BONDED].contains(&problem.family) {
                 field::judge(problem, &claims, trial);
             }
         })

@@ -56,6 +56,9 @@ pub struct Step {
     pub nodes: usize,
     /// Pairs on the interface.
     pub pairs: usize,
+    /// In load steps the step, from 1, of the bound.
+    #[serde(default)]
+    pub load_step: Option<usize>,
     /// The guaranteed bound.
     pub e_cre: Option<f64>,
     /// The bound over the energy norm.
@@ -242,6 +245,7 @@ mod tests {
         let step = Step {
             nodes: 8,
             pairs: 2,
+            load_step: None,
             e_cre: Some(0.1 + 0.2),
             relative: None,
             certified: true,

@@ -181,6 +181,9 @@ pub struct AdaptiveRow {
     pub nodes: usize,
     /// Node pairs on the interface.
     pub pairs: usize,
+    /// In load steps the step, from 1, with the largest relative bound or residual: the step of the numbers below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_step: Option<usize>,
     /// The bound; `None` with Coulomb friction.
     pub e_cre: Option<f64>,
     /// The bound relative to the energy norm.

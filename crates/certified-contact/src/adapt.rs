@@ -1,5 +1,6 @@
 //! The certified loop: solve, estimate, mark, refine, until the bound is at most the target; with Coulomb friction the residual.
 
+mod in_steps;
 mod solve_on_mesh;
 
 use crate::checkpoint::{Checkpoint, FinerMesh};
@@ -14,8 +15,11 @@ use crate::space::ContactSpace;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::interface::ContactProblem;
 use fem_core::space::{Plane, Space};
+use in_steps::InSteps;
 use nndd::{CoulombSettings, CoulombStatus, NnddStatus};
 use solve_on_mesh::SolveOnMesh;
+
+pub use in_steps::{StepFactors, StepSolutions};
 
 /// Refining is worthwhile if the mesh contributes at least this share of the squared bound.
 const LEAST_SHARE: f64 = 0.1;
@@ -96,6 +100,9 @@ pub struct AdaptiveSolution<A = CertifiedSolution, S: Space = Plane> {
     /// How the run ended.
     pub end: AdaptiveEnd<S>,
 }
+
+/// The result of an adaptive run with load steps.
+pub type AdaptiveSteps<A = CertifiedSolution, S = Plane> = AdaptiveSolution<StepSolutions<A, S>, S>;
 
 impl<A, S: Space> AdaptiveSolution<A, S> {
     /// Computes the change of the largest von Mises stress ([`crate::PeakStress`]) from the previous mesh to the mesh of the
@@ -193,6 +200,57 @@ pub fn resume_adaptively<S: ContactSpace>(
     resume(problem, checkpoint, settings, adapt, observer)
 }
 
+/// Solves load steps on finer and finer meshes, all steps on each mesh, until every step has at most the target.
+///
+/// The bound of a step is that of its increment, from the slip that was computed before it on the same mesh. The cells are marked by their
+/// contributions summed over the steps, each relative to the squared energy norm of its step.
+///
+/// * `problem`: its conditions with the factor 1.
+/// * `checkpoint`: of an interrupted run, see [`resume_adaptively`].
+///
+/// # Errors
+/// See [`solve_adaptively`]; on the first mesh those of a step as [`SolveError::LoadStep`].
+pub fn solve_steps_adaptively<S: ContactSpace>(
+    problem: ContactProblem<S>,
+    factors: &[StepFactors<'_>],
+    checkpoint: Option<Checkpoint>,
+    settings: &Settings<S>,
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSteps<CertifiedSolution<S>, S>, SolveError<S>> {
+    run(problem, checkpoint, &InSteps { method: settings, factors }, adapt, observer)
+}
+
+/// Solves load steps with Coulomb friction on finer and finer meshes, until the relative residual of every step is at most the target, see
+/// [`solve_steps_adaptively`].
+///
+/// # Errors
+/// See [`solve_steps_adaptively`] and [`crate::solve_coulomb`].
+pub fn solve_coulomb_steps_adaptively<S: ContactSpace>(
+    problem: ContactProblem<S>,
+    factors: &[StepFactors<'_>],
+    checkpoint: Option<Checkpoint>,
+    settings: &(CoulombSettings, Relaxation),
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSteps<CoulombResult<S>, S>, SolveError<S>> {
+    run(problem, checkpoint, &InSteps { method: settings, factors }, adapt, observer)
+}
+
+/// Starts a run, or resumes it.
+fn run<S: ContactSpace, M: SolveOnMesh<S>>(
+    problem: ContactProblem<S>,
+    checkpoint: Option<Checkpoint>,
+    method: &M,
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer<S>,
+) -> Result<AdaptiveSolution<M::Solution, S>, SolveError<S>> {
+    match checkpoint {
+        None => begin(problem, method, adapt, observer),
+        Some(checkpoint) => resume(problem, checkpoint, method, adapt, observer),
+    }
+}
+
 /// Starts a run on its first mesh.
 fn begin<S: ContactSpace, M: SolveOnMesh<S>>(
     problem: ContactProblem<S>,
@@ -249,7 +307,7 @@ struct Course<A, S: ContactSpace> {
 impl<A, S: ContactSpace> Course<A, S> {
     /// Starts with the solution on the first mesh.
     fn new<M: SolveOnMesh<S, Solution = A>>(solution: A) -> Result<Self, SolveError<S>> {
-        let (problem, ..) = M::parts(&solution);
+        let problem = M::problem(&solution);
         let (cuts, roles) = (S::cuts(problem)?, problem.roles());
         let role_reason = M::role_reason(&solution);
         let record = Checkpoint { roles, role_reason, meshes: Vec::new(), history: Vec::new() };
@@ -280,10 +338,13 @@ fn follow<S: ContactSpace, M: SolveOnMesh<S>>(
         }
         // Mark and refine; carry λ and the active set over.
         observer.phase(Phase::Refinement);
-        let (problem, estimate, last) = M::parts(&solution);
-        let wanted = refine::next_size((problem, estimate), step.measured(), adapt.target, adapt.max_nodes);
+        let problem = M::problem(&solution);
+        let contributions = refine::contributions(problem, &M::estimates(&solution));
+        let of_mesh = (problem, contributions.as_slice());
+        let wanted = refine::next_size(of_mesh, step.measured(), adapt.target, adapt.max_nodes);
+        let from = (problem, contributions, M::last(&solution));
         let Finer { problem, cuts: finer_cuts, rounds, start } =
-            match refine::refine((problem, estimate, last), &cuts, adapt.fraction, wanted, adapt.max_nodes) {
+            match refine::refine(from, &cuts, adapt.fraction, wanted, adapt.max_nodes) {
                 Ok(Refined::Finer(finer)) => *finer,
                 Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
                 Ok(Refined::OutOfMemory) => break AdaptiveEnd::MaxNodes,
@@ -315,7 +376,7 @@ fn follow<S: ContactSpace, M: SolveOnMesh<S>>(
         AdaptiveEnd::MaxNodes | AdaptiveEnd::IterationError
             if record.history.last().is_none_or(|step| !step.is_sound()) =>
         {
-            AdaptiveEnd::NotCertified { failed: failed_checks(M::parts(&solution).1) }
+            AdaptiveEnd::NotCertified { failed: failed_checks(&M::estimates(&solution)) }
         }
         end => end,
     };
@@ -366,20 +427,17 @@ fn rose_twice(history: &[Step]) -> bool {
     matches!(measured, [Some(first), Some(second), Some(third)] if first < second && second < third)
 }
 
-/// Tells whether the bound or the residual is zero to round-off: it is at most twice its allowance for round-off.
-fn is_round_off<S: ContactSpace>(estimate: Option<&Estimate<S>>) -> bool {
-    estimate.is_some_and(|e| e.unchecked().e_cre <= 2.0 * e.round_off)
+/// Computes the allowance for round-off over the energy norm, the largest of all load steps in which there is strain energy; 0 without either.
+fn floor<S: ContactSpace>(estimates: &[&Estimate<S>]) -> f64 {
+    let counts = |e: &&&Estimate<S>| estimates.len() == 1 || !e.holds_no_energy();
+    let relative = estimates.iter().filter(counts).map(|e| e.round_off / e.energy_norm());
+    relative.filter(|floor| floor.is_finite()).fold(0.0, f64::max)
 }
 
-/// Computes the allowance for round-off over the energy norm; 0 without either.
-fn floor<S: ContactSpace>(estimate: Option<&Estimate<S>>) -> f64 {
-    let relative = estimate.map(|e| e.round_off / e.energy_norm());
-    relative.filter(|floor| floor.is_finite()).unwrap_or(0.0)
-}
-
-/// Lists the checks of the bound that fail; none if there is no bound.
-fn failed_checks<S: ContactSpace>(estimate: Option<&Estimate<S>>) -> Vec<(&'static str, f64)> {
-    estimate.map(|e| e.admissibility.failed().collect()).unwrap_or_default()
+/// Lists the checks of the bound that fail, those of the first load step with any; none if there is no bound.
+fn failed_checks<S: ContactSpace>(estimates: &[&Estimate<S>]) -> Vec<(&'static str, f64)> {
+    let failed = estimates.iter().map(|e| e.admissibility.failed().collect::<Vec<_>>());
+    failed.into_iter().find(|failed| !failed.is_empty()).unwrap_or_default()
 }
 
 /// Decides whether the mesh just solved is the last one.
@@ -390,12 +448,12 @@ fn ended<S: ContactSpace, M: SolveOnMesh<S>>(
     adapt: &AdaptSettings,
     observer: &mut dyn Observer<S>,
 ) -> Option<AdaptiveEnd<S>> {
-    let (problem, estimate, _) = M::parts(solution);
+    let (problem, estimates) = (M::problem(solution), M::estimates(solution));
     if let Some(end) = M::cut_short(solution) {
         return Some(end);
     }
     if !step.is_sound() {
-        let failed = failed_checks(estimate);
+        let failed = failed_checks(&estimates);
         // On these meshes no pressure keeps a body in balance; on finer ones there may be one.
         // Then the stress is not in equilibrium either.
         let of_stress = ["rigid_balance", "boundary_traction", "equilibrium", "traction_jump"];
@@ -407,19 +465,17 @@ fn ended<S: ContactSpace, M: SolveOnMesh<S>>(
         }
         return Some(AdaptiveEnd::NotCertified { failed });
     }
-    if step.measured().map_or_else(|| is_round_off(estimate), |found| found <= adapt.target)
-        && method.may_meet_target(solution)
-    {
+    if method.meets(step, solution, adapt.target) {
         return Some(AdaptiveEnd::TargetMet);
     }
     if let Some(end) = method.unsolved(solution) {
         return Some(end);
     }
-    let floor = floor(estimate);
+    let floor = floor(&estimates);
     if floor > adapt.target {
         return Some(AdaptiveEnd::RoundOff { floor });
     }
-    if refine::mesh_share(problem, estimate) < LEAST_SHARE {
+    if refine::mesh_share(problem, &estimates) < LEAST_SHARE {
         return Some(AdaptiveEnd::IterationError);
     }
     if step.step >= adapt.max_steps {

@@ -68,6 +68,7 @@ impl<S: Space> CoulombResult<S> {
             step,
             nodes: self.problem.nodes(),
             pairs: self.problem.node_pairs(),
+            load_step: None,
             e_cre: None,
             relative: None,
             certified: false,

@@ -21,6 +21,14 @@ pub enum SolveError<S: Space = Plane> {
         /// The motion.
         motion: AssemblyMotion<S>,
     },
+    /// A load step of an adaptive run cannot be solved.
+    #[error("load step {step}: {error}")]
+    LoadStep {
+        /// Its number, from 1.
+        step: usize,
+        /// The reason.
+        error: Box<Self>,
+    },
     /// No forces within the cones of Coulomb friction balance the loads.
     #[error(
         "the load is not balanced within the friction cones: a load of {:e} is left; hold the bodies, or raise the coefficients of friction",

@@ -45,7 +45,7 @@ impl IterationRecord {
 }
 
 /// One mesh of an adaptive run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Step {
     /// Number, from 1.
     pub step: usize,
@@ -53,6 +53,8 @@ pub struct Step {
     pub nodes: usize,
     /// Pairs on the interface.
     pub pairs: usize,
+    /// In load steps the step, from 1, with the largest relative bound or residual: the step of the numbers below.
+    pub load_step: Option<usize>,
     /// The guaranteed bound, if there is one.
     pub e_cre: Option<f64>,
     /// The bound over the energy norm; `None` if the bodies have no strain energy, or without a bound.
@@ -63,11 +65,11 @@ pub struct Step {
     pub e_b: Option<f64>,
     /// That residual over the energy norm.
     pub relative_residual: Option<f64>,
-    /// Iterations on this mesh.
+    /// Iterations on this mesh, of all load steps together.
     pub iterations: usize,
     /// `a(u, u)` of all bodies together, J/m.
     pub energy_norm_squared: Option<f64>,
-    /// Largest von Mises stress of the recovered stress, Pa, if it is known.
+    /// Largest von Mises stress of the recovered stress, Pa, in the last load step, if it is known.
     pub peak_stress: Option<f64>,
 }
 

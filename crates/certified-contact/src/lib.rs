@@ -89,8 +89,9 @@ pub mod theory;
 pub mod tutorial;
 
 pub use adapt::{
-    AdaptSettings, AdaptiveEnd, AdaptiveSolution, resume_adaptively, resume_coulomb_adaptively,
-    solve_adaptively, solve_coulomb_adaptively,
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, AdaptiveSteps, StepFactors, StepSolutions,
+    resume_adaptively, resume_coulomb_adaptively, solve_adaptively, solve_coulomb_adaptively,
+    solve_coulomb_steps_adaptively, solve_steps_adaptively,
 };
 pub use bounds::Bounds;
 pub use checkpoint::{Checkpoint, FinerMesh};

@@ -25,18 +25,19 @@ const MARGIN: f64 = 1.25;
 /// Chooses the number of nodes of the next mesh. Those that the target needs are reached in equal factors of at most
 /// [`LARGEST_GROWTH`], so that the last mesh is the only expensive one.
 ///
+/// * `contributions`: of the cells, see [`contributions`].
 /// * `relative`: the certified error; `None` if there is no energy norm to divide by.
 /// * `limit`: the largest number of nodes allowed.
 pub(crate) fn next_size<S: ContactSpace>(
-    (problem, estimate): (&ContactProblem<S>, Option<&Estimate<S>>),
+    (problem, contributions): (&ContactProblem<S>, &[Vec<f64>]),
     relative: Option<f64>,
     target: f64,
     limit: usize,
 ) -> usize {
-    let growth = relative.zip(estimate).map(|(relative, estimate)| {
-        let contributions = marking::contributions(problem, estimate);
-        MARGIN * ideal_growth::<S>(&contributions, (target / relative).powi(2))
-    });
+    let has_any = contributions.iter().flatten().any(|c| *c > 0.0);
+    let growth = relative
+        .filter(|_| has_any)
+        .map(|relative| MARGIN * ideal_growth::<S>(contributions, (target / relative).powi(2)));
     size_after(problem.nodes(), growth.unwrap_or(LARGEST_GROWTH), limit)
 }
 
@@ -82,14 +83,41 @@ pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
     limit as f64 >= SMALLEST_GROWTH * nodes as f64
 }
 
-/// Computes the share of the mesh in the squared bound or residual, from 0 to 1; 0 without an estimate.
-pub(crate) fn mesh_share<S: ContactSpace>(
+/// The factor of the squared error of a load step in the sum over all steps: one over its squared energy norm, so that the sum is of
+/// relative errors; 0 if the bodies have no strain energy.
+fn weight<S: ContactSpace>(estimates: &[&Estimate<S>], estimate: &Estimate<S>) -> f64 {
+    match estimates {
+        [_] => 1.0,
+        _ if estimate.holds_no_energy() => 0.0,
+        _ => estimate.energy_norm().powi(-2),
+    }
+}
+
+/// Computes the contributions of the cells of each body to the squared error, summed over the load steps on one mesh; none without an estimate.
+pub(crate) fn contributions<S: ContactSpace>(
     problem: &ContactProblem<S>,
-    estimate: Option<&Estimate<S>>,
-) -> f64 {
-    let Some(estimate) = estimate else { return 0.0 };
-    let contributions = marking::contributions(problem, estimate);
-    contributions.iter().flatten().sum::<f64>() / estimate.unchecked().e_cre.powi(2)
+    estimates: &[&Estimate<S>],
+) -> Vec<Vec<f64>> {
+    let mut sum = Vec::new();
+    for estimate in estimates {
+        let weight = weight(estimates, estimate);
+        let mut of_step = marking::contributions(problem, estimate);
+        of_step.iter_mut().flatten().for_each(|c| *c *= weight);
+        if sum.is_empty() {
+            sum = of_step;
+        } else {
+            let both = sum.iter_mut().flatten().zip(of_step.iter().flatten());
+            both.for_each(|(sum, c): (&mut f64, &f64)| *sum += c);
+        }
+    }
+    sum
+}
+
+/// Computes the share of the mesh in the squared bound or residual, from 0 to 1; 0 without an estimate.
+pub(crate) fn mesh_share<S: ContactSpace>(problem: &ContactProblem<S>, estimates: &[&Estimate<S>]) -> f64 {
+    let all = estimates.iter().map(|e| weight(estimates, e) * e.unchecked().e_cre.powi(2)).sum::<f64>();
+    let of_mesh = contributions(problem, estimates).iter().flatten().sum::<f64>();
+    if all > 0.0 { of_mesh / all } else { 0.0 }
 }
 
 /// The result of refining.
@@ -118,16 +146,15 @@ pub(crate) struct Finer<S: ContactSpace> {
 /// A cell of measure `A` contributes about in proportion to `A^((d+2)/d)` where the solution is smooth, `A²` in the plane; near singularities the
 /// prediction is too good, and the next step corrects it.
 ///
-/// * `problem`, `estimate`, `last`: the problem on the present mesh, its estimate and the last iterate.
+/// * `problem`, `contributions`, `last`: the problem on the present mesh, the contributions of its cells, and the last iterate.
 pub(crate) fn refine<S: ContactSpace>(
-    (problem, estimate, last): (&ContactProblem<S>, Option<&Estimate<S>>, &Iterate),
+    (problem, mut contributions, last): (&ContactProblem<S>, Vec<Vec<f64>>, Option<&Iterate>),
     cuts: &S::Cuts,
     fraction: f64,
     wanted: usize,
     limit: usize,
 ) -> Result<Refined<S>, RefineError> {
-    let Some(estimate) = estimate else { return Ok(Refined::NothingToRefine) };
-    let mut contributions = marking::contributions(problem, estimate);
+    let Some(last) = last.filter(|_| !contributions.is_empty()) else { return Ok(Refined::NothingToRefine) };
     let lambda = problem.by_row(&last.lambda, &last.tangential.lambda);
     let mut start = Start { lambda, active: Some(last.contact.active.clone()) };
     let mut rounds = Vec::new();

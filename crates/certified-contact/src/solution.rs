@@ -100,6 +100,7 @@ impl<S: Space> CertifiedSolution<S> {
             step,
             nodes: self.problem.nodes(),
             pairs: self.problem.node_pairs(),
+            load_step: None,
             e_cre: estimate.map(|e| e.unchecked().e_cre),
             relative: self.relative(),
             certified: self.is_certified(),

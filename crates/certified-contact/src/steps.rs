@@ -71,6 +71,11 @@ impl<S: ContactSpace> LoadSteps<S> {
         self.count
     }
 
+    /// Starts the iteration of the next step from these values.
+    pub(crate) fn start_from(&mut self, start: Start) {
+        self.start = Some(start);
+    }
+
     /// Multiplies the gaps of the pairs in the next steps; at first by 1.
     ///
     /// * `factors`: one per pair, of its gap as it is posed.

@@ -1,31 +1,30 @@
 //! An adaptive run: one row and one set of ParaView files per mesh.
 
+mod status;
+
 use crate::convert;
-use crate::failure::{Failure, LIMIT, NOT_CERTIFIED};
+use crate::failure::Failure;
 use crate::host::Event;
 use crate::memory;
-use crate::motion::all_move;
-use crate::outcome::{self, Ended, NOT_CONVERGED, stalled, word};
 use crate::paraview;
 use crate::resume::{self, RunDirectory};
 use crate::run_observer::RunObserver;
-use crate::solved::{Fields, RunResult, Solved};
+use crate::solved::{Fields, RunResult, Solved, SolvedStep};
 use crate::space::ReportSpace;
+use crate::steps;
 use crate::stopwatch::Activity;
-use crate::words::{self, short};
 use case_io::Case;
-use case_io::case::{Adapt, Criterion, Dimension, Target};
-use case_io::diagnostic::significant;
+use case_io::case::{Adapt, Dimension};
 use case_io::output::OutputDirectory;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{
     AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, CoulombResult,
-    IterationRecord, Observer, Phase, SolveError, Step, resume_adaptively, resume_coulomb_adaptively,
-    solve_adaptively, solve_coulomb_adaptively,
+    IterationRecord, Observer, Phase, Step, StepFactors, resume_adaptively, resume_coulomb_adaptively,
+    solve_adaptively, solve_coulomb_adaptively, solve_coulomb_steps_adaptively, solve_steps_adaptively,
 };
-use fem_core::interface::{ContactProblem, Partner};
+use fem_core::body::ConditionPlace;
+use fem_core::interface::ContactProblem;
 use fem_core::space::{Plane, Space};
-use nndd::NnddStatus;
 use serde_json::{Value, json};
 
 /// Makes a row of `adaptive` in report.json; `None` for a mesh without bound or residual.
@@ -35,6 +34,7 @@ pub fn adaptive_row(step: &Step) -> Option<AdaptiveRow> {
         step: step.step,
         nodes: step.nodes,
         pairs: step.pairs,
+        load_step: step.load_step,
         e_cre: step.e_cre,
         relative: step.relative,
         e_b: step.e_b,
@@ -88,60 +88,98 @@ pub(crate) fn solve<S: ReportSpace>(
         memory: None,
     };
     let undeclared = S::undeclared(&problem);
-    let run = if case.coulomb_pair().is_none() { certified } else { coulomb };
-    let answer = run(case, problem, checkpoint, &settings, &mut steps);
-    let Steps { follower, failure, seconds, memory, directory, .. } = steps;
+    let found = solve_all(case, problem, checkpoint, &settings, &mut steps);
+    let Steps { mut follower, failure, seconds, memory, directory, .. } = steps;
     if let Some(failure) = failure {
         return Err(resume::after_failure(failure, directory));
     }
-    let course = answer.map_err(|e| follower.failure(case, &e))?;
-    let status = judge(case, adapt, &course, follower.ended, memory.as_deref());
+    let course = found?;
+    let status = status::judge(case, adapt, &course, follower.ended, memory.as_deref());
     let adaptive = course.history.iter().filter_map(adaptive_row).collect();
     let longest_step = follower.longest;
-    let notes = S::notes_on_refinement(case, &undeclared, course.answer.fields().problem);
-    let Course { answer, step, end, peak_change, .. } = course;
-    let smallest_mesh = matches!(end, AdaptiveEnd::Rose).then_some(step);
-    let solved = Solved::of(answer, status);
+    let mut notes = S::notes_on_refinement(case, &undeclared, course.answer.fields().problem);
+    let smallest_mesh = matches!(course.end, AdaptiveEnd::Rose).then_some(course.step);
+    let peak_change = course.peak_change;
+    let (solved, steps) = load_steps(case, course, &mut follower, directory)?;
+    notes.extend(steps.first().and_then(|_| steps::note(&solved)));
+    let solved = Solved { status, steps, ..solved };
     Ok(Solved { adaptive, smallest_mesh, peak_change, notes, step_seconds: seconds, longest_step, ..solved })
 }
 
-/// Solves an adaptive case whose target is a certified error.
-fn certified<S: ReportSpace>(
+/// Returns the answer of a run and, in load steps, the results of each, whose fields it writes.
+fn load_steps<S: ReportSpace>(
     case: &Case<S>,
-    problem: ContactProblem<S>,
-    checkpoint: Option<Checkpoint>,
-    settings: &AdaptSettings,
-    steps: &mut Steps<'_, '_, S>,
-) -> Result<Course<S>, SolveError<S>> {
-    let solver = convert::settings(case);
-    let found = match checkpoint {
-        Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, settings, steps),
-        None => solve_adaptively(problem, &solver, settings, steps),
-    };
-    found.map(|found| Course::new(found, RunResult::Certified))
+    course: Course<S>,
+    follower: &mut RunObserver<'_>,
+    directory: &mut OutputDirectory,
+) -> Result<(Solved<S>, Vec<SolvedStep>), Failure> {
+    let increments = case.increments();
+    let (mut kept, mut solved) = (Vec::new(), None);
+    let Course { earlier, answer, .. } = course;
+    let of = increments.len();
+    if of == 0 {
+        return Ok((Solved::of(answer, Status::default()), kept));
+    }
+    for ((step, factors), answer) in (1..).zip(&increments).zip(earlier.into_iter().chain([answer])) {
+        let (found, summary) = steps::judge(case, answer, (step, of), factors, follower.ended)?;
+        follower.tell(Event::LoadStep { step: &summary, of });
+        follower.switch(Activity::Write);
+        kept.push(steps::keep(case, &found, summary, of, directory)?);
+        solved = Some(found);
+    }
+    let solved = solved.ok_or_else(|| Failure::defect("a run without an answer"))?;
+    Ok((solved, kept))
 }
 
-/// Solves an adaptive case whose target is a residual with Coulomb friction.
-fn coulomb<S: ReportSpace>(
+/// Solves the case on finer and finer meshes, once or in load steps, for a certified error or, with Coulomb friction, for a residual.
+fn solve_all<S: ReportSpace>(
     case: &Case<S>,
     problem: ContactProblem<S>,
     checkpoint: Option<Checkpoint>,
     settings: &AdaptSettings,
     steps: &mut Steps<'_, '_, S>,
-) -> Result<Course<S>, SolveError<S>> {
-    let (solver, relaxation) = (convert::coulomb(case), convert::relaxation(case));
-    let found = match checkpoint {
-        Some(checkpoint) => {
-            resume_coulomb_adaptively(problem, checkpoint, &solver, relaxation, settings, steps)
+) -> Result<Course<S>, Failure> {
+    let increments = case.increments();
+    let of_conditions: Vec<_> = increments
+        .iter()
+        .map(|factors| move |body: usize, place: ConditionPlace| case.factor(factors, body, place))
+        .collect();
+    let gaps = |factors| (0..case.contacts.len()).map(|pair| case.gap_factor(factors, pair)).collect();
+    let factors = increments.iter().zip(&of_conditions);
+    let factors: Vec<StepFactors<'_>> =
+        factors.map(|(factors, conditions)| StepFactors { conditions, gaps: gaps(factors) }).collect();
+    let coulomb = case.coulomb_pair().map(|_| (convert::coulomb(case), convert::relaxation(case)));
+    let solver = convert::settings(case);
+    let found = match (&coulomb, factors.as_slice()) {
+        (None, []) => match checkpoint {
+            Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, settings, steps),
+            None => solve_adaptively(problem, &solver, settings, steps),
         }
-        None => solve_coulomb_adaptively(problem, &solver, relaxation, settings, steps),
+        .map(|found| Course::new(found, |one| vec![one], RunResult::Certified)),
+        (Some((solver, relaxation)), []) => match checkpoint {
+            Some(checkpoint) => {
+                resume_coulomb_adaptively(problem, checkpoint, solver, *relaxation, settings, steps)
+            }
+            None => solve_coulomb_adaptively(problem, solver, *relaxation, settings, steps),
+        }
+        .map(|found| Course::new(found, |one| vec![one], RunResult::Coulomb)),
+        (None, factors) => solve_steps_adaptively(problem, factors, checkpoint, &solver, settings, steps)
+            .map(|found| Course::new(found, |all| all.steps, RunResult::Certified)),
+        (Some(solver), factors) => {
+            solve_coulomb_steps_adaptively(problem, factors, checkpoint, solver, settings, steps)
+                .map(|found| Course::new(found, |all| all.steps, RunResult::Coulomb))
+        }
     };
-    found.map(|found| Course::new(found, RunResult::Coulomb))
+    let found = found.map_err(|error| steps.follower.failure(case, &error))?;
+    found.ok_or_else(|| Failure::defect("an adaptive run without an answer"))
 }
 
 /// An adaptive run that has ended, with or without a certificate.
 pub(crate) struct Course<S: Space = Plane> {
+    /// In load steps the last one.
     answer: RunResult<S>,
+    /// The load steps before.
+    earlier: Vec<RunResult<S>>,
     /// The mesh of the answer, from 1.
     step: usize,
     history: Vec<Step>,
@@ -150,22 +188,39 @@ pub(crate) struct Course<S: Space = Plane> {
 }
 
 impl<S: Space> Course<S> {
-    fn new<A>(found: AdaptiveSolution<A, S>, answer: fn(Box<A>) -> RunResult<S>) -> Self {
+    /// * `all`: takes the solutions of all load steps out of that of a mesh, which has at least one.
+    fn new<A, B>(
+        found: AdaptiveSolution<A, S>,
+        all: fn(A) -> Vec<B>,
+        answer: fn(Box<B>) -> RunResult<S>,
+    ) -> Option<Self> {
         let peak_change = found.peak_change();
         let AdaptiveSolution { solution, step, history, end, .. } = found;
-        Self { answer: answer(Box::new(solution)), step, history, end, peak_change }
+        let mut earlier: Vec<_> = all(solution).into_iter().map(|one| answer(Box::new(one))).collect();
+        Some(Self { answer: earlier.pop()?, earlier, step, history, end, peak_change })
+    }
+
+    /// Returns the load step, from 1, with the largest relative error, if there are load steps.
+    fn largest_step(&self) -> Option<usize> {
+        self.history.get(self.step.checked_sub(1)?)?.load_step
+    }
+
+    /// Returns the solution that the target is about: of load steps that with the largest relative error.
+    fn largest(&self) -> &RunResult<S> {
+        let earlier = self.largest_step().and_then(|k| self.earlier.get(k.checked_sub(1)?));
+        earlier.unwrap_or(&self.answer)
     }
 
     /// Returns the relative number that the target is about.
     fn relative(&self) -> Option<f64> {
-        match &self.answer {
+        match self.largest() {
             RunResult::Certified(solution) => solution.relative(),
             RunResult::Coulomb(result) => result.relative_residual(),
         }
     }
 
     fn holds_no_energy(&self) -> bool {
-        match &self.answer {
+        match self.largest() {
             RunResult::Certified(solution) => solution.holds_no_energy(),
             RunResult::Coulomb(result) => result.residual().is_some() && result.relative_residual().is_none(),
         }
@@ -173,7 +228,7 @@ impl<S: Space> Course<S> {
 
     /// Computes the allowance for round-off over the energy norm.
     fn round_off(&self) -> f64 {
-        match &self.answer {
+        match self.largest() {
             RunResult::Certified(solution) => solution.round_off(),
             RunResult::Coulomb(result) => {
                 let found = Some(result.estimate().round_off / result.energy_norm());
@@ -208,7 +263,8 @@ impl<S: ReportSpace> Steps<'_, '_, S> {
         self.seconds.truncate(step.step - 1);
         self.seconds.push(self.before + self.follower.elapsed());
         self.follower.tell(Event::Step(step));
-        if self.case.output.vtu && adaptive_row(step).is_some() {
+        // The fields of load steps are written at the end of the run.
+        if self.case.output.vtu && self.case.steps.is_empty() && adaptive_row(step).is_some() {
             self.failure = paraview::write_step(self.case, fields, step.step, self.directory).err();
         }
     }
@@ -233,8 +289,11 @@ impl<S: ReportSpace> Observer<S> for Steps<'_, '_, S> {
     }
 
     fn fits_in_memory(&mut self, problem: &ContactProblem<S>) -> bool {
-        self.memory =
-            memory::no_room(self.case, memory::estimate_finer(problem, self.nodes), &*self.follower.host);
+        self.memory = memory::no_room(
+            self.case,
+            memory::estimate_finer(self.case, problem, self.nodes),
+            &*self.follower.host,
+        );
         self.memory.is_none()
     }
 
@@ -250,200 +309,5 @@ impl<S: ReportSpace> Observer<S> for Steps<'_, '_, S> {
 
     fn must_stop(&mut self) -> bool {
         self.failure.is_some() || Observer::<S>::must_stop(&mut self.follower)
-    }
-}
-
-/// Judges a finished run.
-///
-/// * `memory`: why there is not enough memory for the next mesh.
-fn judge<S: ReportSpace>(
-    case: &Case<S>,
-    adapt: &Adapt,
-    answer: &Course<S>,
-    ended: Option<Ended>,
-    memory: Option<&str>,
-) -> Status {
-    // The best certificate may belong to an earlier mesh.
-    let last = answer.step == answer.history.len();
-    let mut status = match &answer.end {
-        AdaptiveEnd::Iteration(_) | AdaptiveEnd::FixedPoint(_) | AdaptiveEnd::NotCertified { .. } if last => {
-            outcome::judge_answer(case, &answer.answer, ended)
-        }
-        AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
-        AdaptiveEnd::OutOfMemory { nodes } => {
-            let needed = memory.unwrap_or("too much memory");
-            word("limit", LIMIT, format!("the next mesh of {nodes} nodes needs {needed}"))
-        }
-        AdaptiveEnd::Failed(error) => failed(case, adapt, answer, error),
-        _ => of_end(case, adapt, answer),
-    };
-    status.reason += match status.word.as_str() {
-        "interrupted" => "; continue with --resume",
-        "limit" => "; raise the limit and continue with --resume",
-        _ => "",
-    };
-    if !last {
-        let what = if answer.answer.certified().is_some() { "certificate" } else { "residual" };
-        status.reason += &format!("; the {what} is that of mesh {}", answer.step);
-    }
-    status
-}
-
-/// Says how small the certified error, or the residual, is.
-fn reached<S: ReportSpace>(answer: &Course<S>) -> String {
-    let [alone, named] = match answer.answer {
-        RunResult::Certified(_) => ["the bound", "certified relative error"],
-        RunResult::Coulomb(_) => ["the residual", "relative residual"],
-    };
-    answer
-        .relative()
-        .map_or_else(|| alone.into(), |relative| format!("{named} {}", words::rounded_up(relative)))
-}
-
-/// The reason why a relative target cannot be met if the bodies hold no strain energy.
-const NO_ENERGY: &str = "the bodies hold no strain energy, and a relative target has no meaning here";
-
-fn missed<S: ReportSpace>(adapt: &Adapt, answer: &Course<S>, reason: &str) -> Status {
-    let target = short(adapt.target.value());
-    if answer.holds_no_energy() {
-        return word("target_missed", NOT_CERTIFIED, format!("{NO_ENERGY}; {reason}"));
-    }
-    word("target_missed", NOT_CERTIFIED, format!("{} > {target}: {reason}", reached(answer)))
-}
-
-/// Says how the bound, or the residual, rose on the last three meshes.
-fn rose<S: ReportSpace>(answer: &Course<S>) -> String {
-    let last = answer.history.get(answer.history.len().saturating_sub(3)..).unwrap_or_default();
-    let relative = last.iter().filter_map(|step| step.relative.or(step.relative_residual));
-    let relative: Vec<String> = relative.map(words::rounded_up).collect();
-    let what = if answer.answer.certified().is_some() { "bound" } else { "residual" };
-    format!("the {what} rose on two meshes in a row, {}", relative.join(" < "))
-}
-
-/// Says that the next mesh is not held along a motion whose load the polygon of this one explained; `None` for other errors.
-fn no_longer_explained<S: ReportSpace>(
-    case: &Case<S>,
-    answer: &Course<S>,
-    error: &SolveError<S>,
-) -> Option<String> {
-    let SolveError::NotHeld { motion } = error else { return None };
-    let left_out = &answer.answer.fields().problem.left_out;
-    left_out.iter().find(|of| motion.bodies.iter().any(|(partner, _)| *partner == Partner::Body(of.body)))?;
-    Some(format!(
-        "the load that is left out on mesh {} is more than the error of the polygon of the next mesh, so it turns the body there: {} (load {} in \
-         that direction, nothing resists); add a [[body.displacement]] that prevents this motion, or change the load",
-        answer.step,
-        all_move(case, motion),
-        significant(motion.load)
-    ))
-}
-
-/// Judges a run whose next mesh cannot be solved.
-fn failed<S: ReportSpace>(
-    case: &Case<S>,
-    adapt: &Adapt,
-    answer: &Course<S>,
-    error: &SolveError<S>,
-) -> Status {
-    let failure = Failure::solve(case, error);
-    let reason = failure.message.unwrap_or_else(|| error.to_string());
-    match failure.code {
-        LIMIT => word("limit", LIMIT, format!("the next mesh: {reason}")),
-        _ if let Some(reason) = no_longer_explained(case, answer, error) => missed(adapt, answer, &reason),
-        _ => missed(adapt, answer, &format!("the next mesh cannot be solved: {reason}")),
-    }
-}
-
-/// Bounds up to this many times the allowance for round-off are round-off of the iteration too.
-const NEAR_ROUND_OFF: f64 = 100.0;
-
-/// A target this many times the allowance for round-off can be met.
-const ABOVE_FLOOR: f64 = 10.0;
-
-/// Names the target that a run at its round-off can be given.
-///
-/// * `floor`: the allowance for round-off over the energy norm.
-fn attainable<S: ReportSpace>(adapt: &Adapt, answer: &Course<S>, floor: f64) -> String {
-    let near = answer.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor);
-    let least = words::raised(near.unwrap_or(ABOVE_FLOOR * floor), 2);
-    if least >= 1.0 {
-        return "no target can be met; leave out [adapt], and check the units".into();
-    }
-    format!("set adapt.{} to {} or more", adapt.target.key(), short(least))
-}
-
-/// Judges a run that was not interrupted.
-fn of_end<S: ReportSpace>(case: &Case<S>, adapt: &Adapt, answer: &Course<S>) -> Status {
-    let meshes = answer.history.len();
-    let target = short(adapt.target.value());
-    match &answer.end {
-        AdaptiveEnd::TargetMet => {
-            let met = match adapt.target {
-                Target::RelativeError(_) => "converged",
-                Target::CoulombResidual(_) => "residual_reached",
-            };
-            let found = match answer.relative() {
-                Some(_) => format!("{} <= {target}", reached(answer)),
-                None => format!("{NO_ENERGY}: {} is zero to round-off", reached(answer)),
-            };
-            word(met, 0, format!("{found} on mesh {meshes}"))
-        }
-        AdaptiveEnd::MaxSteps => missed(
-            adapt,
-            answer,
-            &format!("all adapt.max_steps = {} meshes are used; raise it", adapt.max_steps),
-        ),
-        AdaptiveEnd::Rose => missed(adapt, answer, &rose(answer)),
-        AdaptiveEnd::MaxNodes => missed(
-            adapt,
-            answer,
-            &format!("adapt.max_nodes = {} is too small for another useful mesh; raise it", adapt.max_nodes),
-        ),
-        AdaptiveEnd::RoundOff { .. } if answer.holds_no_energy() => {
-            stalled(format!("{NO_ENERGY}; leave out [adapt]"))
-        }
-        AdaptiveEnd::RoundOff { floor } => stalled(format!(
-            "the target {target} lies below the attainable floor {floor:.1e}, the round-off of this problem; {}",
-            attainable(adapt, answer, *floor)
-        )),
-        AdaptiveEnd::Iteration(status) => {
-            let failed = match status {
-                NnddStatus::MaxIterations => "max_iterations",
-                NnddStatus::Diverged { .. } => "diverged",
-                _ => "stalled",
-            };
-            word(failed, NOT_CONVERGED, format!("the iteration on mesh {meshes} did not meet its criterion"))
-        }
-        AdaptiveEnd::FixedPoint(_) => {
-            stalled(format!("the fixed point of Coulomb friction on mesh {meshes} did not converge"))
-        }
-        AdaptiveEnd::IterationError if answer.answer.certified().is_none() => stalled(format!(
-            "{} > {target}, and nearly all of it is not the mesh's, so that no finer mesh lowers it; {}",
-            reached(answer),
-            attainable(adapt, answer, answer.round_off())
-        )),
-        AdaptiveEnd::IterationError => stalled(format!(
-            "{} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; {}",
-            reached(answer),
-            match case.solver.stop.criterion {
-                Criterion::Estimator => attainable(adapt, answer, answer.round_off()),
-                _ => "use solver.stop.criterion = \"estimator\", or more iterations".into(),
-            }
-        )),
-        AdaptiveEnd::NotCertified { failed } => {
-            let names: Vec<String> =
-                failed.iter().map(|(name, found)| format!("{name} {found:.1e}")).collect();
-            let which = if names.is_empty() { "does not exist".into() } else { names.join(", ") };
-            let [name, what] = match answer.answer {
-                RunResult::Certified(_) => ["not_certified", "bound"],
-                RunResult::Coulomb(_) => ["no_residual", "residual"],
-            };
-            word(
-                name,
-                NOT_CERTIFIED,
-                format!("the {what} of mesh {meshes} does not pass its checks: {which}"),
-            )
-        }
-        _ => missed(adapt, answer, "the run ended in an unknown way"),
     }
 }

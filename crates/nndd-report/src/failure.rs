@@ -216,6 +216,11 @@ impl Failure {
     pub(crate) fn solve<S: Dimension>(case: &Case<S>, error: &SolveError<S>) -> Self {
         match error {
             SolveError::Prepare(error) => Self::prepare(case, error),
+            SolveError::LoadStep { step, error } => {
+                let mut failure = Self::solve(case, error);
+                failure.message = failure.message.map(|message| format!("load step {step}: {message}"));
+                failure
+            }
             SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
                 Self::limit(source.to_string())
             }

@@ -147,7 +147,8 @@ fn write_fields<S: ReportSpace>(
         return Ok(());
     }
     let solution = &solved.answer.fields();
-    let meshes = report.adaptive.iter().filter(|_| solution.estimate.is_some());
+    // With load steps their fields are those of the last mesh.
+    let meshes = report.adaptive.iter().filter(|_| solution.estimate.is_some() && solved.steps.is_empty());
     let adaptive = meshes.map(|row| row.step).collect::<Vec<_>>();
     let steps = solved.steps.iter().filter(|step| step.has_fields);
     let steps = steps.map(|step| step.summary.step).collect::<Vec<_>>();

@@ -33,10 +33,17 @@ pub fn estimate<S: ReportSpace>(problem: &ContactProblem<S>) -> f64 {
     of_sizes::<S>(&sizes(problem))
 }
 
-/// Estimates the memory of a solve on a finer mesh, while earlier solutions are kept, bytes.
+/// Estimates the memory of a solve on a finer mesh, while the solution on the mesh before is kept, bytes.
 ///
-/// * `kept`: nodes of the meshes of these solutions.
-pub(crate) fn estimate_finer<S: ReportSpace>(problem: &ContactProblem<S>, kept: usize) -> f64 {
+/// * `before`: nodes of that mesh.
+pub(crate) fn estimate_finer<S: ReportSpace>(
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+    before: usize,
+) -> f64 {
+    let steps = case.increments().len().max(1);
+    // Of each mesh the solutions of all load steps are kept.
+    let kept = steps * before + (steps - 1) * problem.nodes();
     estimate(problem) + KEPT_PER_NODE * kept as f64
 }
 

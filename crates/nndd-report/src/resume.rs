@@ -157,6 +157,7 @@ pub(crate) fn write<S: Dimension>(
     let step = |(step, &seconds): (&Step, &f64)| checkpoint::Step {
         nodes: step.nodes,
         pairs: step.pairs,
+        load_step: step.load_step,
         e_cre: step.e_cre,
         relative: step.relative,
         certified: step.certified,
@@ -187,6 +188,7 @@ pub(crate) fn read(progress: &Progress) -> certified_contact::Checkpoint {
         step: k + 1,
         nodes: step.nodes,
         pairs: step.pairs,
+        load_step: step.load_step,
         e_cre: step.e_cre,
         relative: step.relative,
         certified: step.certified,

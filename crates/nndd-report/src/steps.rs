@@ -3,7 +3,7 @@
 use crate::convert;
 use crate::failure::Failure;
 use crate::host::{Event, Host};
-use crate::outcome;
+use crate::outcome::{self, Ended};
 use crate::paraview;
 use crate::report::{contact_rows, step_summary};
 use crate::resume::RunDirectory;
@@ -12,7 +12,9 @@ use crate::solved::{RunResult, Solved, SolvedStep};
 use crate::space::ReportSpace;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
-use case_io::report::Status;
+use case_io::case::Factors;
+use case_io::output::OutputDirectory;
+use case_io::report::{Status, StepSummary};
 use case_io::table::ContactRow;
 use certified_contact::{LoadSteps, Observer};
 use fem_core::body::ConditionPlace;
@@ -47,15 +49,9 @@ pub(crate) fn solve<S: ReportSpace>(
                 found.map(|solution| RunResult::Certified(Box::new(solution)))
             }
         };
-        let judged = next.map_err(|error| follower.failure(case, &error)).and_then(|answer| {
-            let mut status = outcome::judge_answer(case, &answer, follower.ended);
-            status.reason = format!("{}: {}", of(k), status.reason);
-            let solved = Solved::of(answer, status);
-            let summary = step_summary(case, &solved, k, factors);
-            // A number that cannot be written must not cost the steps before.
-            summary.check()?;
-            Ok((solved, summary))
-        });
+        let judged = next.map_err(|error| follower.failure(case, &error));
+        let judged =
+            judged.and_then(|answer| judge(case, answer, (k, increments.len()), factors, follower.ended));
         let (mut solved, summary) = match judged {
             Ok(judged) => judged,
             Err(failure) => {
@@ -67,20 +63,7 @@ pub(crate) fn solve<S: ReportSpace>(
         };
         follower.tell(Event::LoadStep { step: &summary, of: increments.len() });
         follower.switch(Activity::Write);
-        let fields = solved.answer.fields();
-        if case.output.vtu {
-            paraview::write_step(case, &fields, k, &mut place.directory)?;
-        }
-        let has_fields = fields.estimate.is_some();
-        let rows = (0..case.contacts.len()).filter(|_| has_fields).map(|pair| {
-            let mut rows = contact_rows(&fields, pair);
-            rows.iter_mut().for_each(|row| row.step = Some(k));
-            rows
-        });
-        let rows: Vec<Vec<ContactRow>> = rows.collect();
-        let view = S::view_of_step(case, &fields, &rows, (k, increments.len()));
-        drop(fields);
-        steps.push(SolvedStep { summary, rows, has_fields, view });
+        steps.push(keep(case, &solved, summary, increments.len(), &mut place.directory)?);
         solved.longest_step = follower.longest;
         if solved.status.code == 0 && k < increments.len() && Observer::<S>::should_stop(&mut follower) {
             solved.status = outcome::interrupted(follower.ended, &of(k));
@@ -92,15 +75,68 @@ pub(crate) fn solve<S: ReportSpace>(
         }
     }
     let mut solved = found.ok_or_else(|| Failure::defect("a case without load steps has none to solve"))?;
-    if solved.answer.certified().is_some() {
-        solved.notes.push(
-            "the certificate of a load step is that of its increment, from the computed slip before it: the error that the steps \
-             accumulate has no bound"
-                .into(),
-        );
-    }
+    solved.notes.extend(note(&solved));
     solved.steps = steps;
     Ok(solved)
+}
+
+/// Judges a load step, from 1, and sums it up.
+///
+/// * `ended`: why the run was ended.
+///
+/// # Errors
+/// A number that cannot be written.
+pub(crate) fn judge<S: ReportSpace>(
+    case: &Case<S>,
+    answer: RunResult<S>,
+    (step, of): (usize, usize),
+    factors: &Factors,
+    ended: Option<Ended>,
+) -> Result<(Solved<S>, StepSummary), Failure> {
+    let mut status = outcome::judge_answer(case, &answer, ended);
+    status.reason = format!("load step {step} of {of}: {}", status.reason);
+    let solved = Solved::of(answer, status);
+    let summary = step_summary(case, &solved, step, factors);
+    // A number that cannot be written must not cost the steps before.
+    summary.check()?;
+    Ok((solved, summary))
+}
+
+/// Writes the fields of a load step, and returns what else the results keep of it.
+///
+/// * `of`: the number of load steps.
+///
+/// # Errors
+/// Files that cannot be written.
+pub(crate) fn keep<S: ReportSpace>(
+    case: &Case<S>,
+    solved: &Solved<S>,
+    summary: StepSummary,
+    of: usize,
+    directory: &mut OutputDirectory,
+) -> Result<SolvedStep, Failure> {
+    let (fields, step) = (solved.answer.fields(), summary.step);
+    if case.output.vtu {
+        paraview::write_step(case, &fields, step, directory)?;
+    }
+    let has_fields = fields.estimate.is_some();
+    let rows = (0..case.contacts.len()).filter(|_| has_fields).map(|pair| {
+        let mut rows = contact_rows(&fields, pair);
+        rows.iter_mut().for_each(|row| row.step = Some(step));
+        rows
+    });
+    let rows: Vec<Vec<ContactRow>> = rows.collect();
+    let view = S::view_of_step(case, &fields, &rows, (step, of));
+    Ok(SolvedStep { summary, rows, has_fields, view })
+}
+
+/// Says for which problem the certificate of a load step holds.
+pub(crate) fn note<S: ReportSpace>(solved: &Solved<S>) -> Option<String> {
+    solved.answer.certified().map(|_| {
+        "the certificate of a load step is that of its increment, from the computed slip before it: the error that the steps accumulate has \
+         no bound"
+            .to_owned()
+    })
 }
 
 /// Makes the status of a run whose next step could not be solved.

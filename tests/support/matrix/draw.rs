@@ -145,6 +145,11 @@ impl Draw {
         &self.bodies
     }
 
+    /// Returns the text of all pairs.
+    pub(super) fn contacts(&self) -> &str {
+        &self.contacts
+    }
+
     /// Replaces the text of all bodies.
     pub(super) fn replace_bodies(&mut self, text: String) {
         self.bodies = text;

@@ -195,6 +195,9 @@ pub(super) fn judge(problem: &Problem, folder: &Path, trial: &mut Trial) -> Made
     of_report(&done, problem.load, trial);
     if done.report.adaptive.len() > 1 {
         trial.features.insert("adaptive");
+        if !done.report.steps.is_empty() {
+            trial.features.insert("adaptive load steps");
+        }
         of_resume(&source, &done, &folder.join("resumed"), trial);
     }
     if !done.report.steps.is_empty() && trial.code != 0 {
@@ -290,7 +293,13 @@ fn of_report(done: &Done, load: f64, trial: &mut Trial) {
         let rest = balance[0].abs().max(balance[1].abs());
         trial.say(Promise::Balance, rest <= 1e-6 * largest, || format!("{balance:?} of {largest:e}"));
     }
+    // Every load step meets the target of an adaptive run that says so.
+    let met = done.case.adapt.as_ref().filter(|_| status.code == 0).map(|adapt| adapt.target.value());
     for step in &report.steps {
+        let relative = step.certificate.as_ref().and_then(|c| c.relative);
+        let relative = relative.or(step.coulomb.as_ref().and_then(|c| c.relative));
+        let meets = met.zip(relative).is_none_or(|(target, relative)| relative <= target);
+        trial.say(Promise::Steps, meets, || format!("{relative:?} with the target {met:?}"));
         let valid = step.certificate.as_ref().is_some_and(|c| c.valid) || step.coulomb.is_some();
         trial.say(Promise::Steps, step.status.code != 0 || valid, || format!("{:?}", step.status));
     }

@@ -17,8 +17,8 @@ pub(super) struct Allowed {
     pub(super) held: bool,
     /// True for Coulomb friction.
     pub(super) coulomb: bool,
-    /// True if the mesh may be refined.
-    pub(super) adapt: bool,
+    /// How often the mesh is refined; 0: never.
+    pub(super) adapt: f64,
     /// True if there is a contact pair.
     pub(super) contact: bool,
 }
@@ -32,7 +32,7 @@ pub(super) fn draw(d: &mut Draw, of: Allowed) -> Settings {
     if d.on(0.05, "limits") {
         all.extend([("limits.memory", quoted("4GiB")), ("limits.time", quoted("10min"))]);
     }
-    if of.adapt && d.on(0.12, "adaptive") {
+    if of.adapt > 0.0 && d.on(of.adapt, "adaptive") {
         let key = if of.coulomb { "adapt.target_coulomb_residual" } else { "adapt.target_relative_error" };
         all.push((key, format!("{:?}", d.between(0.005, 0.2))));
         all.push(("adapt.max_steps", d.random.integer(2, 4).to_string()));

@@ -107,8 +107,10 @@ pub(super) fn judge(problem: &Problem, first: ContactProblem<Solid>, trial: &mut
         Ok(found) => found.end,
         Err(error) => {
             let of_method = matches!(error, SolveError::Nndd(_));
-            let refusal =
-                matches!(error, SolveError::NotHeld { .. } | SolveError::CutForce { .. }) || of_method;
+            let refusal = matches!(
+                error,
+                SolveError::NotHeld { .. } | SolveError::CutForce { .. } | SolveError::Bonds(_)
+            ) || of_method;
             trial.say(Promise::Status, refusal, || format!("adaptive: {error}"));
             return Ok(());
         }

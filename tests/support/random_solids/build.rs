@@ -107,6 +107,10 @@ pub(super) struct Touch {
     pub(super) declared: Option<SurfaceKind>,
     /// The limit of friction, Pa.
     pub(super) friction: Option<Linear>,
+    /// If it is bonded, by how much the second body is moved against the first, in axes of the space, m.
+    pub(super) bond: Option<Vector3<f64>>,
+    /// The displacements along the side that are imposed on each body, by component.
+    pub(super) held: [[Option<Linear>; 3]; 2],
 }
 
 /// An assembly.
@@ -174,6 +178,14 @@ impl Assembly {
             let point = self.turn * self.grid.middle(&Cells { low, high });
             conditions = conditions.cut("bolt", point, self.turn * Vector3::ith(axis, 2.0), load);
         }
+        for (k, touch) in self.touches.iter().enumerate() {
+            let role = touch.bodies.iter().position(|body| *body == b);
+            let held = role.map_or([None; 3], |role| touch.held[role]);
+            if held.iter().any(Option::is_some) {
+                let values = held.map(|value| value.map(|value| self.linear(value)));
+                conditions = conditions.components(format!("touch {k}").as_str(), values);
+            }
+        }
         for (side, name) in SIDES.into_iter().enumerate().filter(|(side, _)| self.is_free(b, *side)) {
             conditions = match part.sides[side] {
                 Condition::Free | Condition::Plane(..) | Condition::Round(..) => conditions,
@@ -224,6 +236,10 @@ impl Assembly {
         Ok(if halved == 0 { body.with_surfaces(&declared)? } else { body })
     }
 
+    fn gap_of(&self, touch: &Touch) -> Gap<Solid> {
+        touch.bond.map_or_else(|| Gap::Given(self.linear(touch.gap)), |offset| Gap::Bonded { offset })
+    }
+
     /// Makes the problem.
     ///
     /// * `halved`: how often the cells are halved.
@@ -232,7 +248,7 @@ impl Assembly {
         let mut problem = ContactProblem::new(bodies.clone());
         for (k, touch) in self.touches.iter().enumerate() {
             let ([a, b], name) = (touch.bodies, format!("touch {k}"));
-            let gap = Gap::Given(self.linear(touch.gap));
+            let gap = self.gap_of(touch);
             let pair = |bodies: [&Body<Solid>; 2]| {
                 contact_geometry::pair_solids(bodies[0], bodies[1], [&name, &name], &gap)
             };
@@ -262,7 +278,7 @@ impl Assembly {
         };
         let bodies = (0..self.parts.len()).map(body).collect::<Made<Vec<_>>>()?;
         let contact = |(k, touch): (usize, &Touch)| {
-            let (name, gap) = (format!("touch {k}"), Gap::Given(self.linear(touch.gap)));
+            let (name, gap) = (format!("touch {k}"), self.gap_of(touch));
             let surfaces = [name.clone(), name.clone()];
             let normal = ContactNormal::Averaged;
             let sides = Sides::Bodies { bodies: touch.bodies, surfaces, gap, normal };

@@ -13,6 +13,12 @@ use nalgebra::{Matrix6, Rotation3, Vector3};
 /// Nodes of the coarse meshes, at most.
 const NODES: usize = 150;
 
+/// The family of contact sides that supports hold along themselves.
+pub(super) const HELD: &str = "contact side held along itself";
+
+/// The family of bonded bodies.
+pub(super) const BONDED: &str = "bonded pair";
+
 /// The source of all choices, and the family that forces some of them.
 pub(super) struct Draw {
     pub(super) random: Random,
@@ -60,8 +66,8 @@ impl Draw {
             false => [0.3, 1.5][random.integer(0, 1)],
         };
         let r = &mut random;
-        // A force moves a plane along the axes of the space.
-        let turned = !family.contains("driven by a force") && r.unit() < 0.4;
+        // A force moves a plane along the axes of the space, and components of displacements are imposed along them.
+        let turned = !family.contains("driven by a force") && family != HELD && r.unit() < 0.4;
         let angles = [0; 3].map(|_| 3.0 * r.signed());
         let turn = match turned {
             true => Rotation3::from_euler_angles(angles[0], angles[1], angles[2]),
@@ -187,6 +193,8 @@ impl Draw {
         self.spring(&mut assembly);
         self.warm(&mut assembly)?;
         self.tighten(&mut assembly);
+        self.hold_along(&mut assembly);
+        self.bond(&mut assembly);
         Ok(assembly)
     }
 
@@ -352,6 +360,8 @@ impl Draw {
                     gap,
                     declared: None,
                     friction: None,
+                    bond: None,
+                    held: [[None; 3]; 2],
                 });
             }
         }
@@ -361,7 +371,7 @@ impl Draw {
     fn bend(&mut self, assembly: &mut Assembly, boxes: &[Cells]) -> Made<()> {
         let random = &mut self.bends;
         let drawn = random.unit() < 0.15 || self.family.contains("curve");
-        if !drawn || self.family.contains("round") {
+        if !drawn || self.family.contains("round") || self.family == HELD {
             return Ok(());
         }
         for touch in &mut assembly.touches {
@@ -444,6 +454,46 @@ impl Draw {
                     true => Condition::Fixed,
                     false => Condition::Imposed(values.map(Linear::constant)),
                 };
+            }
+        }
+    }
+
+    /// Bonds bodies that touch each other.
+    fn bond(&mut self, assembly: &mut Assembly) {
+        if self.family != BONDED {
+            return;
+        }
+        // Bonded bodies have one body force.
+        let weight = assembly.parts[0].weight;
+        assembly.parts.iter_mut().for_each(|part| part.weight = weight);
+        let random = &mut self.springs;
+        let moved = if random.unit() < 0.5 { 0.0 } else { self.length * self.strain };
+        // Around a circle of bonds the offsets add up to zero.
+        let moves: Vec<Vector3<f64>> =
+            assembly.parts.iter().map(|_| Vector3::from_fn(|_, _| moved * random.signed())).collect();
+        for touch in &mut assembly.touches {
+            let [first, second] = touch.bodies;
+            if random.unit() < 0.7 {
+                touch.bond = Some(moves[second] - moves[first]);
+            }
+        }
+    }
+
+    /// Lets supports hold contact sides along themselves.
+    fn hold_along(&mut self, assembly: &mut Assembly) {
+        if self.family != HELD {
+            return;
+        }
+        let random = &mut self.springs;
+        for touch in &mut assembly.touches {
+            let about = assembly.grid.middle(&touch.faces);
+            for (held, axis) in touch.held.iter_mut().flat_map(|held| held.iter_mut().zip(0..)) {
+                if axis == touch.axis || random.unit() < 0.5 {
+                    continue;
+                }
+                let amount = if random.unit() < 0.8 { 0.0 } else { self.strain };
+                let slope = Vector3::from_fn(|_, _| amount * random.signed());
+                *held = Some(Linear { middle: amount * self.length * random.signed(), slope, about });
             }
         }
     }

@@ -164,10 +164,17 @@ pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Vec<Claim> {
                 }
             }
             Err(error) => {
-                // The paper's iteration says that it does not take a node with two pairs in one direction.
-                let of_method = matches!(error, SolveError::Nndd(NnddError::DependentRows { .. }))
+                // The paper's iteration says that it does not take a node with two pairs in one direction, nor pairs within a bonded body.
+                let refused = |of: &NnddError| {
+                    matches!(of, NnddError::DependentRows { .. } | NnddError::WithinABody { .. })
+                };
+                let of_method = matches!(&error, SolveError::Nndd(of) if refused(of))
                     && matches!(settings.method, Method::Nndd(_));
-                let refusal = matches!(error, SolveError::NotHeld { .. } | SolveError::CutForce { .. });
+                // Offsets of bonds may press clamped nodes into each other.
+                let refusal = matches!(
+                    error,
+                    SolveError::NotHeld { .. } | SolveError::CutForce { .. } | SolveError::Bonds(_)
+                );
                 if !of_method {
                     held.push((name, halved, Some(error.to_string())));
                 }
@@ -273,6 +280,7 @@ fn of_forces(
     let eta_nndd = solution.last().eta_nndd;
     let exact = matches!(solution.method, Method::Newton(_));
     let converged = exact && eta_nndd <= CONVERGED * norm;
+    let total = forces.iter().map(|of| of.sum).sum::<Vector3<f64>>().norm();
     // Along a motion that only the error of normals resists, forces balance up to this error.
     let weak = match free_motions(&solution.problem) {
         Ok(free) if free.iter().any(|motion| motion.weak) => Solid::NORMAL_ERROR,
@@ -288,8 +296,10 @@ fn of_forces(
         trial.say(Promise::Balance, rest <= least, || {
             format!("{name}: body {b}: {balance:?}, of {:e} with arms of {:e}, {least:e}", of.size, of.arm)
         });
+        // A support at a bond takes the forces of both bodies.
+        let bonded = solution.problem.contacts.iter().any(|pair| pair.is_bonded());
         if converged {
-            let both = of.sum.norm();
+            let both = if bonded { total } else { of.sum.norm() };
             trial.worst_pair = trial.worst_pair.max(both / largest);
             trial.say(Promise::Balance, both <= least, || {
                 format!(

@@ -34,8 +34,7 @@ pub(super) fn case<S: Keys>(document: &Document, file_name: &str) -> Result<Case
     let estimator = estimator::<S>(root.table("estimator"));
     let adapt = if foreign { None } else { read_adapt::adapt(&mut root, &contacts) };
     refuse_with_friction(&root, &contacts, &solver);
-    let steps =
-        if foreign { Vec::new() } else { steps::steps(&mut root, (&bodies, &contacts), adapt.is_some()) };
+    let steps = if foreign { Vec::new() } else { steps::steps(&mut root, (&bodies, &contacts)) };
     let (output, paths) = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();

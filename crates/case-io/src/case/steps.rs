@@ -126,25 +126,14 @@ impl<S: Dimension> Case<S> {
 }
 
 /// Reads the steps.
-///
-/// * `adaptive`: whether there is an `[adapt]`.
 pub(super) fn steps<S: Dimension>(
     root: &mut Reader<'_>,
     (bodies, contacts): (&[BodyCase<S>], &[Contact<S>]),
-    adaptive: bool,
 ) -> Vec<StepCase> {
     let Some(readers) = root.tables("step") else { return Vec::new() };
     let mut steps = Vec::with_capacity(readers.len());
     for r in readers {
         steps.push(step(r, (bodies, contacts)));
-    }
-    if adaptive && !steps.is_empty() {
-        root.refuse(
-            "step",
-            "load steps are solved on one mesh, and there is an `[adapt]`",
-            "either [[step]] or `[adapt]`",
-            "take `[adapt]` out, and refine the mesh of the bodies",
-        );
     }
     let total = steps.iter().map(|step| step.count).fold(0, usize::saturating_add);
     if total > MOST {

@@ -10,7 +10,9 @@ use crate::solution::{CertifiedSolution, RoleReason};
 use crate::solve::{solve, solve_again};
 use crate::solve_coulomb::solve_coulomb;
 use crate::space::ContactSpace;
+use crate::steps::LoadSteps;
 use cre_estimator::{Estimate, EstimatorError, Relaxation};
+use fem_core::body::ConditionPlace;
 use fem_core::interface::ContactProblem;
 use fem_core::space::{Plane, Space};
 use nndd::{CoulombSettings, CoulombStatus, Iterate, NnddStatus, Start};
@@ -29,8 +31,14 @@ pub(super) trait SolveOnMesh<S: Space = Plane> {
         observer: &mut dyn Observer<S>,
     ) -> Result<Self::Solution, SolveError<S>>;
 
-    /// Returns the problem, the estimate, and the last iterate.
-    fn parts(solution: &Self::Solution) -> (&ContactProblem<S>, Option<&Estimate<S>>, &Iterate);
+    /// Returns the problem of this mesh, which a finer mesh poses again.
+    fn problem(solution: &Self::Solution) -> &ContactProblem<S>;
+
+    /// Lists the estimates, in load steps one for each step.
+    fn estimates(solution: &Self::Solution) -> Vec<&Estimate<S>>;
+
+    /// Returns the iterate from which a finer mesh starts.
+    fn last(solution: &Self::Solution) -> Option<&Iterate>;
 
     fn role_reason(_: &Self::Solution) -> RoleReason {
         RoleReason::Given
@@ -44,13 +52,54 @@ pub(super) trait SolveOnMesh<S: Space = Plane> {
     /// Returns the end of a run whose solve had no time or memory to end on its own.
     fn cut_short(solution: &Self::Solution) -> Option<AdaptiveEnd<S>>;
 
-    /// Tells whether a number below the target counts, however the solve ended.
-    fn may_meet_target(&self, _: &Self::Solution) -> bool {
-        true
+    /// Tells whether the relative bound or residual of a mesh is at most the target, see [`meets`].
+    fn meets(&self, step: &Step, solution: &Self::Solution, target: f64) -> bool {
+        meets(step, &Self::estimates(solution), target)
     }
 
     /// Returns the end of a run whose discrete problem was not solved.
     fn unsolved(&self, solution: &Self::Solution) -> Option<AdaptiveEnd<S>>;
+}
+
+/// Tells whether the relative bound or residual is at most the target; if the bodies have no strain energy, whether it is zero to
+/// round-off, at most twice its allowance.
+fn meets<S: Space>(step: &Step, estimates: &[&Estimate<S>], target: f64) -> bool {
+    let is_zero = |e: &&Estimate<S>| e.unchecked().e_cre <= 2.0 * e.round_off;
+    let zero = || !estimates.is_empty() && estimates.iter().all(is_zero);
+    step.measured().map_or_else(zero, |found| found <= target)
+}
+
+/// A solve that can also be that of a load step.
+pub(super) trait SolveLoadStep<S: ContactSpace = Plane>: SolveOnMesh<S> {
+    /// Solves the next load step.
+    fn solve_step(
+        &self,
+        steps: &mut LoadSteps<S>,
+        factor: &dyn Fn(usize, ConditionPlace) -> f64,
+        observer: &mut dyn Observer<S>,
+    ) -> Result<Self::Solution, SolveError<S>>;
+}
+
+impl<S: ContactSpace> SolveLoadStep<S> for Settings<S> {
+    fn solve_step(
+        &self,
+        steps: &mut LoadSteps<S>,
+        factor: &dyn Fn(usize, ConditionPlace) -> f64,
+        observer: &mut dyn Observer<S>,
+    ) -> Result<CertifiedSolution<S>, SolveError<S>> {
+        steps.solve(factor, self, observer)
+    }
+}
+
+impl<S: ContactSpace> SolveLoadStep<S> for (CoulombSettings, Relaxation) {
+    fn solve_step(
+        &self,
+        steps: &mut LoadSteps<S>,
+        factor: &dyn Fn(usize, ConditionPlace) -> f64,
+        observer: &mut dyn Observer<S>,
+    ) -> Result<CoulombResult<S>, SolveError<S>> {
+        steps.solve_coulomb(factor, &self.0, self.1, observer)
+    }
 }
 
 impl<S: ContactSpace> SolveOnMesh<S> for Settings<S> {
@@ -68,8 +117,16 @@ impl<S: ContactSpace> SolveOnMesh<S> for Settings<S> {
         }
     }
 
-    fn parts(solution: &CertifiedSolution<S>) -> (&ContactProblem<S>, Option<&Estimate<S>>, &Iterate) {
-        (&solution.problem, solution.estimate.as_ref(), solution.last())
+    fn problem(solution: &CertifiedSolution<S>) -> &ContactProblem<S> {
+        &solution.problem
+    }
+
+    fn estimates(solution: &CertifiedSolution<S>) -> Vec<&Estimate<S>> {
+        solution.estimate.iter().collect()
+    }
+
+    fn last(solution: &CertifiedSolution<S>) -> Option<&Iterate> {
+        Some(solution.last())
     }
 
     fn role_reason(solution: &CertifiedSolution<S>) -> RoleReason {
@@ -119,8 +176,16 @@ impl<S: ContactSpace> SolveOnMesh<S> for (CoulombSettings, Relaxation) {
         solve_coulomb(problem, &self.0, self.1, observer)
     }
 
-    fn parts(solution: &CoulombResult<S>) -> (&ContactProblem<S>, Option<&Estimate<S>>, &Iterate) {
-        (&solution.problem, Some(solution.estimate()), &solution.last)
+    fn problem(solution: &CoulombResult<S>) -> &ContactProblem<S> {
+        &solution.problem
+    }
+
+    fn estimates(solution: &CoulombResult<S>) -> Vec<&Estimate<S>> {
+        vec![solution.estimate()]
+    }
+
+    fn last(solution: &CoulombResult<S>) -> Option<&Iterate> {
+        Some(&solution.last)
     }
 
     fn step(solution: &CoulombResult<S>, number: usize) -> Step {
@@ -136,8 +201,8 @@ impl<S: ContactSpace> SolveOnMesh<S> for (CoulombSettings, Relaxation) {
     }
 
     /// The residual of a pair that is no solution says nothing of the target.
-    fn may_meet_target(&self, solution: &CoulombResult<S>) -> bool {
-        SolveOnMesh::<S>::unsolved(self, solution).is_none()
+    fn meets(&self, step: &Step, solution: &CoulombResult<S>, target: f64) -> bool {
+        SolveOnMesh::<S>::unsolved(self, solution).is_none() && meets(step, &[solution.estimate()], target)
     }
 
     fn unsolved(&self, solution: &CoulombResult<S>) -> Option<AdaptiveEnd<S>> {

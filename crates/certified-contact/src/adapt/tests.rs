@@ -26,8 +26,16 @@ impl SolveOnMesh for Rising {
         self.0.solve(problem, previous, observer)
     }
 
-    fn parts(solution: &CertifiedSolution) -> (&ContactProblem, Option<&Estimate>, &nndd::Iterate) {
-        Settings::parts(solution)
+    fn problem(solution: &CertifiedSolution) -> &ContactProblem {
+        Settings::problem(solution)
+    }
+
+    fn estimates(solution: &CertifiedSolution) -> Vec<&Estimate> {
+        Settings::estimates(solution)
+    }
+
+    fn last(solution: &CertifiedSolution) -> Option<&nndd::Iterate> {
+        Settings::last(solution)
     }
 
     fn step(solution: &CertifiedSolution, number: usize) -> Step {
@@ -76,6 +84,7 @@ fn two_rises_in_a_row_are_needed() {
             step: k + 1,
             nodes: 9,
             pairs: 3,
+            load_step: None,
             e_cre: *relative,
             relative: *relative,
             certified: relative.is_some(),
