@@ -191,6 +191,8 @@ pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Vec<Claim> {
         let [before, after] = [two[0].2.is_none(), two[1].2.is_none()];
         before == after
             || after && two[1].1 > two[0].1 && (problem.is_round() || problem.assembly.grid.is_bent())
+            // Bonds and supports may hold all nodes of a small contact.
+            || after && two[1].1 > two[0].1 && problem.family == super::draw::BONDED
             // Forces at few nodes resist more torsion than those at many within the same limit.
             || two[1].1 > two[0].1 && problem.family.contains("friction")
     };
