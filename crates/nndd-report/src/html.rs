@@ -435,16 +435,22 @@ fn steps<S: ReportSpace>(page: &mut String, case: &Case<S>, report: &Report) {
     if report.adaptive.is_empty() {
         return;
     }
+    // In load steps the numbers of a mesh are those of one step.
+    let in_steps = report.adaptive.iter().any(|row| row.load_step.is_some());
     let rows = report.adaptive.iter().map(|row| {
         let shown = |x: Option<f64>| x.map_or_else(|| number(None), words::rounded_up);
         let (error, relative) = (row.e_cre.or(row.e_b), row.relative.or(row.relative_residual));
         let [step, nodes, pairs, iterations] =
             [row.step, row.nodes, row.pairs, row.iterations].map(|n| n.to_string());
-        vec![step, nodes, pairs, shown(error), shown(relative), iterations]
+        let load_step = row.load_step.map(|step| step.to_string()).filter(|_| in_steps);
+        let cells = [Some(step), Some(nodes), Some(pairs), load_step];
+        cells.into_iter().flatten().chain([shown(error), shown(relative), iterations]).collect()
     });
     let error = if report.coulomb.is_some() { "e_b" } else { "e_cre" };
     let error = with_unit(case, error, Units::energy_norm::<S>);
-    table(page, "Meshes", &["step", "nodes", "pairs", &error, "relative", "iterations"], rows);
+    let of_step: &[&str] = if in_steps { &["load step"] } else { &[] };
+    let heads = [&["mesh", "nodes", "pairs"], of_step, &[&error, "relative", "iterations"]].concat();
+    table(page, "Meshes", &heads, rows);
 }
 
 fn iterations<S: ReportSpace>(page: &mut String, case: &Case<S>, method: Method, report: &Report) {
