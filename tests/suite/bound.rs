@@ -217,7 +217,7 @@ fn the_bound_holds_for_any_opening_and_any_pressure() {
         let (opening, force) = (sparse(0.1 * size), sparse(0.1 * size));
         let lambda: Vec<f64> = trace.iter().zip(&opening).map(|(v, o)| v - o).collect();
         let u = [&lambda, &trace].map(|v| v.as_slice());
-        let u = [0, 1].map(|role| prepared.bodies()[role].displacement_from_trace(u[role]));
+        let u = [0, 1].map(|role| prepared.bodies()[role].whole().unwrap().displacement_from_trace(u[role]));
         let state = ContactState::between([&u[0], &u[1]], &force, &opening);
         let e = estimate(&prepared, &state).unwrap();
         assert!(e.admissibility.is_valid(), "{trial}: {:?}", e.admissibility);

@@ -64,5 +64,6 @@ mod solve;
 mod solve_solids;
 mod springs;
 mod step_case;
+mod subdomains;
 mod terms;
 mod threads;

@@ -250,13 +250,16 @@ fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
     // The factorised bodies carry a load that differs a little from the problem's.
     let bound = |part: f64| {
         let mut other = prepared.clone();
-        other.bodies_mut().clone_from_slice(prepare(&pulled(0.01 * (1.0 + part))).bodies());
+        let changed = prepare(&pulled(0.01 * (1.0 + part)));
+        for (b, body) in changed.bodies().iter().enumerate() {
+            *other.whole_mut(b).unwrap() = body.whole().unwrap().clone();
+        }
         estimate_with(&other, &state, Relaxation::Steps(2)).unwrap().unchecked().e_cre
     };
     let force = external_forces(&problem.bodies[0]);
-    let alone = prepared.bodies()[0].displacement_from_nodal_forces(&[]);
+    let alone = prepared.bodies()[0].whole().unwrap().displacement_from_nodal_forces(&[]);
     let free = prepare(&pulled(0.0));
-    let unloaded = free.bodies()[0].displacement_from_nodal_forces(&[]);
+    let unloaded = free.bodies()[0].whole().unwrap().displacement_from_nodal_forces(&[]);
     let work: f64 = force.iter().zip(&alone).zip(&unloaded).map(|((f, u), v)| f.dot(&(*u - *v))).sum();
     let residual = PART * work.sqrt();
     // Terms that are linear in the imbalance cancel.
@@ -307,7 +310,7 @@ fn early(contrast: f64, iterations: usize) -> CertifiedSolution {
 fn force_data(found: &CertifiedSolution) -> ([f64; 2], [f64; 2], f64) {
     let prepared = prepare(&found.problem);
     let stiffness = [0, 1].map(|b: usize| {
-        let body = &prepared.bodies()[b];
+        let body = prepared.bodies()[b].whole().unwrap();
         let mut force = vec![0.0; body.interface().len()];
         body.interface().apply_schur(&vec![1.0; body.interface().len()], &mut force);
         force.iter().sum::<f64>()

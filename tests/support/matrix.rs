@@ -29,7 +29,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub use judge::{Promise, Verdict};
 
 /// The features, in the order of the table.
-pub const FEATURES: [&str; 87] = [
+pub const FEATURES: [&str; 89] = [
     "no contact",
     "one body",
     "two bodies",
@@ -72,6 +72,8 @@ pub const FEATURES: [&str; 87] = [
     "load steps",
     "adaptive",
     "adaptive load steps",
+    "subdomains",
+    "subdomains: few iterations",
     "isotropic material",
     "orthotropic material",
     "given stiffness",
@@ -234,6 +236,9 @@ impl Problem {
             for of in [&mut first, &mut second] {
                 of.retain(|(key, _)| !key.starts_with("solver."));
             }
+        }
+        if !friction {
+            [&mut first, &mut second].into_iter().for_each(|of| settings::cut(&mut d, of));
         }
         let text = d.text(&first);
         if last == 1.0 && !friction {

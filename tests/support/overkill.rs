@@ -14,7 +14,6 @@ use crate::model::{ContactProblem, Made, TriMesh, Vector};
 use crate::run::prepare;
 use certified_contact::{AdaptSettings, CertifiedSolution, Settings, Silent, solve_adaptively};
 use cre_estimator::Estimate;
-use fem_core::condensation::CondensedBody;
 use fem_core::field::stresses;
 use fem_core::geometry::{bounding_box, norm, signed_area};
 use fem_core::prepared::PreparedProblem;
@@ -111,13 +110,14 @@ impl Overkill {
         let jump: Vec<f64> = (self.pairs.iter().zip(fine))
             .map(|((i, j, s), o_f)| (1.0 - s) * coarse[*i] + s * coarse[*j] - o_f)
             .collect();
-        let energy = |body: &CondensedBody| {
+        let energy = |b: usize| {
+            let Some(body) = self.prepared.bodies()[b].whole() else { return 0.0 };
             let mut force = vec![0.0; jump.len()];
             body.interface().apply_schur(&jump, &mut force);
             force.iter().zip(&jump).map(|(f, d)| f * d).sum::<f64>().max(0.0)
         };
         // A share t of the jump in the one body and 1 − t in the other: the least of t²a + (1 − t)²b.
-        let [a, b] = [energy(&self.prepared.bodies()[0]), energy(&self.prepared.bodies()[1])];
+        let [a, b] = [0, 1].map(energy);
         if a + b > 0.0 { (a * b / (a + b)).sqrt() } else { 0.0 }
     }
 }

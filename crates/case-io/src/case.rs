@@ -122,12 +122,34 @@ pub enum Theta {
     Value(f64),
 }
 
+/// `subdomains`: into how many subdomains each body is cut that its supports hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Subdomains {
+    /// Chosen by the program: 1 if the factors of the bodies in one piece fit into memory.
+    #[default]
+    Auto,
+    /// Given, ≥ 1.
+    #[serde(untagged)]
+    Count(usize),
+}
+
+impl Subdomains {
+    /// Tells whether the program chooses.
+    pub fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
+}
+
 /// `[solver]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Solver {
     /// Which algorithm.
     pub method: Method,
+    /// Into how many subdomains bodies are cut.
+    #[serde(skip_serializing_if = "Subdomains::is_auto")]
+    pub subdomains: Subdomains,
     /// Which body carries λ.
     pub imposed: Imposed,
     /// How the contact problem is solved.

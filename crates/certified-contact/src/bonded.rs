@@ -54,8 +54,13 @@ pub(crate) fn separated<S: ContactSpace>(
     nndd.last = nndd.last.spread(&bonds.node_pairs);
     let estimate = solution.estimate.map(|estimate| estimate.of_parts(&problem, &bonds));
     let forces: Vec<Vec<S::Vector>> = problem.bodies.iter().map(external_forces).collect();
+    let cut = |joined: usize| bonds.members(joined).map(move |member| (member, joined));
+    let mut subdomains = vec![1; problem.bodies.len()];
+    for (member, joined) in (0..solution.subdomains.len()).flat_map(cut) {
+        subdomains[member] = solution.subdomains[joined];
+    }
     let results = estimate.as_ref().zip(solution.results).map(|(estimate, whole)| {
-        let own = results::results((&problem, &forces), &nndd.last, estimate, None);
+        let own = results::results((&problem, &forces, &subdomains), &nndd.last, estimate, None);
         with_reactions(&problem, &bonds, own, whole)
     });
     // The offsets do work as well.
@@ -72,7 +77,7 @@ pub(crate) fn separated<S: ContactSpace>(
         bounds
     });
     let unknowns = unknowns(&problem, &bonds, &solution.unknowns);
-    CertifiedSolution { problem, nndd, estimate, results, bounds, unknowns, ..solution }
+    CertifiedSolution { problem, nndd, estimate, results, bounds, unknowns, subdomains, ..solution }
 }
 
 /// Takes the reactions of supports and rigid sides from the results of the joined bodies: at a merged node a support takes the forces of all of them.

@@ -19,14 +19,16 @@
 
 use cre_estimator::{Estimate, Recovery};
 use fem_core::assembly::spring_forces;
+use fem_core::condensation::CondensedBody;
 use fem_core::each_body;
 use fem_core::element::Element;
 use fem_core::geometry::{Coordinates, norm};
 use fem_core::interface::{ContactPair, Partner};
 use fem_core::norm::{energy_norm_squared, from_squared, sum_over_cells};
-use fem_core::prepared::{BodyMotion, PreparedProblem};
+use fem_core::prepared::{BodyMotion, FactorisedBody, PreparedProblem};
 use fem_core::space::Space;
 use nalgebra::{DMatrix, DVector};
+use neumann_neumann::correction_from_traces;
 use thiserror::Error;
 
 /// A displacement whose traces are off by more than this does not have the wanted ones. A smaller difference goes to the allowance for round-off.
@@ -225,8 +227,33 @@ fn of_trace<S: Recovery>(
     b: usize,
     k: usize,
 ) -> Option<Displacement> {
-    let (body, condensed) = (&problem.problem().bodies[b], &problem.bodies()[b]);
     let wanted = wanted(problem, Partner::Body(b), k);
+    let (w, defect) = match &problem.bodies()[b] {
+        FactorisedBody::Whole(condensed) => in_one_piece(condensed, &wanted),
+        FactorisedBody::Cut(_) => correction_from_traces(problem, b, &wanted).ok()?,
+    };
+    if !(defect <= TRACE) {
+        return None;
+    }
+    let body = &problem.problem().bodies[b];
+    let (mesh, stress) = (body.mesh(), &estimate.pair.bodies[b].stress);
+    let inner = sum_over_cells(mesh.cells().len(), |t| {
+        let nodes = &mesh.cells()[t];
+        let strain = Element::<S>::new(mesh.corners(t)).strain(S::corners(|k| w[nodes[k]]));
+        mesh.measure(t) * S::contracted(stress[t], strain)
+    });
+    let squared = energy_norm_squared(body, &w).max(0.0);
+    let displacement = &estimate.pair.bodies[b].displacement;
+    let of_springs = spring_forces(body, displacement).map(|(node, f)| f.times(&w[node]));
+    let of_loads = problem.external_forces()[b].iter().zip(&w).map(|(f, w)| f.times(w));
+    let (loads, sizes) =
+        of_loads.chain(of_springs).fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
+    let size = (estimate.energy_norm_squared[b].max(0.0) * squared).sqrt() + sizes;
+    Some(Displacement { squared, work: inner - loads, size, defect })
+}
+
+/// Computes the displacement of least energy with given traces, and the largest difference of its traces from them, m.
+fn in_one_piece<S: Recovery>(condensed: &CondensedBody<S>, wanted: &[Vec<f64>]) -> (Vec<S::Vector>, f64) {
     let mut unknowns = vec![0.0; condensed.interface().len()];
     for (block, traces) in wanted.iter().enumerate() {
         for (row, trace) in
@@ -244,24 +271,7 @@ fn of_trace<S: Recovery>(
             defect = defect.max((found - trace).abs());
         }
     }
-    if !(defect <= TRACE) {
-        return None;
-    }
-    let w = condensed.correction_from_trace(&unknowns);
-    let (mesh, stress) = (body.mesh(), &estimate.pair.bodies[b].stress);
-    let inner = sum_over_cells(mesh.cells().len(), |t| {
-        let nodes = &mesh.cells()[t];
-        let strain = Element::<S>::new(mesh.corners(t)).strain(S::corners(|k| w[nodes[k]]));
-        mesh.measure(t) * S::contracted(stress[t], strain)
-    });
-    let squared = energy_norm_squared(body, &w).max(0.0);
-    let displacement = &estimate.pair.bodies[b].displacement;
-    let of_springs = spring_forces(body, displacement).map(|(node, f)| f.times(&w[node]));
-    let of_loads = problem.external_forces()[b].iter().zip(&w).map(|(f, w)| f.times(w));
-    let (loads, sizes) =
-        of_loads.chain(of_springs).fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
-    let size = (estimate.energy_norm_squared[b].max(0.0) * squared).sqrt() + sizes;
-    Some(Displacement { squared, work: inner - loads, size, defect })
+    (condensed.correction_from_trace(&unknowns), defect)
 }
 
 /// The rigid motions of a body or of an obstacle: displacements of its nodes and the load along each.

@@ -39,7 +39,7 @@ pub(crate) struct Corrected<S: Space = Plane> {
 /// * `fields`: of the iterate.
 /// * `advance`: whether λ may change; if not, only step 1 is repeated for the same λ.
 ///
-/// Returns `None` if no improvement is possible: the first increment is not finite, or the traces of the bodies in contact do not
+/// Returns `None` if no improvement is possible: the first increment is not finite, a body is in subdomains, or the traces of the bodies in contact do not
 /// determine their fields: bodies that contact alone holds, obstacles, friction, contact nodes on supports.
 ///
 /// # Errors
@@ -60,7 +60,8 @@ pub(crate) fn correct<S: Space>(
         let mut rows = system.of_body[*b].iter();
         rows.all(|row| row.imposed == 0.0) && iterate.interface_unknowns(&system, *b).is_some()
     };
-    if !contact.obstacles.is_empty() || !touching.iter().all(free) {
+    let whole = problem.bodies().iter().all(|body| body.whole().is_some());
+    if !whole || !contact.obstacles.is_empty() || !touching.iter().all(free) {
         return Ok(None);
     }
     let contacts = contact.contacts.clone();
@@ -84,8 +85,10 @@ pub(crate) fn correct<S: Space>(
     for (k, pair) in contacts.iter().enumerate() {
         problem.replace_gaps(k, &pair.interface.pairs().iter().map(|p| p.gap).collect::<Vec<f64>>());
     }
-    for (body, load) in problem.bodies_mut().iter_mut().zip(loads) {
-        body.restore_load(load);
+    for (b, load) in loads.into_iter().enumerate() {
+        if let Some(body) = problem.whole_mut(b) {
+            body.restore_load(load);
+        }
     }
     found
 }
@@ -124,7 +127,8 @@ impl<S: Space> Correction<'_, S> {
                 break;
             }
             for (b, x) in &increments {
-                fields[*b].add(&self.increments.bodies()[*b].correction_from_trace(x));
+                let whole = self.increments.bodies()[*b].whole();
+                whole.into_iter().for_each(|body| fields[*b].add(&body.correction_from_trace(x)));
             }
             active = found.contact.active.clone();
             let worthwhile = size < WORTHWHILE * before && size > 0.0;
@@ -141,15 +145,18 @@ impl<S: Space> Correction<'_, S> {
     fn restate(&mut self, fields: &mut [SplitField<S>]) {
         let Self { increments, contacts, loads, .. } = self;
         let of_body = |b: usize, field: &mut SplitField<S>| {
-            let (body, condensed) = (&increments.problem().bodies[b], &increments.bodies()[b]);
+            let body = &increments.problem().bodies[b];
+            let Some(condensed) = increments.bodies()[b].whole() else { return Vec::new() };
             condensed.refine(body, &[], true, field);
             condensed.interface_forces(&residual::of_field(body, field))
         };
         let forces: Vec<Vec<f64>> =
             fields.par_iter_mut().enumerate().map(|(b, field)| of_body(b, field)).collect();
-        let bodies = increments.bodies_mut().iter_mut().zip(forces);
-        let replaced: Vec<InterfaceLoad> =
-            bodies.map(|(body, r)| body.replace_condensed_load(r.iter().map(|r| -r).collect())).collect();
+        let replace = |(b, r): (usize, Vec<f64>)| {
+            let body = increments.whole_mut(b)?;
+            Some(body.replace_condensed_load(r.iter().map(|r| -r).collect()))
+        };
+        let replaced: Vec<InterfaceLoad> = forces.into_iter().enumerate().filter_map(replace).collect();
         if loads.is_empty() {
             *loads = replaced;
         }
@@ -164,7 +171,8 @@ impl<S: Space> Correction<'_, S> {
     fn energy(&self, increments: &[(usize, Vec<f64>)]) -> f64 {
         let of_body = |(b, x): &(usize, Vec<f64>)| {
             let mut force = vec![0.0; x.len()];
-            self.increments.bodies()[*b].interface().apply_schur(x, &mut force);
+            let whole = self.increments.bodies()[*b].whole();
+            whole.into_iter().for_each(|body| body.interface().apply_schur(x, &mut force));
             x.iter().zip(&force).map(|(x, f)| x * f).sum::<f64>()
         };
         increments.iter().map(of_body).sum()

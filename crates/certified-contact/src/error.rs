@@ -61,6 +61,12 @@ pub enum SolveError<S: Space = Plane> {
         /// The cut.
         name: String,
     },
+    /// Bodies in subdomains are solved by one method, for contact without friction.
+    #[error("subdomains do not go with {with}: leave the number of subdomains to the program, or write 1")]
+    Subdomains {
+        /// What was asked for beside them.
+        with: &'static str,
+    },
     /// Bonded bodies cannot become one.
     #[error(transparent)]
     Bonds(#[from] BondError),

@@ -162,7 +162,8 @@ fn solved_state<S: ContactSpace>(
         own.for_each(|(of, shortening)| all[of.cut] = *shortening);
         body.shorten(&all);
     }
-    let prepared = PreparedProblem::prepare_again(problem, bodies, |_| true).map_err(SolveError::Prepare)?;
+    let prepared =
+        PreparedProblem::prepare_again(problem, bodies, &[], |_| true).map_err(SolveError::Prepare)?;
     let solution = nndd::solve_exactly(&prepared.system(), &QpSettings::default())
         .map_err(|error| SolveError::of_nndd(prepared.problem(), error))?;
     let displacement = prepared.displacements(&solution.fields);

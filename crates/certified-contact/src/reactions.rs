@@ -1,12 +1,13 @@
 //! Reactions of supports and rigid sides, forces of springs, and the balance of each body.
 
+use cre_estimator::{Estimate, Recovery};
 use fem_core::assembly::spring_forces;
 use fem_core::body::{Body, RigidMotion, RigidSide, SpringFacet, SupportSet};
 use fem_core::dense::pseudo_inverse;
 use fem_core::directions::Directions;
 use fem_core::field;
 use fem_core::geometry::{Coordinates, norm};
-use fem_core::interface::{ContactProblem, Partner};
+use fem_core::interface::{ContactProblem, PairRow, Partner};
 use fem_core::mesh::Mesh;
 use fem_core::mesh::id::NodeId;
 use fem_core::residual::{self, SplitField};
@@ -105,7 +106,7 @@ fn centroid<S: Space>(mesh: &Mesh<S>) -> S::Vector {
 
 /// Computes `K u − f` at every node, N/m: without rounding if the displacement was corrected; `low` are then the
 /// low-order parts of the displacement.
-pub(crate) fn nodal_forces<S: Space>(
+fn nodal_forces<S: Space>(
     body: &Body<S>,
     displacement: &[S::Vector],
     low: Option<&Vec<S::Vector>>,
@@ -219,37 +220,85 @@ fn shares<S: Space>(force: S::Vector, holders: &[Holder<S>]) -> Vec<(usize, S::V
     shares
 }
 
+/// Nodes with the forces on them, Cartesian, N/m.
+type NodalForces<S> = Vec<(NodeId, <S as Space>::Vector)>;
+
+/// What acts on the nodes of a body, N/m.
+pub(crate) struct Acting<S: Space> {
+    /// `∫ σ : ε(φ) − f(φ)` with springs, without contact, by node.
+    pub(crate) residual: Vec<S::Vector>,
+    /// The forces of contact.
+    contact: NodalForces<S>,
+    /// The forces of springs.
+    springs: NodalForces<S>,
+}
+
+impl<S: Recovery> Acting<S> {
+    /// Of the displacement of a body and the forces that hold it.
+    ///
+    /// * `low`: the low-order parts of the displacement, if it was corrected.
+    pub(crate) fn of_displacement(
+        problem: &ContactProblem<S>,
+        iterate: &Iterate,
+        (b, displacement): (usize, &[S::Vector]),
+        low: Option<&Vec<S::Vector>>,
+    ) -> Self {
+        let body = &problem.bodies[b];
+        let blocks: Vec<_> = problem.blocks().zip(problem.tangential_blocks()).collect();
+        let mut contact = Vec::new();
+        // Bonded bodies are one body, on both sides of a pair within them.
+        for (k, side) in problem.sides_of(Partner::Body(b)) {
+            let (pair, (block, tangents)) = (&problem.contacts[k], blocks[k].clone());
+            let role = pair.roles.of_side(side);
+            let along_tangents = &[&iterate.tangential.reaction, &iterate.tangential.force][role][tangents];
+            let forces = iterate.reactions()[role][block].iter().chain(along_tangents);
+            let force =
+                |(row, r): (PairRow<S>, &f64)| (row.nodes[side], row.direction * (pair.roles.sign() * r));
+            contact.extend(pair.rows().zip(forces).map(force));
+        }
+        let springs = spring_forces(body, displacement).collect();
+        Self { residual: nodal_forces(body, displacement, low), contact, springs }
+    }
+
+    /// Of the equilibrated stress of a body: of a body in subdomains, whose displacement is in equilibrium only when the iteration has ended.
+    pub(crate) fn of_stress(problem: &ContactProblem<S>, estimate: &Estimate<S>, b: usize) -> Self {
+        let body = &problem.bodies[b];
+        let springs = estimate.pair.bodies[b].equilibrated.spring_forces(body);
+        let mut residual = field::stress_residual(body, &estimate.mean_stress[b]);
+        springs.iter().for_each(|(node, force)| residual[*node] -= *force);
+        let mut contact = Vec::new();
+        for (k, side) in problem.sides_of(Partner::Body(b)) {
+            let nodes = problem.contacts[k].interface.pairs().iter().map(|of| of.nodes[side]);
+            let forces = &estimate.pair.contacts[k].pressure_force;
+            // They are those on the second body.
+            contact.extend(
+                nodes.zip(forces).map(|(node, force)| (node, if side == 0 { -*force } else { *force })),
+            );
+        }
+        Self { residual, contact, springs }
+    }
+}
+
 /// Adds the reactions of a body's supports and of its rigid sides, and returns its balance. At nodes of bonds they have no reactions: those of the joined
 /// bodies know them.
 pub(crate) fn support_reactions<S: Space>(
     (problem, external_forces): (&ContactProblem<S>, &[Vec<S::Vector>]),
-    iterate: &Iterate,
     (b, displacement): (usize, &[S::Vector]),
-    mut residual: Vec<S::Vector>,
+    Acting { mut residual, contact, springs }: Acting<S>,
     (reactions, rigid_sides): (&mut Vec<Reaction<S>>, &mut Vec<RigidSideResults<S>>),
 ) -> Balance<S> {
     let body = &problem.bodies[b];
     let centroid = centroid(body.mesh());
     let arm = |node: usize| body.mesh().points()[node] - centroid;
     let mut balance = Balance::default();
-    let blocks: Vec<_> = problem.blocks().zip(problem.tangential_blocks()).collect();
-    // Bonded bodies are one body, on both sides of a pair within them.
-    for (k, side) in problem.sides_of(Partner::Body(b)) {
-        let (pair, (block, tangents)) = (&problem.contacts[k], blocks[k].clone());
-        let role = pair.roles.of_side(side);
-        let along_tangents = &[&iterate.tangential.reaction, &iterate.tangential.force][role][tangents];
-        let forces = iterate.reactions()[role][block].iter().chain(along_tangents);
-        for (row, r) in pair.rows().zip(forces) {
-            let force = row.direction * (pair.roles.sign() * r);
-            let node = row.nodes[side].index();
-            residual[node] -= force;
-            balance.add(arm(node), force);
-        }
+    for (node, force) in contact {
+        residual[node] -= force;
+        balance.add(arm(node.index()), force);
     }
     for (node, force) in external_forces[b].iter().enumerate() {
         balance.add(arm(node), *force);
     }
-    spring_forces(body, displacement).for_each(|(node, force)| balance.add(arm(node.index()), force));
+    springs.into_iter().for_each(|(node, force)| balance.add(arm(node.index()), force));
     for pair in problem.contacts.iter().filter(|pair| pair.is_bonded()) {
         // What is left at a node of a bond is the force of the bond and of supports there.
         let Some(side) = pair.side_of(Partner::Body(b)) else { continue };

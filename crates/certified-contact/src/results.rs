@@ -3,7 +3,7 @@
 use crate::lines::Stretch;
 use crate::pair_forces::{PairForces, mean, pair_forces};
 use crate::reactions::{
-    Balance, Reaction, RigidSideResults, SpringForce, nodal_forces, spring_sides, support_reactions,
+    Acting, Balance, Reaction, RigidSideResults, SpringForce, spring_sides, support_reactions,
 };
 use crate::recovered_pressure::recovered_pressure;
 use crate::space::ContactSpace;
@@ -171,11 +171,14 @@ pub struct Results<S: Space = Plane> {
     pub principal_stress: Option<[PrincipalStress<S>; 2]>,
 }
 
+/// A problem with the external forces of each body, N/m, and how many subdomains each has.
+type Posed<'a, S> = (&'a ContactProblem<S>, &'a [Vec<<S as Space>::Vector>], &'a [usize]);
+
 /// Computes the results of an iteration.
 ///
-/// * `external_forces`: of each body, N/m; `low`: low-order parts of the displacements (their rounding errors), if known.
+/// * `low`: low-order parts of the displacements (their rounding errors), if known.
 pub(crate) fn results<S: ContactSpace>(
-    (problem, external_forces): (&ContactProblem<S>, &[Vec<S::Vector>]),
+    (problem, external_forces, subdomains): Posed<'_, S>,
     iterate: &Iterate,
     estimate: &Estimate<S>,
     low: Option<Vec<Vec<S::Vector>>>,
@@ -185,15 +188,12 @@ pub(crate) fn results<S: ContactSpace>(
     let (mut reactions, mut rigid_sides) = (Vec::new(), Vec::new());
     let (mut balance, mut springs, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
     for (b, fields) in pair.bodies.iter().enumerate() {
-        let forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
+        let acting = match subdomains.get(b).is_some_and(|count| *count > 1) {
+            true => Acting::of_stress(problem, estimate, b),
+            false => Acting::of_displacement(problem, iterate, (b, &fields.displacement), low(b)),
+        };
         let held = (&mut reactions, &mut rigid_sides);
-        balance.push(support_reactions(
-            (problem, external_forces),
-            iterate,
-            (b, &fields.displacement),
-            forces,
-            held,
-        ));
+        balance.push(support_reactions((problem, external_forces), (b, &fields.displacement), acting, held));
         springs.extend(spring_sides((&problem.bodies[b], b), &fields.displacement));
         cuts.extend(cut_results((&problem.bodies[b], b), &fields.displacement));
     }

@@ -1,10 +1,12 @@
 //! Settings of a solve: roles, method, and the criteria to stop.
 
+use crate::error::SolveError;
 use cre_estimator::Relaxation;
 use fem_core::body::Body;
 use fem_core::boundary::ScalarData;
 use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::space::{Plane, Space};
+use fem_core::subdomains::may_be_cut;
 use nndd::{Method, NewtonSettings};
 
 /// Which body carries λ, the paper's Ω₁.
@@ -64,6 +66,9 @@ pub struct Settings<S: Space = Plane> {
     pub method: Method,
     /// The exact solution is used instead where it is faster, see [`prefers_exact`]; `None`: `method` is used for every problem.
     pub exact: Option<NewtonSettings>,
+    /// The number of subdomains of each body that its supports hold, has no rigid side and no cut; 1: bodies stay in one piece. More than one is for
+    /// problems without friction, and Newton's method with Neumann-Neumann steps inside solves them.
+    pub subdomains: usize,
     /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.
     pub lambda: ScalarData<S>,
     /// When to stop.
@@ -85,10 +90,34 @@ impl<S: Space> Settings<S> {
 
     /// Returns the algorithm that is used for a problem.
     pub fn method_for(&self, problem: &ContactProblem<S>) -> Method {
+        let cut = self.subdomains > 1 && problem.bodies.iter().any(may_be_cut);
         match &self.exact {
-            Some(exact) if prefers_exact(problem) => exact.clone().into(),
+            Some(exact) if !cut && prefers_exact(problem) => exact.clone().into(),
             _ => self.method.clone(),
         }
+    }
+
+    /// Returns the number of subdomains of each body of a problem.
+    ///
+    /// # Errors
+    /// [`SolveError::Subdomains`] if they are asked for with another method than Newton's with Neumann-Neumann steps inside, with friction, or with a given
+    /// force in a cut.
+    pub fn subdomains_of(&self, problem: &ContactProblem<S>) -> Result<Vec<usize>, SolveError<S>> {
+        let count = |body: &Body<S>| if may_be_cut(body) { self.subdomains.max(1) } else { 1 };
+        let counts: Vec<usize> = problem.bodies.iter().map(count).collect();
+        if counts.iter().all(|count| *count == 1) {
+            return Ok(counts);
+        }
+        let reason = if !matches!(self.method, Method::NewtonNn(_)) {
+            Some("another method than newton-nn")
+        } else if problem.has_friction() {
+            Some("friction")
+        } else if problem.bodies.iter().any(Body::has_cut_forces) {
+            Some("a given force in a cut")
+        } else {
+            None
+        };
+        reason.map_or(Ok(counts), |with| Err(SolveError::Subdomains { with }))
     }
 }
 
@@ -125,6 +154,7 @@ impl<S: Space> Default for Settings<S> {
             imposed_by_pair: Vec::new(),
             method: Method::default(),
             exact: Some(NewtonSettings::default()),
+            subdomains: 1,
             lambda: 0.0.into(),
             criterion: Criterion::default(),
             relaxation: Relaxation::default(),

@@ -45,6 +45,8 @@ pub struct CertifiedSolution<S: Space = Plane> {
     pub results: Option<Results<S>>,
     /// Unknowns of each body.
     pub unknowns: Vec<usize>,
+    /// Subdomains of each body; 1 of one in one piece. Bonded bodies are cut together.
+    pub subdomains: Vec<usize>,
 }
 
 impl<S: Space> CertifiedSolution<S> {

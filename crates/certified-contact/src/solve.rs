@@ -15,9 +15,8 @@ use crate::state::state_of;
 use crate::stopping::{EstimatorStop, enough, rounding};
 use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
 use fem_core::boundary::ScalarData;
-use fem_core::condensation::CondensedBody;
 use fem_core::interface::{Bonds, ContactPair, ContactProblem, Roles};
-use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
+use fem_core::prepared::{FactorisedBody, PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
 use fem_core::space::{Plane, Space};
 use nndd::{Iterate, Method, NnddSolution, NnddStatus, Recovery, Start};
@@ -42,7 +41,7 @@ pub fn solve<S: ContactSpace>(
 #[derive(Clone, Debug)]
 pub(crate) struct Previous<T, S: Space = Plane> {
     /// None before the first step.
-    pub(crate) bodies: Vec<CondensedBody<S>>,
+    pub(crate) bodies: Vec<FactorisedBody<S>>,
     pub(crate) start: Option<T>,
 }
 
@@ -53,7 +52,7 @@ impl<T, S: Space> Default for Previous<T, S> {
 }
 
 /// A solution, and the factorised bodies.
-type StepSolution<S> = (CertifiedSolution<S>, Vec<CondensedBody<S>>);
+type StepSolution<S> = (CertifiedSolution<S>, Vec<FactorisedBody<S>>);
 
 /// Solves and certifies a load step, and returns the factorised bodies as well.
 pub(crate) fn solve_step<S: ContactSpace>(
@@ -80,9 +79,10 @@ fn solve_joined<S: ContactSpace>(
     settings: &Settings<S>,
     observer: &mut dyn Observer<S>,
 ) -> Result<StepSolution<S>, SolveError<S>> {
+    let subdomains = settings.subdomains_of(&problem)?;
     let settings = &settings.clone().with_method(settings.method_for(&problem));
     pretension::check(&problem, matches!(settings.method, Method::Newton(_)))?;
-    let mut problem = prepare(problem, previous.bodies, observer)?;
+    let mut problem = prepare(problem, previous.bodies, &subdomains, observer)?;
     let (roles, reason) = choose_roles(&problem, settings);
     for (pair, roles) in roles.into_iter().enumerate() {
         problem.set_roles(pair, roles);
@@ -134,9 +134,10 @@ fn iterate_again<S: ContactSpace>(
     settings: &Settings<S>,
     observer: &mut dyn Observer<S>,
 ) -> Result<CertifiedSolution<S>, SolveError<S>> {
+    let subdomains = settings.subdomains_of(&problem)?;
     let settings = &settings.clone().with_method(settings.method_for(&problem));
     pretension::check(&problem, matches!(settings.method, Method::Newton(_)))?;
-    let problem = prepare(problem, Vec::new(), observer)?;
+    let problem = prepare(problem, Vec::new(), &subdomains, observer)?;
     Ok(iterate(problem, reason, start, settings, observer)?.0)
 }
 
@@ -186,11 +187,12 @@ fn iterate<S: ContactSpace>(
     }
     let last = &nndd.last;
     observer.phase(Phase::Estimate);
+    let subdomains: Vec<usize> = problem.bodies().iter().map(FactorisedBody::factors).collect();
     let results = estimate
         .as_ref()
-        .map(|e| results::results((problem.problem(), problem.external_forces()), last, e, low));
+        .map(|e| results::results((problem.problem(), problem.external_forces(), &subdomains), last, e, low));
     let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, last, e));
-    let unknowns = problem.bodies().iter().map(|body| body.dofs().len()).collect();
+    let unknowns = problem.bodies().iter().map(FactorisedBody::unknowns).collect();
     let (problem, bodies) = problem.into_parts();
     let solution = CertifiedSolution {
         role_reason,
@@ -202,6 +204,7 @@ fn iterate<S: ContactSpace>(
         bounds,
         results,
         unknowns,
+        subdomains,
         problem,
     };
     Ok((solution, bodies))
@@ -289,15 +292,16 @@ fn recheck_stop<S: Space>(
 
 /// Assembles and factorises all bodies, in parallel, and tightens their cuts.
 ///
-/// * `factorised`: the bodies with other loads, if an earlier load step has factorised them.
+/// * `factorised`: the bodies with other loads, if an earlier load step has factorised them; `subdomains`: of each body, how many.
 pub(crate) fn prepare<S: ContactSpace>(
     problem: ContactProblem<S>,
-    factorised: Vec<CondensedBody<S>>,
+    factorised: Vec<FactorisedBody<S>>,
+    subdomains: &[usize],
     observer: &mut dyn Observer<S>,
 ) -> Result<PreparedProblem<S>, SolveError<S>> {
     let problem = S::without_spin(problem)?;
     let mut started = false;
-    let found = PreparedProblem::prepare_again(problem, factorised, |stage| {
+    let found = PreparedProblem::prepare_again(problem, factorised, subdomains, |stage| {
         // The order belongs to the factorisation.
         let phase = match stage {
             Stage::Ordering | Stage::Factorisation => Some(Phase::Factorisation),
@@ -326,11 +330,13 @@ fn choose_roles<S: Space>(problem: &PreparedProblem<S>, settings: &Settings<S>) 
     let of_pair = |k: usize| settings.imposed_by_pair.get(k).copied().flatten().unwrap_or(settings.imposed);
     let only = problem.problem().plain_pair();
     let only = only.and_then(|pair| Some((pair, pair.bodies()?)));
+    let whole = |b: usize| problem.bodies()[b].whole();
+    let only = only.and_then(|(pair, both)| Some((pair, [whole(both[0])?, whole(both[1])?])));
     if let (Some((pair, both)), Imposed::Auto) = (only, of_pair(0)) {
         let force: Vec<f64> = pair.interface.pairs().iter().map(|p| p.weight).collect();
-        let compliance = both.map(|b| {
+        let compliance = both.map(|body| {
             let mut w = vec![0.0; force.len()];
-            problem.bodies()[b].interface().trace_from_force(&force, &mut w);
+            body.interface().trace_from_force(&force, &mut w);
             w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()
         });
         let is_stiffer = compliance[1] < (1.0 - STIFFER) * compliance[0];

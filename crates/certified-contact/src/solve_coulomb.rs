@@ -9,9 +9,9 @@ use crate::solve::{Previous, prepare};
 use crate::space::ContactSpace;
 use crate::state::state_of;
 use cre_estimator::{Relaxation, estimate_with};
-use fem_core::condensation::CondensedBody;
 use fem_core::contact_system::{ContactSystem, PairRows, RowLaw};
 use fem_core::interface::{Bonds, ContactPair, ContactProblem};
+use fem_core::prepared::FactorisedBody;
 use nndd::{CoulombSettings, CoulombStart, NnddError, PairFriction, coulomb_coupling};
 
 /// Solves a contact problem with Coulomb friction in one or more of its pairs. The other pairs keep their law.
@@ -31,7 +31,7 @@ pub fn solve_coulomb<S: ContactSpace>(
 }
 
 /// A load step with Coulomb friction, and the factorised bodies.
-pub(crate) type CoulombStep<S> = (CoulombResult<S>, Vec<CondensedBody<S>>);
+pub(crate) type CoulombStep<S> = (CoulombResult<S>, Vec<FactorisedBody<S>>);
 
 /// Solves a load step with Coulomb friction, and returns the factorised bodies as well.
 pub(crate) fn solve_coulomb_step<S: ContactSpace>(
@@ -47,7 +47,7 @@ pub(crate) fn solve_coulomb_step<S: ContactSpace>(
     pretension::check(&problem, false)?;
     // Friction beside bonds is refused.
     Bonds::new(&problem)?;
-    let prepared = prepare(problem, previous.bodies, observer)?;
+    let prepared = prepare(problem, previous.bodies, &[], observer)?;
     observer.phase(Phase::Iterations);
     let proceed = || !observer.should_stop() && !observer.must_stop();
     let system = prepared.system();
@@ -66,8 +66,8 @@ pub(crate) fn solve_coulomb_step<S: ContactSpace>(
         Some(signs) => couplings(&system, signs).map_err(of_nndd)?,
         None => (None, None),
     };
-    let results = results((prepared.problem(), prepared.external_forces()), &last, &estimate, None);
-    let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
+    let results = results((prepared.problem(), prepared.external_forces(), &[]), &last, &estimate, None);
+    let unknowns = prepared.bodies().iter().map(FactorisedBody::unknowns).collect();
     let (problem, bodies) = prepared.into_parts();
     let one_sign = signs.is_some();
     let result = CoulombResult {

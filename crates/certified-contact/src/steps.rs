@@ -13,9 +13,9 @@ use crate::solve_coulomb::solve_coulomb_step;
 use crate::space::ContactSpace;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::body::ConditionPlace;
-use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactFacet, ContactPair, ContactProblem, SlipBefore};
+use fem_core::prepared::FactorisedBody;
 use fem_core::space::{Plane, Space};
 use nndd::{CoulombSettings, CoulombStart, CoulombStatus, Start};
 
@@ -52,7 +52,7 @@ pub struct LoadSteps<S: Space = Plane> {
     of_gaps: Vec<f64>,
     count: usize,
     /// Of the last step that was solved.
-    bodies: Vec<CondensedBody<S>>,
+    bodies: Vec<FactorisedBody<S>>,
     start: Option<Start>,
     coulomb_start: Option<CoulombStart>,
 }

@@ -15,7 +15,6 @@ use crate::relaxation::RelaxationReport;
 use crate::side::side_sign;
 use crate::springs::{SAME_DIRECTION, released, stretched};
 use fem_core::body::{FacetCondition, FacetSprings};
-use fem_core::condensation::CondensedBody;
 use fem_core::directions::Directions;
 use fem_core::each_body;
 use fem_core::field;
@@ -25,6 +24,7 @@ use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use fem_core::space::{Plane, Space};
+use neumann_neumann::{BodySolver, BodySolvers};
 use std::borrow::Cow;
 
 /// An admissible pair `(û, τ)` for the error in the constitutive relation: displacements `û = u + l`, with which the bodies
@@ -103,11 +103,11 @@ impl<S: Space> AdmissiblePair<S> {
 
 /// Builds the admissible pair of a state that has been checked; its stresses are not yet relaxed.
 pub(crate) fn recovered_pair<S: Recovery>(
-    prepared: &PreparedProblem<S>,
+    solvers: &BodySolvers<'_, S>,
     state: &ContactState<'_, S>,
     accuracy: Accuracy,
 ) -> Result<AdmissiblePair<S>, EstimatorError> {
-    let problem = prepared.problem();
+    let (prepared, problem) = (solvers.prepared(), solvers.problem());
     let Pressure { by_pair, by_facet, friction, limit, facet_friction, shift, imbalance } =
         balance::pressure(prepared, state)?;
     let lines = NodeLines::new(problem);
@@ -127,7 +127,7 @@ pub(crate) fn recovered_pair<S: Recovery>(
         })
         .collect();
     let recovered =
-        each_body(problem.bodies.len(), |b| recover(prepared, b, state.displacement[b], &contacts, accuracy));
+        each_body(problem.bodies.len(), |b| recover(solvers, b, state.displacement[b], &contacts, accuracy));
     let (pressure_shift, rigid_balance) = (shift, imbalance);
     let obstacles = state.displacement[problem.bodies.len()..].iter().map(|u| u.to_vec()).collect();
     Ok(AdmissiblePair { bodies: recovered, obstacles, contacts, lift_energy, pressure_shift, rigid_balance })
@@ -208,15 +208,15 @@ impl<S: Recovery> AdmissibleContact<S> {
 
 /// Recovers the equilibrated stress of one body under its loads and the pressure on its sides, not yet relaxed.
 fn recover<S: Recovery>(
-    prepared: &PreparedProblem<S>,
+    solvers: &BodySolvers<'_, S>,
     b: usize,
     displacement: &[S::Vector],
     contacts: &[AdmissibleContact<S>],
     accuracy: Accuracy,
 ) -> AdmissibleBody<S> {
-    let problem = prepared.problem();
+    let problem = solvers.problem();
     let body = &problem.bodies[b];
-    let neumann = neumann_field(problem, &prepared.bodies()[b], b, contacts, accuracy);
+    let neumann = neumann_field(problem, &solvers.bodies()[b], b, contacts, accuracy);
     let conditions = released(body, with_pressure(problem, b, contacts), &[&neumann.high, &neumann.low]);
     let stress = match accuracy {
         Accuracy::Double => field::stresses(body, &neumann.high),
@@ -234,7 +234,7 @@ fn recover<S: Recovery>(
 /// on the second.
 fn neumann_field<S: Recovery>(
     problem: &ContactProblem<S>,
-    condensed: &CondensedBody<S>,
+    solver: &BodySolver<'_, S>,
     b: usize,
     contacts: &[AdmissibleContact<S>],
     accuracy: Accuracy,
@@ -242,20 +242,21 @@ fn neumann_field<S: Recovery>(
     let body = &problem.bodies[b];
     let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_facets();
     let forces = pressure_forces(problem, b, contacts);
-    let displacement = if problem.sides_of(Partner::Body(b)).any(bent) {
-        // The loads have a small part along the surface as well.
-        condensed.displacement_from_nodal_forces(&forces)
-    } else {
+    let straight = solver.whole().filter(|_| !problem.sides_of(Partner::Body(b)).any(bent));
+    let displacement = if let Some(condensed) = straight {
         let load = |(k, side): (usize, usize)| {
             let mass = consistent_forces(&problem.contacts[k].interface, &contacts[k]);
             mass.iter().map(|f| side_sign(side) * f).collect()
         };
         let loads: Vec<Vec<f64>> = problem.sides_of(Partner::Body(b)).map(load).collect();
         condensed.displacement_from_force(&condensed.dofs().interface_forces(&loads))
+    } else {
+        // On bent facets the loads have a small part along the surface as well.
+        solver.displacement_from_nodal_forces(&forces)
     };
     let mut field = SplitField::new(displacement);
     if accuracy == Accuracy::Refined {
-        condensed.refine(body, &forces, false, &mut field);
+        solver.refine(body, &forces, false, &mut field);
     }
     field
 }

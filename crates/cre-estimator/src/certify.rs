@@ -15,7 +15,7 @@ use fem_core::interface::{ContactPair, ContactProblem, ContactState, LeftOut, No
 use fem_core::mesh::id::NodeId;
 use fem_core::mesh_field::MeshField;
 use fem_core::norm::energy_distance_squared;
-use fem_core::prepared::PreparedProblem;
+use fem_core::prepared::{FactorisedBody, PreparedProblem};
 use fem_core::space::{Plane, Space};
 
 /// A supported node that misses its imposed displacement by at most this fraction of the largest displacement is put there.
@@ -157,7 +157,7 @@ pub fn certify<S: Recovery>(
     let squared = squared.map(|((body, given), changed)| given.energy_distance_squared(body, changed));
     let change = squared.sum::<f64>().sqrt();
     check_finite(|| "the change of the field".into(), &[change])?;
-    let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
+    let unknowns = prepared.bodies().iter().map(FactorisedBody::unknowns).collect();
     let left_out = problem.left_out.clone();
     Ok(FieldCertificate { estimate, change, support_change, penetration, missed_support, unknowns, left_out })
 }

@@ -32,7 +32,7 @@ use fem_core::parallel::each_task;
 use fem_core::space::Space;
 use jumps::Jumps;
 use nalgebra::{DMatrix, DVector};
-use std::borrow::Cow;
+use neumann_neumann::BodySolver;
 
 /// Columns whose share in others is larger than 1 minus this are not independent.
 const DEPENDENT: f64 = 1e-8;
@@ -95,7 +95,7 @@ impl<S: Recovery> Columns<S> {
     /// * `stars`: of the body, prepared for the reactions of its own conditions or of the stress.
     pub(crate) fn lower<'a>(
         &mut self,
-        (body, factor): (&'a Body<S>, Option<&CondensedBody<S>>),
+        (body, factor): (&'a Body<S>, Option<&BodySolver<'_, S>>),
         (stress, report): (&mut EquilibratedStress<S>, &mut RelaxationReport),
         relaxation: Relaxation,
         stars: &mut Option<S::Stars<'a>>,
@@ -148,7 +148,7 @@ pub fn relax<S: Recovery>(
 
 /// [`relax`] of a body whose factor is known.
 pub(crate) fn relax_body<S: Recovery>(
-    (body, factor): (&Body<S>, Option<&CondensedBody<S>>),
+    (body, factor): (&Body<S>, Option<&BodySolver<'_, S>>),
     stress: &mut EquilibratedStress<S>,
     relaxation: Relaxation,
 ) -> RelaxationReport {
@@ -160,16 +160,19 @@ pub(crate) fn relax_body<S: Recovery>(
 
 /// Makes the columns of jumps, as many as are independent; `None` if the body cannot be factorised.
 fn make<'a, S: Recovery>(
-    (body, factor): (&'a Body<S>, Option<&CondensedBody<S>>),
+    (body, factor): (&'a Body<S>, Option<&BodySolver<'_, S>>),
     jumps: &Jumps<S>,
     relaxation: Relaxation,
     stars: &mut Option<S::Stars<'a>>,
 ) -> Option<Vec<FacetMoments<S>>> {
-    let factor = match factor {
-        Some(factor) => Cow::Borrowed(factor),
-        None => Cow::Owned(factorised(body)?),
+    let fields = match factor {
+        Some(factor) => each_task(jumps.len(), |k| field(body, factor, jumps, k)),
+        None => {
+            let own = factorised(body)?;
+            each_task(jumps.len(), |k| field(body, &BodySolver::Whole(&own), jumps, k))
+        }
     };
-    let fields = orthonormal_fields(body, &each_task(jumps.len(), |k| field(body, &factor, jumps, k)));
+    let fields = orthonormal_fields(body, &fields);
     let conditions: Vec<_> = body.facet_conditions().iter().map(unloaded).collect();
     let relaxation = match relaxation {
         Relaxation::Tolerance { .. } => Relaxation::Steps(LEAST),
@@ -306,7 +309,7 @@ struct Field<S: Space> {
 }
 
 /// Computes the FE field of a jump without loads, per unit of the jump.
-fn field<S: Space>(body: &Body<S>, factor: &CondensedBody<S>, jumps: &Jumps<S>, k: usize) -> Field<S> {
+fn field<S: Space>(body: &Body<S>, factor: &BodySolver<'_, S>, jumps: &Jumps<S>, k: usize) -> Field<S> {
     let mesh = body.mesh();
     let elements: Vec<Element<S>> =
         (0..mesh.cells().len()).map(|cell| Element::new(mesh.corners(cell))).collect();
@@ -326,9 +329,7 @@ fn field<S: Space>(body: &Body<S>, factor: &CondensedBody<S>, jumps: &Jumps<S>, 
             forces[nodes[corner]] -= S::applied(stress, element.gradients[corner]) * element.measure;
         }
     }
-    let mut solution = factor.rough_along_unknowns(&forces);
-    factor.factor().solve(&mut solution);
-    let correction = factor.dofs().correction(&solution);
+    let correction = factor.correction(factor.rough_along_unknowns(&forces));
     displacement.iter_mut().zip(&correction).for_each(|(sum, correction)| *sum += *correction);
     let moved = if body.springs().is_empty() { Vec::new() } else { correction };
     Field { stress: stresses(&displacement), moved }

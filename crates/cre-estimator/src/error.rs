@@ -1,6 +1,7 @@
 //! Errors of an estimate.
 
 use contact_qp::QpError;
+use neumann_neumann::BalancingError;
 use thiserror::Error;
 
 /// Why an estimate could not be made.
@@ -63,4 +64,7 @@ pub enum EstimatorError {
     /// The pressure that keeps the floating bodies in balance could not be computed.
     #[error("the pressure in balance: {0}")]
     Balance(#[from] QpError),
+    /// The operators of a body in subdomains could not be made.
+    #[error(transparent)]
+    Subdomains(#[from] BalancingError),
 }

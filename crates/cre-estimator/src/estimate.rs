@@ -16,13 +16,13 @@ use crate::relaxed::{KeptStars, pair_and_frozen};
 use crate::round_off::{self, Noise};
 use crate::size::{larger, largest_of, length};
 use fem_core::body::Body;
-use fem_core::condensation::CondensedBody;
 use fem_core::element::Element;
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, PairState};
 use fem_core::memory::fits_in_memory;
 use fem_core::norm::{from_squared, sum_over_cells};
 use fem_core::prepared::PreparedProblem;
 use fem_core::space::{Plane, Space};
+use neumann_neumann::{BodySolver, BodySolvers, ResidualEnergy};
 use rayon::prelude::*;
 
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
@@ -164,6 +164,8 @@ pub fn estimate_with<S: Recovery>(
 /// first estimate on, of large bodies from the second one.
 pub struct Estimator<'a, S: Recovery = Plane> {
     prepared: &'a PreparedProblem<S>,
+    /// From the first estimate on.
+    solvers: Option<BodySolvers<'a, S>>,
     relaxation: Relaxation,
     /// Of each body, from the first estimate on.
     noise: Vec<Noise>,
@@ -176,7 +178,7 @@ impl<'a, S: Recovery> Estimator<'a, S> {
     /// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
     ///   steps make it sharper.
     pub fn new(prepared: &'a PreparedProblem<S>, relaxation: Relaxation) -> Self {
-        Self { prepared, relaxation, noise: Vec::new(), stars: KeptStars::default() }
+        Self { prepared, solvers: None, relaxation, noise: Vec::new(), stars: KeptStars::default() }
     }
 
     /// Estimates the error of a contact state, whatever its source. The result does not depend on the states before.
@@ -227,18 +229,22 @@ impl<'a, S: Recovery> Estimator<'a, S> {
         balanced: &[Vec<f64>],
         accuracy: Accuracy,
     ) -> Result<Measured<S>, EstimatorError> {
-        let Self { prepared, relaxation, ref noise, ref mut stars } = *self;
+        let Self { prepared, relaxation, ref noise, ref mut stars, ref mut solvers } = *self;
+        let solvers = match solvers {
+            Some(solvers) => solvers,
+            None => solvers.insert(BodySolvers::new(prepared)?),
+        };
         let problem = prepared.problem();
-        let (pair, frozen) = pair_and_frozen(prepared, state, (relaxation, accuracy), stars)?;
+        let (pair, frozen) = pair_and_frozen(solvers, state, (relaxation, accuracy), stars)?;
         // A single pass over the cells.
         let (mut admissibility, mut cells) = check_and_measure(problem, &pair, noise, accuracy);
         let distances = cells.iter_mut().map(|cells| std::mem::take(&mut cells.distances)).collect();
         let cre = Cre::from_cells(problem, &pair, distances);
         let energy_norm_squared = energies(problem, &pair);
         check_sizes(&pair, &energy_norm_squared)?;
-        let residuals = round_off::residuals(prepared, &pair, &cells, accuracy);
+        let residuals = round_off::residuals(solvers, &pair, &cells, accuracy);
         let mean_stress = cells.into_iter().map(|cells| cells.mean).collect();
-        let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), frozen, noise);
+        let dis = eta_dis(solvers, &pair, &cre, (relaxation, accuracy), frozen, noise);
         admissibility = admissibility.worst(dis.admissibility);
         let model = round_off::model(noise, &pair);
         let energy: f64 = energy_norm_squared.iter().sum();
@@ -246,10 +252,10 @@ impl<'a, S: Recovery> Estimator<'a, S> {
             round_off::allowance(problem, &pair, energy, model.iter().copied().zip(residuals))
         };
         let ResidualNorms { stress, frozen, state: of_state } = ResidualNorms::new(
-            prepared,
+            solvers,
             residuals,
             dis.residuals,
-            state_residuals(prepared, state, balanced, accuracy),
+            state_residuals(solvers, state, balanced, accuracy),
         );
         let round_off = allowance(&stress);
         let [imbalance, rounding] = eta_nndd_squared(prepared, state, balanced, of_state);
@@ -267,7 +273,7 @@ impl<'a, S: Recovery> Estimator<'a, S> {
             e_cre: cre.e_cre() + round_off,
             eta_dis,
             eta_nndd,
-            parts: parts(prepared, (state, balanced), (&pair, &cre), eta_nndd, round_off),
+            parts: parts(solvers, (state, balanced), (&pair, &cre), eta_nndd, round_off),
         };
         if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
             return Err(EstimatorError::NotFinite { what: "the estimate".into() });
@@ -305,23 +311,24 @@ impl ResidualNorms {
     ///
     /// * `frozen`: `None` in bodies whose stress of the bound is also the stress of `η_dis`.
     fn new<S: Recovery>(
-        prepared: &PreparedProblem<S>,
+        solvers: &BodySolvers<'_, S>,
         stress: Vec<Vec<f64>>,
         frozen: Vec<Option<Vec<f64>>>,
         state: Vec<Vec<f64>>,
     ) -> Self {
         let all: Vec<_> = stress.into_iter().zip(state).zip(frozen).collect();
-        let of_body = |(body, ((stress, state), frozen)): (&CondensedBody<S>, ((_, _), Option<_>))| {
+        let of_body = |(body, ((stress, state), frozen)): (&BodySolver<'_, S>, ((_, _), Option<_>))| {
             body.residual_energies([stress, state].into_iter().chain(frozen).collect())
         };
-        let all: Vec<Vec<[f64; 2]>> =
-            prepared.bodies().par_iter().zip(all).with_max_len(1).map(of_body).collect();
-        let stress: Vec<f64> = all.iter().map(|of| of[0].iter().sum::<f64>().sqrt()).collect();
+        let all: Vec<Vec<ResidualEnergy>> =
+            solvers.bodies().par_iter().zip(all).with_max_len(1).map(of_body).collect();
+        let stress: Vec<f64> = all.iter().map(|of| of[0].whole().sqrt()).collect();
         // For a frozen λ the part of the interface is a reaction, not a residual.
         let frozen =
-            |(of, bound): (&Vec<[f64; 2]>, &f64)| of.get(2).map_or(*bound, |[interior, _]| interior.sqrt());
-        let sum = |part: usize| all.iter().map(|of| of[1][part]).sum();
-        Self { frozen: all.iter().zip(&stress).map(frozen).collect(), state: [sum(0), sum(1)], stress }
+            |(of, bound): (&Vec<ResidualEnergy>, &f64)| of.get(2).map_or(*bound, |of| of.inside.sqrt());
+        let inside = all.iter().map(|of| of[1].inside).sum();
+        let interface = all.iter().map(|of| of[1].interface).sum();
+        Self { frozen: all.iter().zip(&stress).map(frozen).collect(), state: [inside, interface], stress }
     }
 }
 

@@ -16,6 +16,7 @@ use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactPair, ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
+use neumann_neumann::BodySolvers;
 use rayon::prelude::*;
 
 /// The discretisation indicator, with the residuals of its stress.
@@ -41,26 +42,26 @@ pub(crate) struct EtaDis {
 ///
 /// If the normal changes along contact edges, the reactions of an imposed trace do not come from a traction that is
 /// linear along the edges. In this case the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`. The
-/// same holds for a body that carries λ in one pair and is unilateral in another.
+/// same holds for a body that carries λ in one pair and is unilateral in another, and for one in subdomains.
 ///
 /// The squares are summed up from the stress, cell by cell, and body by body.
 ///
 /// * `noise`: of each body.
 /// * `frozen`: the stresses for a frozen λ that are known already. If one of them is not admissible, it is recovered again with refinement.
 pub(crate) fn eta_dis<S: Recovery>(
-    prepared: &PreparedProblem<S>,
+    solvers: &BodySolvers<'_, S>,
     pair: &AdmissiblePair<S>,
     cre: &Cre,
     (relaxation, accuracy): (Relaxation, Accuracy),
     frozen: FrozenStresses<S>,
     noise: &[Noise],
 ) -> EtaDis {
-    let problem = prepared.problem();
+    let problem = solvers.problem();
     let of_body = |(b, known): (usize, Option<EquilibratedStress<S>>)| {
         if !problem.carries_lambda(b) {
             (of_cells(&cre.by_cell[b]), None)
-        } else if freezes_lambda(problem, b) {
-            let of_body = (prepared, b, &pair.bodies[b]);
+        } else if freezes_lambda(solvers, b) {
+            let of_body = (solvers, b, &pair.bodies[b]);
             let of_accuracy = |accuracy| frozen_stress(of_body, (relaxation, accuracy), None);
             let stress = known.unwrap_or_else(|| of_accuracy(accuracy));
             let mut found = measure(of_body, &stress, accuracy, noise[b]);
@@ -103,17 +104,17 @@ struct Frozen {
 
 /// Measures the stress of a body for a frozen λ.
 fn measure<S: Recovery>(
-    (prepared, b, fields): (&PreparedProblem<S>, usize, &AdmissibleBody<S>),
+    (solvers, b, fields): (&BodySolvers<'_, S>, usize, &AdmissibleBody<S>),
     stress: &EquilibratedStress<S>,
     accuracy: Accuracy,
     noise: Noise,
 ) -> Frozen {
-    let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
+    let (body, solver) = (&solvers.problem().bodies[b], &solvers.bodies()[b]);
     let against = [Some(fields.stress.as_slice()), None];
     let displaced = (fields.displacement.as_slice(), noise);
     let (admissibility, cells) = check_stress_and_measure(body, displaced, stress, Some((against, accuracy)));
     let squared = of_cells(&cells.distances[0]);
-    let residual = stress_residual(body, condensed, (stress, &cells, accuracy), Vec::new());
+    let residual = stress_residual(body, solver, (stress, &cells, accuracy), Vec::new());
     Frozen { squared, admissibility, residual }
 }
 
@@ -121,12 +122,12 @@ fn measure<S: Recovery>(
 ///
 /// * `balanced`: the forces `r` by row, in balance with the loads of floating bodies, N/m.
 pub(crate) fn state_residuals<S: Recovery>(
-    prepared: &PreparedProblem<S>,
+    solvers: &BodySolvers<'_, S>,
     state: &ContactState<'_, S>,
     balanced: &[Vec<f64>],
     accuracy: Accuracy,
 ) -> Vec<Vec<f64>> {
-    let (problem, bodies) = (prepared.problem(), prepared.bodies());
+    let (problem, bodies) = (solvers.problem(), solvers.bodies());
     let nodal_forces = |(pair, forces): (&ContactPair<S>, &Vec<f64>)| -> Vec<S::Vector> {
         let mut sums = vec![S::Vector::ZERO; pair.interface.pairs().len()];
         pair.rows().zip(forces).for_each(|(row, r)| sums[row.pair] += row.direction * *r);

@@ -5,9 +5,9 @@ use crate::cre::Cre;
 use crate::pressure;
 use crate::recovery::Recovery;
 use crate::side::side_sign;
-use fem_core::condensation::CondensedBody;
+use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactFacet, ContactProblem, ContactState, Partner};
-use fem_core::prepared::PreparedProblem;
+use neumann_neumann::{BodySolver, BodySolvers, ResidualEnergy};
 
 /// The parts of `e_CRE`, square root of J/m, each ≥ 0: the squares of all but `round_off` add up to `(e_CRE − round_off)²`.
 ///
@@ -69,17 +69,17 @@ struct ContactTerm {
 /// * `balanced`: the contact forces of the state by row, in balance with the loads of floating bodies, N/m.
 /// * `eta_nndd`: `η_NNDD` of the state, square root of J/m.
 pub(crate) fn parts<S: Recovery>(
-    prepared: &PreparedProblem<S>,
+    solvers: &BodySolvers<'_, S>,
     (state, balanced): (&ContactState<'_, S>, &[Vec<f64>]),
     (pair, cre): (&AdmissiblePair<S>, &Cre),
     eta_nndd: f64,
     round_off: f64,
 ) -> Parts {
-    let problem = prepared.problem();
+    let problem = solvers.problem();
     let eta_squared = eta_nndd * eta_nndd;
     let term = contact_terms(problem, state, pair, cre);
     let fields = (cre.algebraic_squared - cre.contact_squared()).max(0.0);
-    let lumping = lumping(prepared, balanced, pair);
+    let lumping = lumping(solvers, balanced, pair);
     let share = if eta_squared > 0.0 { eta_squared / (eta_squared + lumping) } else { 0.0 };
     let iteration = (fields * share).min(eta_squared);
     let squares = [
@@ -101,14 +101,24 @@ pub(crate) fn parts<S: Recovery>(
 
 /// Computes `‖a‖²`, J/m: the energy of the difference between the consistent loads of the pressures and the nodal forces,
 /// by row.
-fn lumping<S: Recovery>(prepared: &PreparedProblem<S>, forces: &[Vec<f64>], pair: &AdmissiblePair<S>) -> f64 {
-    let problem = prepared.problem();
+fn lumping<S: Recovery>(solvers: &BodySolvers<'_, S>, forces: &[Vec<f64>], pair: &AdmissiblePair<S>) -> f64 {
+    let problem = solvers.problem();
     let difference = |k: usize| -> Vec<f64> {
         let consistent = consistent_forces(&problem.contacts[k].interface, &pair.contacts[k]);
         consistent.iter().zip(&forces[k]).map(|(m, r)| m - r).collect()
     };
     let differences: Vec<Vec<f64>> = (0..problem.contacts.len()).map(difference).collect();
-    let energy = |(b, body): (usize, &CondensedBody<S>)| {
+    let energy = |(b, solver): (usize, &BodySolver<'_, S>)| {
+        let Some(body) = solver.whole() else {
+            let mut on_nodes = vec![S::Vector::ZERO; problem.bodies[b].mesh().points().len()];
+            for (k, side) in problem.sides_of(Partner::Body(b)) {
+                for (row, difference) in problem.contacts[k].rows().zip(&differences[k]) {
+                    on_nodes[row.nodes[side]] += row.direction * (side_sign(side) * difference);
+                }
+            }
+            let along = solver.rough_along_unknowns(&on_nodes);
+            return solver.residual_energies(vec![along]).iter().map(ResidualEnergy::whole).sum();
+        };
         let signed = |(k, side): (usize, usize)| -> Vec<f64> {
             differences[k].iter().map(|d| side_sign(side) * d).collect()
         };
@@ -118,7 +128,7 @@ fn lumping<S: Recovery>(prepared: &PreparedProblem<S>, forces: &[Vec<f64>], pair
         body.interface().trace_from_force(&load, &mut w);
         w.iter().zip(&load).map(|(w, d)| w * d).sum::<f64>().max(0.0)
     };
-    prepared.bodies().iter().enumerate().map(energy).sum()
+    solvers.bodies().iter().enumerate().map(energy).sum()
 }
 
 /// Splits the contact terms, edge by edge.

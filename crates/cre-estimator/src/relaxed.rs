@@ -8,9 +8,10 @@ use crate::measures::Accuracy;
 use crate::recovery::Recovery;
 use crate::relaxation::{LEAST, Relaxation};
 use crate::springs::released;
-use fem_core::interface::{ContactProblem, ContactState, Partner};
+use fem_core::interface::{ContactState, Partner};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
+use neumann_neumann::BodySolvers;
 use rayon::prelude::*;
 
 /// The equilibrated stress of each body for a frozen λ; `None` if it has none, or if it is not known yet.
@@ -32,8 +33,9 @@ pub fn admissible_pair<S: Recovery>(
     relaxation: Relaxation,
 ) -> Result<AdmissiblePair<S>, EstimatorError> {
     check_state(prepared, state)?;
-    let mut pair = recovered_pair(prepared, state, Accuracy::Double)?;
-    relax_bodies(prepared, &mut pair, relaxation, &mut KeptStars::default(), &|_, _, _| None);
+    let solvers = BodySolvers::new(prepared)?;
+    let mut pair = recovered_pair(&solvers, state, Accuracy::Double)?;
+    relax_bodies(&solvers, &mut pair, relaxation, &mut KeptStars::default(), &|_, _, _| None);
     Ok(pair)
 }
 
@@ -42,15 +44,15 @@ pub fn admissible_pair<S: Recovery>(
 ///
 /// * `kept`: the stars of estimates before.
 pub(crate) fn pair_and_frozen<'a, S: Recovery>(
-    prepared: &'a PreparedProblem<S>,
+    solvers: &BodySolvers<'a, S>,
     state: &ContactState<'_, S>,
     (relaxation, accuracy): (Relaxation, Accuracy),
     kept: &mut KeptStars<'a, S>,
 ) -> Result<(AdmissiblePair<S>, FrozenStresses<S>), EstimatorError> {
-    let mut pair = recovered_pair(prepared, state, accuracy)?;
-    let frozen = relax_bodies(prepared, &mut pair, relaxation, kept, &|b, fields, found| {
-        let counts = freezes_lambda(prepared.problem(), b);
-        counts.then(|| frozen_stress((prepared, b, fields), (relaxation, accuracy), Some(found)))
+    let mut pair = recovered_pair(solvers, state, accuracy)?;
+    let frozen = relax_bodies(solvers, &mut pair, relaxation, kept, &|b, fields, found| {
+        let counts = freezes_lambda(solvers, b);
+        counts.then(|| frozen_stress((solvers, b, fields), (relaxation, accuracy), Some(found)))
     });
     Ok((pair, frozen))
 }
@@ -94,13 +96,13 @@ type Of<'s, 'b, S> = (&'s mut Option<<S as Recovery>::Stars<'b>>, &'s mut Column
 
 /// Relaxes the stresses of each body, and calls `then` with it. Large bodies follow one after the other, each in parallel.
 fn relax_bodies<'a, S: Recovery>(
-    prepared: &'a PreparedProblem<S>,
+    solvers: &BodySolvers<'a, S>,
     pair: &mut AdmissiblePair<S>,
     relaxation: Relaxation,
     kept: &mut KeptStars<'a, S>,
     then: &Then<'_, 'a, S>,
 ) -> FrozenStresses<S> {
-    let problem = prepared.problem();
+    let problem = solvers.problem();
     let is_small = |b: usize| problem.bodies[b].mesh().points().len() <= SMALL;
     kept.of_body.resize_with(problem.bodies.len(), || None);
     kept.columns.resize_with(problem.bodies.len(), Columns::default);
@@ -109,7 +111,7 @@ fn relax_bodies<'a, S: Recovery>(
         let (body, stress) = (&problem.bodies[b], &mut fields.equilibrated);
         let before = stress.facet_moments.clone();
         fields.relaxation = S::relax_with(body, stress, columns.leave_room(body, relaxation), stars, used);
-        let of_body = (body, Some(&prepared.bodies()[b]));
+        let of_body = (body, Some(&solvers.bodies()[b]));
         columns.lower(of_body, (stress, &mut fields.relaxation), relaxation, stars);
         let mut added = before;
         let moments = added.iter_mut().flat_map(|of| of.as_mut());
@@ -136,15 +138,18 @@ fn relax_bodies<'a, S: Recovery>(
     frozen
 }
 
-/// Tells whether a body carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts.
-pub(crate) fn freezes_lambda<S: Recovery>(problem: &ContactProblem<S>, b: usize) -> bool {
+/// Tells whether a body in one piece carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts. The displacement of a body in
+/// subdomains is in equilibrium with its trace only when the iteration has ended.
+pub(crate) fn freezes_lambda<S: Recovery>(solvers: &BodySolvers<'_, S>, b: usize) -> bool {
+    let problem = solvers.problem();
     let imposed = |(k, _): (usize, usize)| {
         let pair = &problem.contacts[k];
         pair.imposed() == Partner::Body(b) && !pair.is_within_a_body()
     };
     let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_facets();
     let sides = || problem.sides_of(Partner::Body(b));
-    problem.carries_lambda(b) && sides().all(imposed) && sides().all(straight)
+    let whole = solvers.bodies()[b].whole().is_some();
+    whole && problem.carries_lambda(b) && sides().all(imposed) && sides().all(straight)
 }
 
 /// Recovers the stress of a body for a frozen λ, and relaxes it.
@@ -156,20 +161,20 @@ pub(crate) fn freezes_lambda<S: Recovery>(problem: &ContactProblem<S>, b: usize)
 /// * `found`: stars of the body, prepared for whatever reactions; without them they are made for this stress. The moments that they added to the
 ///   stress of the bound are in equilibrium with a frozen λ as well.
 pub(crate) fn frozen_stress<'a, S: Recovery>(
-    (prepared, b, fields): (&'a PreparedProblem<S>, usize, &AdmissibleBody<S>),
+    (solvers, b, fields): (&BodySolvers<'a, S>, usize, &AdmissibleBody<S>),
     (relaxation, accuracy): (Relaxation, Accuracy),
     found: Option<Found<'_, 'a, S>>,
 ) -> EquilibratedStress<S> {
-    let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
+    let (body, solver) = (&solvers.problem().bodies[b], &solvers.bodies()[b]);
     let mut field = SplitField::new(fields.displacement.clone());
     let stress = match accuracy {
         Accuracy::Double => fields.stress.clone(),
         Accuracy::Refined => {
-            condensed.refine(body, &[], true, &mut field);
+            solver.refine(body, &[], true, &mut field);
             residual::stresses(body, &field)
         }
     };
-    let conditions = with_imposed_normal(prepared.problem(), b, &field.high);
+    let conditions = with_imposed_normal(solvers.problem(), b, &field.high);
     let conditions = released(body, conditions, &[&field.high, &field.low]);
     let mut recovered = EquilibratedStress::recover(body, stress, conditions);
     let bound = &fields.relaxation;
@@ -180,7 +185,7 @@ pub(crate) fn frozen_stress<'a, S: Recovery>(
         fixed => fixed,
     };
     let Some((stars, columns, added)) = found else {
-        relax_body((body, Some(condensed)), &mut recovered, up_to(bound.steps));
+        relax_body((body, Some(solver)), &mut recovered, up_to(bound.steps));
         return recovered;
     };
     if let Relaxation::Tolerance { .. } = relaxation {
@@ -188,7 +193,7 @@ pub(crate) fn frozen_stress<'a, S: Recovery>(
     }
     let mut relax = |relaxation| {
         let mut report = S::relax_with(body, &mut recovered, relaxation, stars, None);
-        columns.lower((body, Some(condensed)), (&mut recovered, &mut report), relaxation, stars);
+        columns.lower((body, Some(solver)), (&mut recovered, &mut report), relaxation, stars);
         report.energy()
     };
     let found = relax(up_to(LEAST));

@@ -8,7 +8,6 @@ use crate::measures::{Accuracy, CellMeasures, Shape};
 use crate::recovery::Recovery;
 use crate::size::{larger, largest_displacement};
 use fem_core::body::Body;
-use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
 use fem_core::each_body;
 use fem_core::field;
@@ -16,9 +15,9 @@ use fem_core::geometry::Coordinates;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::each_task;
-use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
 use fem_core::space::Matrix;
+use neumann_neumann::{BodySolver, BodySolvers};
 
 /// Rounding errors of a strain, in units of ε: of one term `u ∇φ` of its sum.
 ///
@@ -111,12 +110,12 @@ const MARGIN: f64 = 2.0;
 /// Computes the residual of the FE equilibrium of each body's equilibrated stress, along its unknowns, N/m. The bound contains
 /// `2 √(Rᵀ K⁻¹ R)` (27), square root of J/m.
 pub(crate) fn residuals<S: Recovery>(
-    prepared: &PreparedProblem<S>,
+    solvers: &BodySolvers<'_, S>,
     pair: &AdmissiblePair<S>,
     cells: &[CellMeasures<S>],
     accuracy: Accuracy,
 ) -> Vec<Vec<f64>> {
-    let (problem, bodies) = (prepared.problem(), prepared.bodies());
+    let (problem, bodies) = (solvers.problem(), solvers.bodies());
     let of_body = |b: usize| {
         let forces = pressure_forces(problem, b, &pair.contacts);
         stress_residual(
@@ -134,7 +133,7 @@ pub(crate) fn residuals<S: Recovery>(
 /// makes it larger.
 pub(crate) fn stress_residual<S: Recovery>(
     body: &Body<S>,
-    condensed: &CondensedBody<S>,
+    solver: &BodySolver<'_, S>,
     (stress, cells, accuracy): (&EquilibratedStress<S>, &CellMeasures<S>, Accuracy),
     mut forces: Vec<(NodeId, S::Vector)>,
 ) -> Vec<f64> {
@@ -142,11 +141,11 @@ pub(crate) fn stress_residual<S: Recovery>(
     match accuracy {
         Accuracy::Double => {
             let residual = field::stress_residual(body, &cells.mean);
-            condensed.rough_along_unknowns(&less_rough::<S>(residual, &forces))
+            solver.rough_along_unknowns(&less_rough::<S>(residual, &forces))
         }
         Accuracy::Refined => {
             let residual = residual::of_stress(body, &cells.exact_mean);
-            condensed.along_unknowns(&less::<S>(residual, &forces))
+            solver.along_unknowns(&less::<S>(residual, &forces))
         }
     }
 }

@@ -140,7 +140,7 @@ impl<S: Space> EquilibratedStress<S> {
     }
 
     /// Lists the nodal forces of the tractions along springs, N/m in the plane, N in space.
-    pub(crate) fn spring_forces(&self, body: &Body<S>) -> Vec<(NodeId, S::Vector)> {
+    pub fn spring_forces(&self, body: &Body<S>) -> Vec<(NodeId, S::Vector)> {
         let (mesh, topology) = (body.mesh(), body.mesh().topology());
         let mut forces = Vec::new();
         for (facet, springs) in body.facet_springs() {

@@ -18,6 +18,7 @@ use crate::space::{Plane, Space};
 use crate::sparse::SymmetricCsc;
 use rayon::prelude::*;
 use springs::SpringsAround;
+use std::ops::Range;
 use thiserror::Error;
 
 /// Why a body cannot be assembled.
@@ -93,15 +94,37 @@ impl<S: Space> System<S> {
     /// # Errors
     /// A body without unknowns; a body with overflowing data.
     pub fn stabilised(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
+        let all = 0..dofs.len();
         let mut system = Self::bare(body, dofs)?;
-        for unknown in stabilised_unknowns(body, &system.dofs) {
+        system.put_springs(body, all);
+        Ok(system)
+    }
+
+    /// [`Self::stabilised`] with all springs on the interface: inside, the stiffness is that of the body alone. Returns also the diagonal of that stiffness
+    /// on the interface.
+    pub(crate) fn stabilised_on_interface(
+        body: &Body<S>,
+        dofs: DofMap<S>,
+    ) -> Result<(Self, Vec<f64>), AssemblyError> {
+        let interface = dofs.len() - dofs.interface_len()..dofs.len();
+        let mut system = Self::bare(body, dofs)?;
+        // The diagonal comes first in its column.
+        let diagonal = |unknown: usize| system.stiffness.values[system.stiffness.starts[unknown] as usize];
+        let diagonal = interface.clone().map(diagonal).collect();
+        system.put_springs(body, interface);
+        Ok((system, diagonal))
+    }
+
+    /// * `among`: the unknowns that may have a spring.
+    fn put_springs(&mut self, body: &Body<S>, among: Range<usize>) {
+        let system = self;
+        for unknown in stabilised_unknowns(body, &system.dofs, among) {
             let SymmetricCsc { starts, rows, values } = &mut system.stiffness;
             let column = starts[unknown] as usize..starts[unknown + 1] as usize;
             for entry in column.filter(|entry| rows[*entry] as usize == unknown) {
                 values[entry] *= 2.0;
             }
         }
-        Ok(system)
     }
 
     fn bare(body: &Body<S>, dofs: DofMap<S>) -> Result<Self, AssemblyError> {
@@ -139,7 +162,7 @@ const PREFERRED: f64 = 0.1;
 /// Chooses one unknown per rigid motion of a floating body, by elimination with pivots: the unknown that moves most, then
 /// the one that moves most in what the springs so far leave free. If nearly all nodes have several directions, as at corners of two
 /// pairs, the others do not move in every motion.
-fn stabilised_unknowns<S: Space>(body: &Body<S>, dofs: &DofMap<S>) -> Vec<usize> {
+fn stabilised_unknowns<S: Space>(body: &Body<S>, dofs: &DofMap<S>, among: Range<usize>) -> Vec<usize> {
     let mut motions = body.rigid_motions();
     if motions.is_empty() {
         return Vec::new();
@@ -158,7 +181,7 @@ fn stabilised_unknowns<S: Space>(body: &Body<S>, dofs: &DofMap<S>) -> Vec<usize>
             let preferred = dofs.is_orthonormal(dofs.unknown(*unknown).0);
             most(unknown) * if preferred { 1.0 } else { PREFERRED }
         };
-        let Some(unknown) = (0..dofs.len()).max_by(|i, j| weighted(i).total_cmp(&weighted(j))) else { break };
+        let Some(unknown) = among.clone().max_by(|i, j| weighted(i).total_cmp(&weighted(j))) else { break };
         chosen.push(unknown);
         // The other motions of the piece, combined with this one so that they do not move the unknown.
         for motion in motions.iter_mut().filter(|motion| motion.piece == last.piece) {

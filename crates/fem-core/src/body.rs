@@ -13,6 +13,7 @@ mod interpolation;
 mod joined;
 mod motion;
 mod onto_surfaces;
+mod part;
 mod rigid;
 mod springs;
 mod surfaces;
@@ -63,6 +64,10 @@ pub struct FacetCondition<S: Space = Plane> {
 }
 
 impl<S: Space> FacetCondition<S> {
+    /// Neither a load nor a support.
+    pub const FREE: Self =
+        Self { reaction: Directions::NONE, traction: S::ZEROS, springs: FacetSprings::NONE };
+
     /// Returns the directions in which supports and springs carry the traction: in all others it is given.
     pub fn carried(&self) -> Directions<S> {
         self.reaction.joined(&self.springs.directions, conditions::SAME_DIRECTION)

@@ -142,14 +142,7 @@ impl<S: Space> CondensedBody<S> {
     /// # Panics
     /// If `v` has not `n_c` entries.
     pub fn displacement_from_trace(&self, v: &[f64]) -> Vec<S::Vector> {
-        self.interface.check("the trace", v);
-        let mut x = self.forward_load.clone();
-        let start = x.len() - self.interface.len();
-        for (x, v) in x[start..].iter_mut().zip(v) {
-            *x = *v;
-        }
-        self.factor.backward(&mut x, self.interface.len());
-        self.dofs.displacement(&x)
+        self.recovered(self.forward_load.clone(), v, true)
     }
 
     /// Computes the displacement (Cartesian, m) under the body's loads and the normal forces `r` (N/m) on
@@ -193,6 +186,42 @@ impl<S: Space> CondensedBody<S> {
         }
         self.factor.backward(&mut x, 0);
         self.dofs.displacement(&x)
+    }
+
+    /// Computes `L⁻¹ f`, the forward half of a solve.
+    ///
+    /// * `forces`: along the unknowns, N/m; `loads`: whether the body's own are added.
+    ///
+    /// # Panics
+    /// If there is not one force per unknown.
+    pub fn forward(&self, mut forces: Vec<f64>, loads: bool) -> Vec<f64> {
+        self.factor.forward(&mut forces);
+        if loads {
+            forces.iter_mut().zip(&self.forward_load).for_each(|(y, f)| *y += f);
+        }
+        forces
+    }
+
+    /// Returns the condensed load of a forward half, `g̃`, N/m.
+    ///
+    /// # Panics
+    /// If there is not one number per unknown.
+    pub fn condensed_part(&self, forward: &[f64]) -> Vec<f64> {
+        self.interface.condensed(&forward[self.dofs.len() - self.interface.len()..])
+    }
+
+    /// Recovers a displacement (Cartesian, m) from the forward half of its solve and its interface unknowns.
+    ///
+    /// * `imposed`: whether what supports impose is part of it.
+    ///
+    /// # Panics
+    /// If there is not one number per unknown, or not one trace per interface unknown.
+    pub fn recovered(&self, mut forward: Vec<f64>, traces: &[f64], imposed: bool) -> Vec<S::Vector> {
+        self.interface.check("the trace", traces);
+        let start = forward.len() - traces.len();
+        forward[start..].copy_from_slice(traces);
+        self.factor.backward(&mut forward, traces.len());
+        if imposed { self.dofs.displacement(&forward) } else { self.dofs.correction(&forward) }
     }
 
     /// Returns the factor, for solves with other right-hand sides.

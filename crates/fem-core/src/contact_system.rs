@@ -4,12 +4,9 @@
 //! A row is one direction at one pair of nodes. Traces in it are along the outward normal of each of the two bodies, or along the tangent that goes with
 //! it, so a force that presses on both bodies has one sign.
 
-use crate::condensation::{CondensedBody, InterfaceOperator};
-use crate::geometry::Coordinates;
-use crate::interface::{ContactPair, ContactProblem};
-use crate::motions::{BodyMotion, largest};
-use crate::prepared::PreparedProblem;
-use crate::space::Space;
+mod of_problem;
+
+use crate::condensation::InterfaceOperator;
 use std::ops::Range;
 
 pub use crate::interface::{Partner, Roles};
@@ -18,16 +15,35 @@ pub use crate::interface::{Partner, Roles};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ContactSystem<'a> {
-    /// The bodies. One that its supports do not hold is on springs, see [`crate::assembly::System::stabilised`].
+    /// The bodies, and in the place of a body that was cut its subdomains. One that its supports do not hold is on springs, see
+    /// [`crate::assembly::System::stabilised`].
     pub bodies: Vec<&'a InterfaceOperator>,
-    /// The rows of each body, pair after pair.
+    /// The body that each of them belongs to.
+    pub body_of: Vec<usize>,
+    /// The displacements that subdomains share.
+    pub subdomains: Vec<SharedUnknowns>,
+    /// The rows of each of `bodies`, pair after pair; a row at a node that subdomains share is in the first of them.
     pub of_body: Vec<Vec<BodyRow>>,
     /// All rows, and the motions in them.
     pub rows: ContactRows,
     /// Each of [`ContactRows::motions`] in the interface unknowns of its body; empty for those of obstacles.
     pub free: Vec<Vec<f64>>,
-    /// The rigid motions of each body that is not entirely free in its interface unknowns: the motions of its supports left out.
+    /// The rigid motions of each of `bodies` that is not entirely free in its interface unknowns: the motions of its supports left out.
     pub rigid: Vec<Vec<Vec<f64>>>,
+}
+
+/// The interface unknowns of one of [`ContactSystem::bodies`] that is a subdomain; empty for a body in one piece.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SharedUnknowns {
+    /// Numbers of the unknowns: unknowns of the same body with one number are one displacement.
+    pub numbers: Vec<u32>,
+    /// The diagonal of its stiffness, N/m²: the weights of the unknowns. Much cheaper than those of `S`, and as good.
+    pub stiffness: Vec<f64>,
+    /// The rigid motions that its own supports leave free, in its interface unknowns.
+    pub free: Vec<Vec<f64>>,
+    /// The load along each of them, N/m.
+    pub loads: Vec<f64>,
 }
 
 /// A number below this fraction of its terms is rounding: a trace of a rigid motion, and a load along it.
@@ -41,7 +57,7 @@ pub fn without_rounding(value: f64, size: f64) -> f64 {
 }
 
 /// The rows of all pairs, and the rigid motions in them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct ContactRows {
     /// The number of bodies.
@@ -203,65 +219,6 @@ impl PairRows {
 }
 
 impl ContactRows {
-    /// Takes the rows of a problem.
-    ///
-    /// * `motions`: see [`ContactProblem::rigid_motions`]; `load_sizes`: the sum of the sizes of the loads of each body and obstacle, N/m.
-    fn new<S: Space>(problem: &ContactProblem<S>, motions: &[BodyMotion<S>], load_sizes: &[f64]) -> Self {
-        let (mut pairs, mut rows) = (Vec::with_capacity(problem.contacts.len()), Vec::new());
-        for ((k, pair), block) in problem.contacts.iter().enumerate().zip(problem.blocks()) {
-            let start = rows.len();
-            rows.extend(rows_of(problem, k, pair, block.start));
-            let normal = start..start + block.len();
-            pairs.push(PairRows {
-                body: pair.body,
-                partner: pair.partner,
-                roles: pair.roles,
-                tangential: normal.end..rows.len(),
-                normal,
-            });
-        }
-        let mut found = Self {
-            bodies: problem.bodies.len(),
-            pairs,
-            rows,
-            motions: Vec::with_capacity(motions.len()),
-            load_size: load_sizes.iter().sum(),
-            balancing: problem.balancing.clone(),
-            normal_error: S::NORMAL_ERROR,
-        };
-        let sides = problem.sides();
-        for of in motions {
-            let moved = problem.moved_by(of);
-            let place = of.partner.place(found.bodies);
-            let traces = sides[place].iter().flat_map(|side| found.traces_of(problem, *side, &moved));
-            let mut traces: Vec<(usize, f64)> = traces.collect();
-            // A pair within a body has both sides there.
-            traces.sort_by_key(|(row, _)| *row);
-            traces.dedup_by(|next, sum| {
-                let same = next.0 == sum.0;
-                sum.1 += if same { next.1 } else { 0.0 };
-                same
-            });
-            let largest = largest(&moved);
-            let traces =
-                traces.into_iter().map(|(row, trace)| (row, without_rounding(trace, largest))).collect();
-            let load = without_rounding(of.load, load_sizes[place] * largest);
-            found.motions.push(RowMotion { partner: of.partner, traces, load });
-        }
-        found
-    }
-
-    /// Lists the traces of the moved nodes of one side of a pair, with their rows.
-    fn traces_of<S: Space>(
-        &self,
-        problem: &ContactProblem<S>,
-        (pair, side): (usize, usize),
-        moved: &[S::Vector],
-    ) -> Vec<(usize, f64)> {
-        let rows = self.pairs[pair].all().zip(problem.contacts[pair].rows());
-        rows.map(|(row, of)| (row, sign(side) * moved[of.nodes[side]].times(&of.direction))).collect()
-    }
-
     /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()
@@ -330,139 +287,6 @@ impl ContactRows {
     }
 }
 
-/// Lists the rows of a pair.
-///
-/// * `first`: number of its first pair of nodes among all.
-fn rows_of<S: Space>(
-    problem: &ContactProblem<S>,
-    number: usize,
-    pair: &ContactPair<S>,
-    first: usize,
-) -> Vec<ContactRow> {
-    let imposed = problem.obstacle_of(pair).map(|obstacle| obstacle.imposed());
-    let limits = pair.friction_limit(&problem.bodies[pair.body]);
-    let nodes = pair.interface.pairs();
-    let row = |(place, row): (usize, crate::interface::PairRow<S>)| {
-        let (node, k) = (&nodes[row.pair], row.pair);
-        let tangential = place >= nodes.len();
-        let before = |row: usize| pair.slip_before.as_ref().map_or(0.0, |before| before.rows[row]);
-        let law = match (tangential, pair.friction.coulomb(), &limits) {
-            (false, ..) => RowLaw::Unilateral,
-            (true, Some(mu), _) => RowLaw::Coulomb { mu },
-            (true, None, limits) => {
-                let limit = limits.as_ref().map_or(0.0, |limits| limits[k]);
-                RowLaw::Tresca { limit: node.weight * limit }
-            }
-        };
-        ContactRow {
-            pair: number,
-            node_pair: first + k,
-            law,
-            gap: if tangential { before(place - nodes.len()) } else { node.gap },
-            length: node.weight,
-            obstacle: imposed.as_ref().map(|imposed| sign(1) * imposed[k].times(&row.direction)),
-        }
-    };
-    pair.rows().enumerate().map(row).collect()
-}
-
-impl<S: Space> ContactProblem<S> {
-    /// Returns the rows of the contacts: what can be asked before a body is factorised.
-    pub fn contact_rows(&self) -> ContactRows {
-        let forces: Vec<Vec<S::Vector>> = self.bodies.iter().map(crate::assembly::external_forces).collect();
-        self.contact_rows_under(&forces, &self.rigid_motions_under(&forces))
-    }
-
-    fn contact_rows_under(&self, forces: &[Vec<S::Vector>], motions: &[BodyMotion<S>]) -> ContactRows {
-        let of_bodies = forces.iter().map(|forces| forces.iter().map(|f| f.times(f).sqrt()).sum());
-        let of_obstacles = self.obstacles.iter().map(|obstacle| obstacle.load_size());
-        ContactRows::new(self, motions, &of_bodies.chain(of_obstacles).collect::<Vec<f64>>())
-    }
-}
-
-impl<S: Space> PreparedProblem<S> {
-    /// Returns the algebra of the problem, for a solver of contact.
-    pub fn system(&self) -> ContactSystem<'_> {
-        let rows = self.problem().contact_rows_under(self.external_forces(), self.rigid_motions());
-        let sides = self.problem().sides();
-        let of_body = |(b, body): (usize, &CondensedBody<S>)| {
-            let of_side = |(block, &(pair, side)): (usize, &(usize, usize))| {
-                let of_rows = rows.pairs[pair].all().zip(body.dofs().rows(block));
-                let of_row = |(number, row): (usize, &crate::dof::TraceRow)| BodyRow {
-                    row: number,
-                    side,
-                    terms: row.terms().map(|(k, a)| (k, sign(side) * a)).collect(),
-                    imposed: sign(side) * row.imposed,
-                };
-                of_rows.map(of_row).collect::<Vec<_>>()
-            };
-            sides[b].iter().enumerate().flat_map(of_side).collect()
-        };
-        let of_body = self.bodies().iter().enumerate().map(of_body).collect();
-        let bodies = self.bodies().iter().map(CondensedBody::interface).collect();
-        ContactSystem { bodies, of_body, rows, free: self.free_motions(), rigid: self.held_motions() }
-    }
-
-    /// Returns the rigid motions that supports leave free in the interface unknowns of their bodies.
-    fn free_motions(&self) -> Vec<Vec<f64>> {
-        let in_unknowns = |of: &BodyMotion<S>| {
-            let Some(body) = of.partner.body() else { return Vec::new() };
-            let moved = self.moved_by(of);
-            self.bodies()[body].dofs().interface_components(|node| moved[node])
-        };
-        self.rigid_motions().iter().map(in_unknowns).collect()
-    }
-
-    /// Returns the rigid motions of the bodies that their supports hold in their interface unknowns, without the imposed ones.
-    fn held_motions(&self) -> Vec<Vec<Vec<f64>>> {
-        let of_body = |(b, body): (usize, &CondensedBody<S>)| {
-            let free = self.rigid_motions().iter().filter(|of| of.partner == Partner::Body(b)).count();
-            if free == S::COMPONENTS {
-                return Vec::new();
-            }
-            let points = self.problem().bodies[b].mesh().points();
-            let centre = points.iter().copied().sum::<S::Vector>() / points.len().max(1) as f64;
-            let of = |k: usize| {
-                let (translation, spin) = S::parts(&S::components(|j| if j == k { 1.0 } else { 0.0 }));
-                let moved = |node: usize| translation + S::turned(spin, points[node] - centre);
-                body.dofs().interface_components(moved)
-            };
-            (0..S::COMPONENTS).map(of).collect()
-        };
-        self.bodies().iter().enumerate().map(of_body).collect()
-    }
-
-    /// Computes the displacement of each body, and then of the points of each obstacle, Cartesian, m.
-    ///
-    /// # Panics
-    /// If there is not one field per body and one amount per rigid motion.
-    pub fn displacements(&self, of: &BodyFields) -> Vec<Vec<S::Vector>> {
-        let (found, expected) =
-            ((of.bodies.len(), of.amounts.len()), (self.bodies().len(), self.rigid_motions().len()));
-        assert!(found == expected, "{found:?} fields and amounts, and {expected:?} bodies and rigid motions");
-        let moved = |partner: Partner, u: &mut [S::Vector]| {
-            let motions = self.rigid_motions().iter().zip(&of.amounts);
-            for (motion, amount) in motions.filter(|(motion, _)| motion.partner == partner) {
-                u.iter_mut().zip(self.moved_by(motion)).for_each(|(u, moved)| *u += moved * *amount);
-            }
-        };
-        let mut all = crate::each_body(self.bodies().len(), |b| match &of.bodies[b] {
-            BodyField::Traces(unknowns) => self.bodies()[b].displacement_from_trace(unknowns),
-            BodyField::Forces(forces) => {
-                let mut u = self.bodies()[b].displacement_from_force(forces);
-                moved(Partner::Body(b), &mut u);
-                u
-            }
-        });
-        for (k, obstacle) in self.problem().obstacles.iter().enumerate() {
-            let mut u = obstacle.imposed();
-            moved(Partner::Obstacle(k), &mut u);
-            all.push(u);
-        }
-        all
-    }
-}
-
 impl ContactSystem<'_> {
     /// Sums up forces in the rows of a body on its interface unknowns, `Bᵀ r`, N/m.
     ///
@@ -476,8 +300,13 @@ impl ContactSystem<'_> {
         sum
     }
 
-    /// Tells whether a body may move rigidly.
+    /// Tells whether one of [`Self::bodies`] may move rigidly. A subdomain may not: its body is held.
     pub fn floats(&self, body: usize) -> bool {
-        self.rows.motions.iter().any(|motion| motion.partner == Partner::Body(body))
+        self.rows.motions.iter().any(|motion| motion.partner == Partner::Body(self.body_of[body]))
+    }
+
+    /// Tells whether a body was cut into subdomains.
+    pub fn has_subdomains(&self) -> bool {
+        self.subdomains.iter().any(|of| !of.numbers.is_empty())
     }
 }

@@ -197,6 +197,11 @@ impl<S: Space> DofMap<S> {
         self.interface
     }
 
+    /// Counts the blocks of retained directions.
+    pub fn blocks(&self) -> usize {
+        self.rows.len()
+    }
+
     /// Returns the trace along each retained direction of a block.
     ///
     /// # Panics

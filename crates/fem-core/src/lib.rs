@@ -84,6 +84,7 @@ mod rigid_line;
 pub mod smooth;
 pub mod space;
 pub mod sparse;
+pub mod subdomains;
 pub mod tensor;
 
 pub use parallel::{each_body, try_each_body};

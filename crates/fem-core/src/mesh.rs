@@ -8,6 +8,7 @@ pub mod id;
 pub mod insertion;
 mod overlap;
 pub mod refine;
+mod subdomains;
 pub mod topology;
 
 use crate::geometry::{self, Coordinates, Point};
@@ -113,6 +114,16 @@ impl<S: Space> Mesh<S> {
         }
         let bounds = geometry::bounding_box(&points);
         Ok(Self { points, cells, topology, groups: named, turned: 0, bounds })
+    }
+
+    /// Creates a mesh of some cells of a mesh, without names. Its cells may touch each other at a node alone: they are joined elsewhere.
+    ///
+    /// # Errors
+    /// See [`Mesh::new`].
+    pub(crate) fn of_cells(points: Vec<S::Vector>, cells: Vec<Cell<S>>) -> Result<Self, MeshError> {
+        let topology = Topology::build(points.len(), &cells)?;
+        let bounds = geometry::bounding_box(&points);
+        Ok(Self { points, cells, topology, groups: BTreeMap::new(), turned: 0, bounds })
     }
 
     /// Returns the coordinates of the nodes.

@@ -6,8 +6,10 @@ use crate::condensation::{CondensationError, CondensedBody};
 use crate::dof::DofMap;
 use crate::geometry::Point;
 use crate::interface::{ContactPair, ContactProblem, Roles};
+use crate::mesh::MeshError;
 use crate::parallel::each_body;
 use crate::space::{Plane, Space};
+use crate::subdomains::{CutBody, may_be_cut};
 
 pub use crate::motions::{AssemblyMotion, BodyMotion};
 use rayon::prelude::*;
@@ -18,7 +20,7 @@ use thiserror::Error;
 #[derive(Clone, Debug)]
 pub struct PreparedProblem<S: Space = Plane> {
     problem: ContactProblem<S>,
-    bodies: Vec<CondensedBody<S>>,
+    bodies: Vec<FactorisedBody<S>>,
     external_forces: Vec<Vec<S::Vector>>,
     rigid_motions: Vec<BodyMotion<S>>,
 }
@@ -34,6 +36,67 @@ pub enum Stage {
     Factorisation,
     /// Nothing: all is ready.
     Ready,
+}
+
+/// Why a subdomain could not be factorised.
+#[derive(Debug)]
+pub(crate) enum FactorError {
+    /// Its cells make no mesh.
+    Mesh(MeshError),
+    /// It cannot be assembled.
+    Assembly(AssemblyError),
+    /// Its stiffness cannot be factorised.
+    Condensation(CondensationError),
+}
+
+impl FactorError {
+    fn of_body(self, body: usize) -> PrepareError {
+        match self {
+            Self::Mesh(source) => PrepareError::Subdomain { body, source },
+            Self::Assembly(source) => PrepareError::Assembly { body, source },
+            Self::Condensation(source) => PrepareError::Factor { body, source },
+        }
+    }
+}
+
+/// A body, factorised in one piece or in subdomains.
+#[derive(Clone, Debug)]
+pub enum FactorisedBody<S: Space = Plane> {
+    /// In one piece.
+    Whole(Box<CondensedBody<S>>),
+    /// In subdomains.
+    Cut(CutBody<S>),
+}
+
+impl<S: Space> FactorisedBody<S> {
+    /// Returns the factor of a body in one piece.
+    pub fn whole(&self) -> Option<&CondensedBody<S>> {
+        match self {
+            Self::Whole(body) => Some(body),
+            Self::Cut(_) => None,
+        }
+    }
+
+    /// Returns a body in subdomains.
+    pub fn cut(&self) -> Option<&CutBody<S>> {
+        match self {
+            Self::Whole(_) => None,
+            Self::Cut(body) => Some(body),
+        }
+    }
+
+    /// Counts the unknowns.
+    pub fn unknowns(&self) -> usize {
+        match self {
+            Self::Whole(body) => body.dofs().len(),
+            Self::Cut(body) => body.unknowns(),
+        }
+    }
+
+    /// Counts its factors: one, or one for each subdomain.
+    pub fn factors(&self) -> usize {
+        self.cut().map_or(1, |cut| cut.subdomains().len())
+    }
 }
 
 /// Why a problem could not be prepared.
@@ -55,6 +118,14 @@ pub enum PrepareError {
         body: usize,
         /// The error of the factorisation.
         source: CondensationError,
+    },
+    /// The cells of a subdomain make no mesh.
+    #[error("body {}: {source}", body + 1)]
+    Subdomain {
+        /// The body, from 0.
+        body: usize,
+        /// The cause.
+        source: MeshError,
     },
     /// A bonded pair, whose bodies were not joined.
     #[error("pair {} is bonded; join its bodies first, see `fem_core::interface::Bonds`", pair + 1)]
@@ -83,15 +154,19 @@ impl<S: Space> PreparedProblem<S> {
     /// # Errors
     /// A body without unique solution.
     pub fn new(problem: ContactProblem<S>) -> Result<Self, PrepareError> {
-        Self::prepare(problem, |_| true)
+        Self::prepare(problem, &[], |_| true)
     }
 
     /// [`Self::new`], asking before each stage whether to continue.
+    ///
+    /// * `subdomains`: of each body, how many; missing entries count as 1. Bodies that their supports do not hold, and those with rigid sides or with
+    ///   cuts of bolts, stay in one piece.
     ///
     /// # Errors
     /// A body without unique solution; [`PrepareError::Stopped`] if the answer is `false`.
     pub fn prepare(
         problem: ContactProblem<S>,
+        subdomains: &[usize],
         mut proceed: impl FnMut(Stage) -> bool,
     ) -> Result<Self, PrepareError> {
         let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
@@ -101,21 +176,37 @@ impl<S: Space> PreparedProblem<S> {
         if let Some((pair, point)) = problem.contact_across_cut() {
             return Err(PrepareError::ContactAcrossCut { pair, point: point.into() });
         }
-        let count = problem.bodies.len();
+        let wanted =
+            |b: usize| subdomains.get(b).copied().filter(|_| may_be_cut(&problem.bodies[b])).unwrap_or(1);
+        let (whole, cut): (Vec<usize>, Vec<usize>) = (0..problem.bodies.len()).partition(|b| wanted(*b) <= 1);
         before(Stage::Ordering)?;
-        let dofs = each_body(count, |b| DofMap::new(&problem.bodies[b], &problem.side(b)));
+        let dofs =
+            each_body(whole.len(), |k| DofMap::new(&problem.bodies[whole[k]], &problem.side(whole[k])));
         before(Stage::Assembly)?;
-        let assemble = |(b, dofs): (usize, DofMap<S>)| {
-            System::stabilised(&problem.bodies[b], dofs)
-                .map_err(|source| PrepareError::Assembly { body: b, source })
+        let assemble = |(k, dofs): (usize, DofMap<S>)| {
+            System::stabilised(&problem.bodies[whole[k]], dofs)
+                .map_err(|source| PrepareError::Assembly { body: whole[k], source })
         };
         let systems = each_of(dofs, assemble)?;
         before(Stage::Factorisation)?;
-        let factorise = |(b, system): (usize, System<S>)| {
-            CondensedBody::factorise(system, problem.bodies[b].mesh().points())
-                .map_err(|source| PrepareError::Factor { body: b, source })
+        let factorise = |(k, system): (usize, System<S>)| {
+            CondensedBody::factorise(system, problem.bodies[whole[k]].mesh().points())
+                .map_err(|source| PrepareError::Factor { body: whole[k], source })
         };
-        let bodies = each_of(systems, factorise)?;
+        let mut whole = each_of(systems, factorise)?.into_iter();
+        let mut bodies = Vec::with_capacity(problem.bodies.len());
+        for body in 0..problem.bodies.len() {
+            bodies.push(match cut.binary_search(&body) {
+                Ok(_) => FactorisedBody::Cut(
+                    CutBody::new(&problem.bodies[body], &problem.side(body), wanted(body))
+                        .map_err(|source| source.of_body(body))?,
+                ),
+                Err(_) => match whole.next() {
+                    Some(found) => FactorisedBody::Whole(Box::new(found)),
+                    None => unreachable!("{} factors for {} bodies", bodies.len(), problem.bodies.len()),
+                },
+            });
+        }
         before(Stage::Ready)?;
         Ok(Self::of(problem, bodies))
     }
@@ -123,35 +214,41 @@ impl<S: Space> PreparedProblem<S> {
     /// Prepares a problem whose bodies differ from factorised ones in the amounts of what their conditions impose, see
     /// [`ContactProblem::with_factors`]: nothing is factorised, unless the supports of a body are others.
     ///
-    /// * `factorised`: as [`Self::into_parts`] returns them; with none this is [`Self::prepare`].
+    /// * `factorised`: as [`Self::into_parts`] returns them; with none, or with bodies in subdomains, this is [`Self::prepare`].
     ///
     /// # Errors
     /// See [`Self::prepare`].
     pub fn prepare_again(
         problem: ContactProblem<S>,
-        factorised: Vec<CondensedBody<S>>,
+        factorised: Vec<FactorisedBody<S>>,
+        subdomains: &[usize],
         mut proceed: impl FnMut(Stage) -> bool,
     ) -> Result<Self, PrepareError> {
+        let whole = |body| match body {
+            FactorisedBody::Whole(body) => Some(*body),
+            FactorisedBody::Cut(_) => None,
+        };
+        let factorised: Vec<CondensedBody<S>> = factorised.into_iter().filter_map(whole).collect();
         let known = |(b, body): (usize, &CondensedBody<S>)| {
             body.dofs().with_imposed(problem.bodies.get(b)?, &problem.side(b))
         };
         let dofs: Option<Vec<DofMap<S>>> = factorised.iter().enumerate().map(known).collect();
         let Some(dofs) = dofs.filter(|dofs| dofs.len() == problem.bodies.len()) else {
-            return Self::prepare(problem, proceed);
+            return Self::prepare(problem, subdomains, proceed);
         };
         let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
         before(Stage::Assembly)?;
         let load = |(b, (body, dofs)): (usize, (CondensedBody<S>, DofMap<S>))| {
             let system = System::stabilised(&problem.bodies[b], dofs)
                 .map_err(|source| PrepareError::Assembly { body: b, source })?;
-            Ok(body.with_loads(system))
+            Ok(FactorisedBody::Whole(Box::new(body.with_loads(system))))
         };
         let bodies = each_of(factorised.into_iter().zip(dofs).collect(), load)?;
         before(Stage::Ready)?;
         Ok(Self::of(problem, bodies))
     }
 
-    fn of(problem: ContactProblem<S>, bodies: Vec<CondensedBody<S>>) -> Self {
+    fn of(problem: ContactProblem<S>, bodies: Vec<FactorisedBody<S>>) -> Self {
         let external_forces = each_body(bodies.len(), |b| external_forces(&problem.bodies[b]));
         let rigid_motions = problem.rigid_motions_under(&external_forces);
         Self { problem, bodies, external_forces, rigid_motions }
@@ -163,18 +260,24 @@ impl<S: Space> PreparedProblem<S> {
     }
 
     /// Returns the problem and its factorised bodies.
-    pub fn into_parts(self) -> (ContactProblem<S>, Vec<CondensedBody<S>>) {
+    pub fn into_parts(self) -> (ContactProblem<S>, Vec<FactorisedBody<S>>) {
         (self.problem, self.bodies)
     }
 
     /// Returns the factorised bodies.
-    pub fn bodies(&self) -> &[CondensedBody<S>] {
+    pub fn bodies(&self) -> &[FactorisedBody<S>] {
         &self.bodies
     }
 
-    /// Returns the factorised bodies, to replace their condensed loads.
-    pub fn bodies_mut(&mut self) -> &mut [CondensedBody<S>] {
-        &mut self.bodies
+    /// Returns a factorised body in one piece, to replace its condensed load.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn whole_mut(&mut self, body: usize) -> Option<&mut CondensedBody<S>> {
+        match &mut self.bodies[body] {
+            FactorisedBody::Whole(body) => Some(body),
+            FactorisedBody::Cut(_) => None,
+        }
     }
 
     /// Returns the nodal forces of tractions and body force of each body, Cartesian, N/m.
@@ -196,7 +299,9 @@ impl<S: Space> PreparedProblem<S> {
     /// of the body.
     pub fn cut_responses(&self) -> Vec<(usize, Vec<S::Vector>)> {
         let bodies = self.problem.bodies.iter().zip(&self.bodies).enumerate();
-        let of_body = |(b, (body, condensed)): (usize, (&Body<S>, &CondensedBody<S>))| {
+        let of_body = |(b, (body, factorised)): (usize, (&Body<S>, &FactorisedBody<S>))| {
+            // Bodies with such cuts are in one piece.
+            let Some(condensed) = factorised.whole() else { return Vec::new() };
             let given = body.cuts().iter().filter(|cut| cut.force.is_some());
             let response = |cut: &Cut<S>| {
                 let mut solution = condensed.rough_along_unknowns(&body.unit_cut_forces(cut));

@@ -25,6 +25,10 @@ pub fn settings<S: Dimension>(case: &Case<S>) -> Settings<S> {
         case::Criterion::Iterations => Criterion::Iterations,
     };
     settings.relaxation = relaxation(case);
+    settings.subdomains = match solver.subdomains {
+        case::Subdomains::Auto => 1,
+        case::Subdomains::Count(count) => count,
+    };
     settings.estimate_every = case.estimator.every;
     settings.imposed_by_pair = case.contacts.iter().map(|contact| contact.imposed.map(imposed)).collect();
     let exact = newton(solver, solver.max_iterations);

@@ -239,6 +239,10 @@ impl Failure {
                  method = \"auto\" or \"exact\" without settings of the iteration, and no pair with Coulomb friction\n  fix: leave \
                  solver.method, theta, weights and acceleration out, or give a `shortening`"
             )),
+            SolveError::Subdomains { with } => Self::invalid(format!(
+                "bodies in subdomains do not go with {with}\n  expected: method = \"newton-nn\" or \"auto\" without settings of the iteration, and \
+                 contact without friction\n  fix: take solver.subdomains out, or write 1"
+            )),
             SolveError::NotHeld { motion } => Self::not_held(case, motion),
             SolveError::OutsideCones { motion } => Self::no_unique_solution(format!(
                 "the load is not balanced within the friction cones: {} (load {} in that direction, which no contact forces with \

@@ -73,6 +73,7 @@ pub(crate) fn report<S: ReportSpace>(case: &Case<S>, solved: &Solved<S>, run: Ma
             nodes: mesh.points().len(),
             cells: S::cells_written(mesh.cells().len()),
             unknowns,
+            subdomains: solution.subdomains.get(b).copied().filter(|count| *count > 1),
             floating: body.free_motion().is_some(),
             free_motions: free_motions.collect(),
             rigid_sides: rigid_sides(solution, b),

@@ -113,6 +113,8 @@ pub struct Fields<'a, S: Space = Plane> {
     pub(crate) estimate: Option<&'a Estimate<S>>,
     pub(crate) results: Option<&'a Results<S>>,
     pub(crate) unknowns: &'a [usize],
+    /// None with Coulomb friction: bodies are in one piece.
+    pub(crate) subdomains: &'a [usize],
     pub(crate) is_certified: bool,
     /// With Coulomb friction the limit of friction of the residual, at the pairs of nodes of each pair, Pa.
     pub(crate) frozen_limit: Option<Vec<&'a [f64]>>,
@@ -127,6 +129,7 @@ impl<'a, S: Space> Fields<'a, S> {
             estimate: solution.estimate.as_ref(),
             results: solution.results.as_ref(),
             unknowns: &solution.unknowns,
+            subdomains: &solution.subdomains,
             is_certified: solution.is_certified(),
             frozen_limit: None,
         }
@@ -140,6 +143,7 @@ impl<'a, S: Space> Fields<'a, S> {
             estimate: Some(result.estimate()),
             results: Some(&result.results),
             unknowns: &result.unknowns,
+            subdomains: &[],
             is_certified: false,
             frozen_limit: Some(result.frozen_limit().collect()),
         }

@@ -10,9 +10,9 @@
 
 use crate::settings::Weights;
 use crate::subdomain::Subdomain;
-use crate::vector::dot;
 use fem_core::each_body;
 use nalgebra::{DMatrix, DVector};
+use neumann_neumann::dot;
 
 /// Eigenvalues of the coarse operator below this fraction of the largest one are zero.
 const RIGID: f64 = 1e-10;

@@ -2,6 +2,7 @@
 
 use crate::unresisted::UnresistedMotion;
 use contact_qp::QpError;
+use neumann_neumann::BalancingError;
 use thiserror::Error;
 
 /// Why an iteration could not be run.
@@ -77,4 +78,13 @@ pub enum NnddError {
     /// The stopping criterion failed.
     #[error("the stopping criterion failed: {0}")]
     Criterion(#[source] Box<dyn std::error::Error + Send + Sync>),
+}
+
+impl From<BalancingError> for NnddError {
+    fn from(error: BalancingError) -> Self {
+        match error {
+            BalancingError::DependentRows { body } => Self::DependentRows { body },
+            BalancingError::Coarse(error) => Self::Qp(error),
+        }
+    }
 }

@@ -18,7 +18,6 @@
 use crate::balance::{Balance, discs};
 use crate::error::NnddError;
 use crate::friction::{NodeState, PairFriction};
-use crate::skeleton::leaders;
 use contact_qp::{
     BoundState, BoxQp, DiscStart, IndependentRows, KktResiduals, QpPath, QpSettings, QpStatus, SparseRows,
     SymmetricMatrix, solve_discs,
@@ -28,6 +27,7 @@ use fem_core::contact_system::{
 };
 use fem_core::dense::mirror;
 use fem_core::{condensation::InterfaceOperator, each_body};
+use neumann_neumann::leaders;
 
 /// A flexibility below this fraction of what its two rows have alone is negligible: far below the rounding of these, even if many add up.
 const NEGLIGIBLE: f64 = 1e-20;

@@ -6,20 +6,19 @@
 //! is the paper's update. Every iterate is an admissible pair with the bound `η_c`: `newton_state.rs`.
 
 use crate::balance::{Balance, NearestForces};
-use crate::balancing::Balancing;
-use crate::broken::Broken;
 use crate::error::NnddError;
 use crate::exact::solve_exactly;
 use crate::iterate::{Iterate, IterationRow};
 use crate::iteration::{Start, verdict};
-use crate::newton_state::Contact;
+use crate::newton_state::{Bonds, Contact};
 use crate::paper::{FALLBACK, iteration};
 use crate::set_search::{SetSearch, Turn};
 use crate::settings::{Acceleration, NewtonSettings, NnddSettings};
-use crate::skeleton::Skeleton;
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::stopping::StoppingCriterion;
 use fem_core::contact_system::ContactSystem;
+use neumann_neumann::{Balancing, Broken, Skeleton};
+use std::borrow::Cow;
 
 /// Neumann-Neumann steps that begin.
 const FIRST_STEPS: usize = 2;
@@ -60,7 +59,8 @@ pub(crate) fn solve(
     let balance = Balance::new(&system.rows)?;
     balance.check_held(&system.rows.limits())?;
     // The operators, once.
-    let broken = Broken::new(system, &balance.independent.rows)?;
+    let broken = Broken::new(Cow::Borrowed(system), &balance.independent.rows)?;
+    let bonds = Bonds::new(&broken)?;
     let mut nearest = NearestForces::new(&balance);
     let mut run = Run { settings, stop, history: Vec::new(), clarabel_calls: 0 };
     let (mut closed, mut x) = match run.first_set((system, &balance, &broken), &mut nearest, start)? {
@@ -77,9 +77,9 @@ pub(crate) fn solve(
         // Clusters of unknowns, the weights D, and the coarse space of all motions.
         let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings))?;
         // Step 1: λ imposed on both sides of closed rows (8), all bodies in balance.
-        let mut inner = linear.step_1(&x);
+        let mut inner = linear.step_1(&broken, &broken.load, &x);
         let free = balance.left_by(&linear.skeleton.held(closed.len()))?;
-        let floor = FLOOR * FLOOR * inner.energy(&linear);
+        let floor = FLOOR * FLOOR * inner.energy;
         if inner.squared <= floor {
             inner.squared = 0.0;
         }
@@ -91,7 +91,7 @@ pub(crate) fn solve(
             let goal = if inner.count == 0 { part * part * inner.squared } else { inner.squared };
             // The first iterate of a run is the one that all others are measured against.
             while !is_first && gains && inner.squared >= goal && !run.stop.is_interrupted() {
-                gains = inner.squared > floor && linear.update(&mut inner);
+                gains = inner.squared > floor && linear.update(&broken, &mut inner);
             }
             // Forces, openings, wrong signs; P̃ and η_c in the place of η_NNDD (22).
             let contact = Contact::new(&broken, &linear, &inner, (&balance, &free));
@@ -99,7 +99,7 @@ pub(crate) fn solve(
             let wrong = contact.wrong.clone();
             (closed, openings, x) = (contact.next(), contact.openings.clone(), contact.x.clone());
             let number = (run.history.len() + 1, step);
-            let last = contact.iterate(&broken, (&balance, &mut nearest), &inner, number)?;
+            let last = contact.iterate((&broken, &bonds), (&balance, &mut nearest), &inner, number)?;
             // Stop, or give up?
             if let Some(status) = run.verdict(&last, gains || !is_right)? {
                 return Ok(run.ended(status, last));
@@ -108,6 +108,8 @@ pub(crate) fn solve(
                 // All wrong rows change sides, unless that leads nowhere.
                 match search.turn(&wrong, &closed) {
                     Turn::All => {}
+                    // There is no exact solution of bodies in subdomains: from now on the linear problems are solved accurately.
+                    Turn::Exact if broken.shares() => {}
                     Turn::Exact => closed = run.exact_set(system)?,
                     Turn::One(row) => {
                         wrong.iter().filter(|k| **k != row).for_each(|k| closed[*k] = !closed[*k]);
@@ -138,18 +140,21 @@ impl Run<'_> {
     ) -> Result<First, NnddError> {
         let rows = system.rows.len();
         // No forces are needed, and none appear: they are zero, and not what rounding leaves of those before.
-        let x = broken.flexibility(&broken.load);
+        let x = broken.flexibility(&broken.load.forces);
         let apart = vec![false; rows];
-        if nearest.left_by(&apart)?.is_none() && broken.openings(&x).iter().all(|o| *o >= 0.0) {
+        if !broken.shares()
+            && nearest.left_by(&apart)?.is_none()
+            && broken.openings(&x).iter().all(|o| *o >= 0.0)
+        {
             return Ok(First::Set(apart, x));
         }
         if let Some(active) = active {
             let traces = |row: usize| [lambda[row], system.rows.rows[row].gap - lambda[row]];
             return Ok(First::Set(active.as_slice().to_vec(), traces_of(broken, traces)));
         }
-        // Bodies that contact alone holds begin with all rows: their programmes cost more than the Newton steps that they save.
+        // Bodies that contact alone holds, and bodies in subdomains, begin with all rows: their programmes cost more than the Newton steps that they save.
         let full = || First::Set(vec![true; rows], vec![0.0; broken.len()]);
-        if system.rows.motions.iter().any(|of| !of.traces.is_empty()) {
+        if broken.shares() || system.rows.motions.iter().any(|of| !of.traces.is_empty()) {
             return Ok(full());
         }
         Ok(match self.first_steps((system, balance), &lambda)? {
@@ -237,7 +242,7 @@ fn hold(nearest: &mut NearestForces, closed: &mut [bool], openings: &[f64]) -> R
 
 /// Returns the interface unknowns from traces of both bodies of each row, of Ω₁ and Ω₂ along their own outward normals, m.
 fn traces_of(broken: &Broken<'_>, traces: impl Fn(usize) -> [f64; 2]) -> Vec<f64> {
-    let system = broken.system;
+    let system = broken.system();
     let mut x = vec![0.0; broken.len()];
     for (b, of_body) in system.of_body.iter().enumerate() {
         for row in of_body {
@@ -247,5 +252,6 @@ fn traces_of(broken: &Broken<'_>, traces: impl Fn(usize) -> [f64; 2]) -> Vec<f64
             }
         }
     }
+    broken.spread(&mut x);
     x
 }

@@ -8,19 +8,16 @@
 
 use crate::active_set::ActiveSet;
 use crate::balance::{Balance, NearestForces};
-use crate::balancing::{Balancing, Inner};
-use crate::broken::{Broken, energy, traced};
 use crate::error::NnddError;
 use crate::exact::ExactSolution;
 use crate::friction::PairFriction;
 use crate::iterate::{Iterate, OwnFields, Recovery, UnilateralSolution, precision};
-use crate::skeleton::leaders;
-use crate::vector::dot;
 use contact_qp::{KktResiduals, QpPath, QpStatus, RowSelection};
 use fem_core::contact_system::{BodyField, BodyFields, BodyRow};
 use fem_core::dense::pseudo_inverse;
 use fem_core::norm::from_squared;
 use nalgebra::{DMatrix, DVector};
+use neumann_neumann::{Balancing, Broken, Inner, Skeleton, dot, leaders, traced};
 use std::collections::BTreeMap;
 
 /// A force or an opening with the wrong sign below this fraction of the largest force or trace is rounding.
@@ -47,22 +44,49 @@ pub(crate) struct Contact {
     amounts: Vec<f64>,
 }
 
+/// What holds subdomains together, without contact: bounds the energy of forces in balance.
+pub(crate) struct Bonds(
+    /// None of bodies in one piece, whose energy is known.
+    Option<Balancing>,
+);
+
+impl Bonds {
+    /// # Errors
+    /// Numbers that are not finite.
+    pub(crate) fn new(broken: &Broken<'_>) -> Result<Self, NnddError> {
+        if !broken.shares() {
+            return Ok(Self(None));
+        }
+        let (open, openings) = (vec![false; broken.rows.len()], vec![0.0; broken.rows.len()]);
+        Ok(Self(Some(Balancing::new(broken, Skeleton::new(broken, &open, &openings))?)))
+    }
+
+    /// Bounds `fᵀ S⁺ f`.
+    fn energy(&self, broken: &Broken<'_>, forces: &[f64]) -> f64 {
+        match &self.0 {
+            None => dot(forces, &broken.flexibility(forces)),
+            Some(bonds) => bonds.energy_bound(broken, forces),
+        }
+    }
+}
+
 impl Contact {
     /// Computes forces and openings in all rows, and finds those with a wrong sign.
     ///
     /// * `free`: see [`Balance::left_by`].
     pub(crate) fn new(
         broken: &Broken<'_>,
-        linear: &Balancing<'_>,
+        linear: &Balancing,
         inner: &Inner,
         (balance, free): (&Balance<'_>, &RowSelection),
     ) -> Self {
         let count = broken.rows.len();
         let closed = linear.skeleton.held(count);
-        let forces = linear.skeleton.forces(&linear.balanced(inner), count);
+        let forces = linear.skeleton.forces(&broken.gathered(linear.balanced(inner)), count);
         // Motions that nothing resists stay at zero.
         let mut x = inner.x.clone();
-        let stiffness: Vec<f64> = broken.load.iter().zip(&inner.forces).map(|(load, f)| load - f).collect();
+        let stiffness: Vec<f64> =
+            broken.load.forces.iter().zip(&inner.forces).map(|(load, f)| load - f).collect();
         let mut amounts = broken.amounts(&x, &stiffness);
         let resisted: Vec<f64> = balance.independent.rows.iter().map(|number| amounts[*number]).collect();
         let left = balance.independent.rows.iter().zip(free.unbalanced(&resisted));
@@ -95,21 +119,22 @@ impl Contact {
     /// Numbers that are not finite.
     pub(crate) fn iterate(
         self,
-        broken: &Broken<'_>,
+        (broken, bonds): (&Broken<'_>, &Bonds),
         (balance, nearest): (&Balance<'_>, &mut NearestForces),
         inner: &Inner,
         (iteration, step): (usize, usize),
     ) -> Result<Iterate, NnddError> {
-        let (next, system) = (self.next(), broken.system);
+        let (next, system) = (self.next(), broken.system());
         let rows = &system.rows;
         let Bounded { forces, openings, mut x, mut amounts, held, squared } =
-            self.bounded(broken, nearest, inner)?;
+            self.bounded((broken, bonds), nearest, inner)?;
         for (number, free) in balance.independent.unbalanced(&amounts).into_iter().enumerate() {
             if free != 0.0 {
                 amounts[number] -= free;
                 broken.add_motion(number, -free, &mut x);
             }
         }
+        broken.spread(&mut x);
         let field = |b: usize| match broken.floats(b) {
             true => BodyField::Forces(held[broken.of_body(b)].iter().map(|f| 0.0 - f).collect()),
             false => BodyField::Traces(x[broken.of_body(b)].to_vec()),
@@ -150,7 +175,7 @@ impl Contact {
     /// Computes `P̃`, `v` and `η_c²`.
     fn bounded(
         self,
-        broken: &Broken<'_>,
+        (broken, bonds): (&Broken<'_>, &Bonds),
         nearest: &mut NearestForces,
         inner: &Inner,
     ) -> Result<Bounded, NnddError> {
@@ -159,19 +184,20 @@ impl Contact {
         if forces.iter().chain(&openings).all(|value| *value >= 0.0) {
             return Ok(Bounded { forces, openings, x, amounts, held, squared: inner.squared });
         }
-        let (lifted, openings, is_open) = lift(broken, &x, openings);
+        let (mut lifted, openings, is_open) = lift(broken, &x, openings);
+        broken.spread(&mut lifted);
         let balanced = nearest.to(&forces, |i| openings[i] == 0.0)?;
         let is_balanced = balanced.is_some();
         let forces = balanced.unwrap_or_else(|| forces.iter().map(|p| p.max(0.0)).collect());
         let change: Vec<f64> = lifted.iter().zip(&x).map(|(v, x)| v - x).collect();
         let taken = broken.stiffness(&change);
         let held: Vec<f64> = held.iter().zip(&taken).map(|(f, taken)| f - taken).collect();
-        let stiffness: Vec<f64> = broken.load.iter().zip(&held).map(|(load, f)| load - f).collect();
+        let stiffness: Vec<f64> = broken.load.forces.iter().zip(&held).map(|(load, f)| load - f).collect();
         let amounts = broken.amounts(&lifted, &stiffness);
         let pressed = broken.pressed(&forces);
         let mut rest: Vec<f64> = held.iter().zip(&pressed).map(|(f, pressed)| f - pressed).collect();
         (0..rest.len()).filter(|k| broken.is_obstacle(*k)).for_each(|k| rest[k] = 0.0);
-        let squared = energy(broken, &rest) + 2.0 * dot(&forces, &openings);
+        let squared = bonds.energy(broken, &rest) + 2.0 * dot(&forces, &openings);
         let squared = if is_balanced && is_open { squared } else { f64::INFINITY };
         Ok(Bounded { forces, openings, x: lifted, amounts, held, squared })
     }
@@ -201,7 +227,8 @@ fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Ve
     for (row, terms) in broken.rows.iter().enumerate() {
         terms.iter().for_each(|(k, a)| rows_of[*k].push((row, *a)));
     }
-    let soft = |k: usize| if broken.is_obstacle(k) { 0.0 } else { 1.0 / broken.diagonal[k] };
+    let stiffness = broken.gathered(broken.diagonal.clone());
+    let soft = |k: usize| if broken.is_obstacle(k) { 0.0 } else { 1.0 / stiffness[k] };
     let mut todo: Vec<usize> = (0..openings.len()).filter(|row| openings[*row] < 0.0).collect();
     for _ in 0..SWEEPS {
         for row in std::mem::take(&mut todo) {
@@ -240,12 +267,16 @@ fn lift(broken: &Broken<'_>, x: &[f64], mut openings: Vec<f64>) -> (Vec<f64>, Ve
 /// the rest too; rows with several unknowns have the smallest forces that make up their rest. An obstacle has `P̃` alone. The springs of motions that the
 /// pairs hardly resist take a part of the rest, which is left out: reactions are in balance.
 fn by_role(broken: &Broken<'_>, forces: &[f64], held: &[f64]) -> [Vec<f64>; 2] {
-    let system = broken.system;
+    let system = broken.system();
+    let held = broken.gathered(held.to_vec());
     let mut rest: Vec<f64> =
         held.iter().zip(broken.pressed(forces)).map(|(f, pressed)| f - pressed).collect();
     let mut by_role = [forces.to_vec(), forces.to_vec()];
     for (b, of_body) in system.of_body.iter().enumerate() {
-        broken.without_motions(b, &mut rest);
+        // What is left on a subdomain, others balance.
+        if system.subdomains[b].numbers.is_empty() {
+            broken.without_motions(b, &mut rest);
+        }
         let rest = &rest[broken.of_body(b)];
         let leaders = leaders(rest.len(), of_body.iter().map(|row| &row.terms));
         let mut groups: BTreeMap<usize, Vec<&BodyRow>> = BTreeMap::new();
@@ -281,7 +312,7 @@ fn shared<'a>(rows: &[&'a BodyRow], f: &[f64]) -> Vec<(&'a BodyRow, f64)> {
 
 /// Computes the traces of both sides of all rows along their own outward normals, m.
 fn traces(broken: &Broken<'_>, x: &[f64]) -> [Vec<f64>; 2] {
-    let system = broken.system;
+    let system = broken.system();
     let of_obstacle = |row: usize| {
         let motions = broken.rows[row].iter().filter(|(k, _)| broken.is_obstacle(*k));
         motions.map(|(k, a)| a * x[*k]).sum::<f64>() + system.rows.rows[row].obstacle.unwrap_or(0.0)

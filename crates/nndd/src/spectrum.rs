@@ -5,8 +5,8 @@
 //! (`B(S₁+S₂)` is self-adjoint in the inner product of `S₁+S₂`): θ converges below `2/µ_max` and is best at
 //! `2/(µ_min+µ_max)`. With unilateral contact every small enough θ converges: Haslinger, Kučera and Sassi 2009.
 
-use crate::vector::dot;
 use nalgebra::{DMatrix, SymmetricEigen};
+use neumann_neumann::dot;
 
 /// The ends of the spectrum, estimated by a few Lanczos steps.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,12 +12,12 @@ use crate::error::NnddError;
 use crate::iterate::{Iterate, QpStats, Recovery, Tangential, UnilateralSolution, precision};
 use crate::response::{Response, Unilateral, imposed};
 use crate::subdomain::{LambdaOwner, Subdomain};
-use crate::vector::dot;
 use contact_qp::{BoundState, KktResiduals, QpPath, QpSettings, QpStatus};
 use fem_core::contact_system::ContactSystem;
 use fem_core::norm::from_squared;
 use fem_core::{each_body, try_each_body};
 use nalgebra::DVector;
+use neumann_neumann::dot;
 
 /// The operators of both steps, and what step 1 remembers.
 pub(crate) struct Steps<'a> {

@@ -158,7 +158,7 @@ fn of_solution(
     case: &Case,
     whole: &NnddSolution,
 ) -> AdmissiblePair {
-    let bodies = problem.bodies();
+    let bodies: Vec<&CondensedBody> = problem.bodies().iter().filter_map(|body| body.whole()).collect();
     let method = convert::settings(case).method;
     let iterations = whole.history.len();
     let solve =
@@ -169,7 +169,7 @@ fn of_solution(
     record.print("iteration", &seconds, counts::iteration(problem.rows(), lanczos, &found.history));
 
     let substitutions = |trace: bool| -> Count {
-        let of_body = |body: &CondensedBody| counts::substitution(body.stored_values(), body.dofs(), trace);
+        let of_body = |body: &&CondensedBody| counts::substitution(body.stored_values(), body.dofs(), trace);
         Count::sum(bodies.iter().map(of_body))
     };
     let (displacement, seconds) =

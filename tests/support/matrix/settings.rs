@@ -78,6 +78,21 @@ pub(super) fn draw(d: &mut Draw, of: Allowed) -> Settings {
     all
 }
 
+/// Cuts bodies into subdomains, some of them with few iterations: every iterate has a bound.
+pub(super) fn cut(d: &mut Draw, all: &mut Settings) {
+    let of = |key: &str| all.iter().find(|(known, _)| *known == key).map(|(_, value)| value.as_str());
+    if !matches!(of("solver.method"), Some("\"auto\"" | "\"newton-nn\"")) || !d.on(0.2, "subdomains") {
+        return;
+    }
+    all.push(("solver.subdomains", d.random.integer(2, 12).to_string()));
+    if d.on(0.5, "subdomains: few iterations") {
+        all.retain(|(key, _)| *key != "solver.method");
+        all.push(("solver.method", quoted("newton-nn")));
+        all.push(("solver.stop.criterion", quoted("iterations")));
+        all.push(("solver.max_iterations", d.random.integer(1, 8).to_string()));
+    }
+}
+
 /// The settings of the iteration alone.
 fn iteration(d: &mut Draw, of: Allowed, all: &mut Settings) {
     if d.on(0.25, "theta") {

@@ -117,6 +117,15 @@ pub(super) fn random_settings(random: &mut Random) -> Settings<Solid> {
     settings.with_method(method.with_max_iterations(most))
 }
 
+/// Returns the first settings with bodies in subdomains.
+fn in_subdomains(problem: &Problem) -> Settings<Solid> {
+    let method = Method::NewtonNn(NewtonSettings::default());
+    let most = problem.first.method.max_iterations().max(1);
+    let mut settings = problem.first.clone().with_method(method.with_max_iterations(most));
+    settings.subdomains = 2 + (problem.number % 11) as usize;
+    settings
+}
+
 /// Runs and judges a problem; returns the certified runs, the last one by the exact method.
 pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Vec<Claim> {
     let mut exact = Settings::<Solid>::default().with_method(NewtonSettings::default());
@@ -124,6 +133,7 @@ pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Vec<Claim> {
     let mut runs = vec![
         ("first", 0, problem.first.clone()),
         ("second", 0, problem.second.clone()),
+        ("in subdomains", 0, in_subdomains(problem)),
         ("finer", 1, exact.clone()),
     ];
     if problem.number.is_multiple_of(3) && trial.nodes << 6 <= FINEST {
@@ -175,6 +185,10 @@ pub(super) fn judge(problem: &Problem, trial: &mut Trial) -> Vec<Claim> {
                     error,
                     SolveError::NotHeld { .. } | SolveError::CutForce { .. } | SolveError::Bonds(_)
                 );
+                // A force in a cut needs the exact solution.
+                let in_one_piece =
+                    matches!(error, SolveError::Subdomains { .. } | SolveError::CutMethod { .. });
+                let of_method = of_method || name == "in subdomains" && in_one_piece;
                 if !of_method {
                     held.push((name, halved, Some(error.to_string())));
                 }

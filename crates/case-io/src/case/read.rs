@@ -3,7 +3,7 @@
 use super::dimension::{Keys, refuse_foreign};
 use super::{
     Acceleration, Case, Contact, Criterion, Dimension, Estimator, Friction, Imposed, Limit, Limits, Method,
-    Output, OutputPath, QpChoice, SCHEMA, Solver, Theta, Value, Weights,
+    Output, OutputPath, QpChoice, SCHEMA, Solver, Subdomains, Theta, Value, Weights,
 };
 use super::{inside, materials, path, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -34,6 +34,7 @@ pub(super) fn case<S: Keys>(document: &Document, file_name: &str) -> Result<Case
     let estimator = estimator::<S>(root.table("estimator"));
     let adapt = if foreign { None } else { read_adapt::adapt(&mut root, &contacts) };
     refuse_with_friction(&root, &contacts, &solver);
+    refuse_with_subdomains(&root, &contacts, &solver);
     let steps = if foreign { Vec::new() } else { steps::steps(&mut root, (&bodies, &contacts)) };
     let (output, paths) = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
@@ -137,6 +138,7 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     };
     let Some(mut r) = reader else { return solver };
     solver.method = r.choice("method", Method::NAMES).unwrap_or_default();
+    solver.subdomains = subdomains(&mut r);
     solver.imposed = r.choice("imposed", Imposed::NAMES).unwrap_or_default();
     // Kept for old cases.
     r.choice_or(
@@ -171,6 +173,47 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     }
     r.finish();
     solver
+}
+
+fn subdomains(r: &mut Reader<'_>) -> Subdomains {
+    match r.node("subdomains").map(|n| &n.value) {
+        None => Subdomains::Auto,
+        Some(NodeValue::String(word)) if word == "auto" => Subdomains::Auto,
+        Some(NodeValue::String(word)) => {
+            let message = format!("`solver.subdomains` is the string {}", excerpt(word));
+            r.refuse(
+                "subdomains",
+                message,
+                "a whole number ≥ 1, or \"auto\"",
+                "write `subdomains = \"auto\"`",
+            );
+            Subdomains::Auto
+        }
+        Some(_) => r.count("subdomains", 1).map_or(Subdomains::Auto, Subdomains::Count),
+    }
+}
+
+/// Refuses what bodies in subdomains are not supported with.
+fn refuse_with_subdomains<S: Dimension>(root: &Reader<'_>, contacts: &[Contact<S>], solver: &Solver) {
+    let Subdomains::Count(2..) = solver.subdomains else { return };
+    let refuse = |message: String, expected: &str, fix: String| {
+        let place = root.findings().place("solver.subdomains");
+        let diagnostic = Diagnostic::new(code::VALUE, place, message).expected(expected);
+        root.findings().push(diagnostic.fix(fix));
+    };
+    if !matches!(solver.method, Method::Auto | Method::NewtonNn) {
+        let message = "`solver.subdomains` needs the method \"newton-nn\"".to_owned();
+        let fix = "take `solver.method` out, or write `subdomains = 1`".to_owned();
+        refuse(message, "`method = \"newton-nn\"` or \"auto\"", fix);
+    }
+    if let Some(pair) = contacts.iter().find(|contact| contact.friction.is_some()) {
+        let message = format!(
+            "`solver.subdomains` does not go with friction, and the pair {} has it",
+            excerpt(&pair.name)
+        );
+        let fix = format!("write `subdomains = 1`, or take `{}.friction` out", pair.path);
+        refuse(message, "bodies in one piece, or contact without friction", fix);
+    }
 }
 
 fn theta(r: &mut Reader<'_>) -> Theta {

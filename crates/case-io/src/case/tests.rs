@@ -52,6 +52,7 @@ fn every_key_has_its_own_default() {
     assert_eq!(case.contacts[0].gap, Value::Number(0.0));
     let expected = Solver {
         method: Method::Auto,
+        subdomains: Subdomains::Auto,
         imposed: Imposed::Auto,
         qp: QpChoice::Auto,
         theta: Theta::Auto,
@@ -137,6 +138,7 @@ fn the_example_of_the_contract_is_read() {
     assert_eq!(case.contacts[0].surfaces, ["bottom", "top"]);
     let solver = Solver {
         method: Method::Nndd,
+        subdomains: Subdomains::Auto,
         imposed: Imposed::First,
         qp: QpChoice::Auto,
         theta: Theta::Value(0.4),

@@ -15,6 +15,9 @@ pub struct BodySummary {
     pub cells: CellCount,
     /// Number of unknowns.
     pub unknowns: usize,
+    /// Number of subdomains; none of a body in one piece.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub subdomains: Option<usize>,
     /// True if its supports leave a rigid motion free.
     #[serde(default)]
     pub floating: bool,

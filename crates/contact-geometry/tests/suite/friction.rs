@@ -31,7 +31,7 @@ fn friction_retains_a_second_direction_and_none_changes_nothing() {
     let side = with.side(1);
     assert_eq!((side.retained().len(), side.blocks(), with.rows()), (10, 1, 10));
     let prepared = PreparedProblem::new(with).unwrap();
-    let body = &prepared.bodies()[1];
+    let body = prepared.bodies()[1].whole().unwrap();
     // Unknowns: a normal and a tangential one at each node, in the order of the nodes.
     let x: Vec<f64> = (0..10).map(|k| 0.01 * f64::from(k)).collect();
     let (u, traces) = (body.displacement_from_trace(&x), body.dofs().traces(&x));

@@ -6,7 +6,7 @@ mod springs;
 
 use super::facet_functions::linear_by_moments;
 use super::rigid::{Equation, Given, RigidSide};
-use super::springs::{FacetSprings, SpringSide};
+use super::springs::SpringSide;
 use super::{Body, BodyError, ConditionList, ConditionPlace, FacetCondition, NodeConstraint, SupportSet};
 use super::{cuts, force, heat};
 use crate::boundary::{BoundaryConditions, FacetSelection, Load, RigidCondition, ScalarData, Support};
@@ -57,14 +57,7 @@ pub(super) fn evaluate<S: Space>(
         constraints: vec![NodeConstraint::FREE; mesh.points().len()],
         magnitudes: vec![0.0; mesh.points().len()],
         turned: Vec::new(),
-        facets: vec![
-            FacetCondition {
-                reaction: Directions::NONE,
-                traction: S::ZEROS,
-                springs: FacetSprings::NONE
-            };
-            mesh.topology().boundary_facets().len()
-        ],
+        facets: vec![FacetCondition::FREE; mesh.topology().boundary_facets().len()],
         mesh: &mesh,
         materials: &materials,
     };

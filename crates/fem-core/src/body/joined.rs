@@ -1,6 +1,6 @@
 //! Bodies that are bonded become one: nodes of their bonded sides are merged.
 
-use super::{Body, FacetCondition, FacetSprings, NodeConstraint, RigidSide, SupportSet, cuts};
+use super::{Body, FacetCondition, NodeConstraint, RigidSide, SupportSet, cuts};
 use crate::boundary::BoundaryConditions;
 use crate::directions::Directions;
 use crate::geometry::{Coordinates, Point, norm};
@@ -141,14 +141,7 @@ impl<S: Space> Body<S> {
         let mut joined = Self {
             materials: joined_materials(parts),
             node_constraints: vec![NodeConstraint::FREE; mesh.points().len()],
-            facet_conditions: vec![
-                FacetCondition {
-                    reaction: Directions::NONE,
-                    traction: S::ZEROS,
-                    springs: FacetSprings::NONE
-                };
-                mesh.topology().boundary_facets().len()
-            ],
+            facet_conditions: vec![FacetCondition::FREE; mesh.topology().boundary_facets().len()],
             supports: Vec::new(),
             rigid_sides: Vec::new(),
             springs: Vec::new(),

@@ -26,6 +26,11 @@ impl InterfaceOperator {
     ///
     /// * `forward_load`: `(L⁻¹ f)_C`.
     pub(super) fn take_load(&mut self, forward_load: &[f64]) {
+        self.condensed_load = self.condensed(forward_load);
+    }
+
+    /// Computes `g̃ = L_CC (L⁻¹ f)_C`, N/m.
+    pub(super) fn condensed(&self, forward_load: &[f64]) -> Vec<f64> {
         let n_c = self.len();
         let mut condensed_load = vec![0.0; n_c];
         for (j, yj) in forward_load.iter().enumerate() {
@@ -33,7 +38,7 @@ impl InterfaceOperator {
                 condensed_load[i] += self.factor[j * n_c + i] * yj;
             }
         }
-        self.condensed_load = condensed_load;
+        condensed_load
     }
 
     /// Replaces the condensed load and returns the old one, N/m.

@@ -111,14 +111,7 @@ impl<S: Space> CondensedBody<S> {
     /// # Panics
     /// If `increment` has not `n_c` entries.
     pub fn correction_from_trace(&self, increment: &[f64]) -> Vec<S::Vector> {
-        self.interface.check("the increment", increment);
-        let mut x = vec![0.0; self.dofs.len()];
-        let start = x.len() - self.interface.len();
-        for (x, v) in x[start..].iter_mut().zip(increment) {
-            *x = *v;
-        }
-        self.factor.backward(&mut x, self.interface.len());
-        self.dofs.correction(&x)
+        self.recovered(vec![0.0; self.dofs.len()], increment, false)
     }
 
     /// Extracts the normal forces from a residual `K u − f`, in the order of the pairs, N/m.

@@ -54,7 +54,7 @@ fn a_file_of_control_characters_or_brackets_has_one_fault() {
 fn unknown_keys_get_the_nearest_name() {
     refused(
         "[solver]\ntheata = 1",
-        "c.toml:16:1: unknown key `theata` in `solver`; expected only the keys `method`, `imposed`, `path`, `qp`, `theta`, \
+        "c.toml:16:1: unknown key `theata` in `solver`; expected only the keys `method`, `subdomains`, `imposed`, `path`, `qp`, `theta`, \
          `weights`, `acceleration`, `lambda`, `coarse`, `max_iterations`, `friction_tolerance`, \
          `friction_steps`, `stop`; help: did you mean `theta`?",
     );

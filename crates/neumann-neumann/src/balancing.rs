@@ -6,8 +6,8 @@
 //! η² = r·M r = Σ ‖w_α‖²,   w_α = S_α⁺ D_α r,   0 where the closed rows fix traces
 //! ```
 
-use crate::broken::{Broken, Sparse};
-use crate::error::NnddError;
+use crate::broken::{Broken, Load, Sparse};
+use crate::error::BalancingError;
 use crate::fixed_traces::FixedTraces;
 use crate::skeleton::Skeleton;
 use crate::vector::dot;
@@ -17,6 +17,9 @@ use fem_core::each_body;
 /// A column of the coarse space that keeps less than this fraction of its energy beside the others depends on them.
 const RANK: f64 = 1e-10;
 
+/// A motion with less than this fraction of the energy of its traces, each alone, is not resisted.
+const RESISTED: f64 = 1e-13;
+
 /// η that rises below this fraction of the energy norm is noise.
 const NOISE: f64 = 1e-10;
 
@@ -24,9 +27,9 @@ const NOISE: f64 = 1e-10;
 const PATIENCE: usize = 10;
 
 /// The operators of the linear problem.
-pub(crate) struct Balancing<'a> {
-    broken: &'a Broken<'a>,
-    pub(crate) skeleton: Skeleton,
+pub struct Balancing {
+    /// The unknowns.
+    pub skeleton: Skeleton,
     fixed: FixedTraces,
     /// Columns of `Z`, each with energy 1, and of `S_A Z`.
     columns: Vec<(Sparse, Sparse)>,
@@ -35,20 +38,22 @@ pub(crate) struct Balancing<'a> {
 }
 
 /// The traces and forces of an inner iteration.
-pub(crate) struct Inner {
+pub struct Inner {
     /// `u_D`: the traces, one λ per cluster, m.
-    pub(crate) x: Vec<f64>,
+    pub x: Vec<f64>,
     /// `g − S x`, N/m.
-    pub(crate) forces: Vec<f64>,
+    pub forces: Vec<f64>,
     /// `r = Nᵀ (g − S x)`, N/m.
-    pub(crate) residual: Vec<f64>,
+    pub residual: Vec<f64>,
     /// `η² = r·M r`, and the direction of the next update of λ, m.
-    pub(crate) squared: f64,
+    pub squared: f64,
     direction: Vec<f64>,
     /// The forces that hold fixed traces in step 2, N/m.
     holding: Vec<f64>,
     /// Inner iterations so far.
-    pub(crate) count: usize,
+    pub count: usize,
+    /// The energy of the first traces, `xᵀ S x`, or of the loads if it is larger.
+    pub energy: f64,
     /// The last η² that was half of the one before, and the iterations since.
     mark: f64,
     idle: usize,
@@ -64,26 +69,18 @@ struct Step2 {
     holding: Vec<f64>,
 }
 
-impl Inner {
-    /// Computes the energy of the traces, `xᵀ S x`, or of the loads if it is larger.
-    pub(crate) fn energy(&self, linear: &Balancing<'_>) -> f64 {
-        let Broken { load, size, .. } = linear.broken;
-        size.max(dot(&self.x, load) - dot(&self.x, &self.forces))
-    }
-}
-
-impl<'a> Balancing<'a> {
+impl Balancing {
     /// # Errors
     /// Numbers that are not finite.
-    pub(crate) fn new(broken: &'a Broken<'a>, skeleton: Skeleton) -> Result<Self, NnddError> {
+    pub fn new(broken: &Broken<'_>, skeleton: Skeleton) -> Result<Self, BalancingError> {
         let fixed = FixedTraces::new(broken, |k| skeleton.is_fixed(k));
         let (columns, factor) = coarse_space(broken, &skeleton)?;
-        Ok(Self { broken, skeleton, fixed, columns, factor })
+        Ok(Self { skeleton, fixed, columns, factor })
     }
 
     /// Computes `S N λ` and `S_A λ`, N/m.
-    fn operator(&self, lambda: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let forces = self.broken.stiffness(&self.skeleton.expand(lambda));
+    fn operator(&self, broken: &Broken<'_>, lambda: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let forces = broken.stiffness(&self.skeleton.expand(lambda));
         let sums = self.skeleton.gather(&forces);
         (forces, sums)
     }
@@ -99,12 +96,12 @@ impl<'a> Balancing<'a> {
     }
 
     /// Step 1: λ is the mean of given traces, and the coarse space balances what that leaves.
-    pub(crate) fn step_1(&self, x: &[f64]) -> Inner {
-        let Self { broken, skeleton, .. } = self;
+    pub fn step_1(&self, broken: &Broken<'_>, load: &Load, x: &[f64]) -> Inner {
+        let skeleton = &self.skeleton;
         let shifted: Vec<f64> = x.iter().zip(skeleton.constant()).map(|(x, c)| x - c).collect();
         let mut x = skeleton.expand(&skeleton.mean(&shifted));
         x.iter_mut().zip(skeleton.constant()).for_each(|(x, c)| *x += c);
-        let mut forces = broken.load.clone();
+        let mut forces = load.forces.clone();
         subtract(&mut forces, 1.0, &broken.stiffness(&x));
         // λ += Z C⁺ Zᵀ r, twice, so that the bodies balance to round-off.
         for _ in 0..2 {
@@ -112,18 +109,19 @@ impl<'a> Balancing<'a> {
             let loads: Vec<f64> = self.columns.iter().map(|(z, _)| part(z, &residual)).collect();
             let lambda = self.coarse(loads);
             subtract(&mut x, -1.0, &skeleton.expand(&lambda));
-            subtract(&mut forces, 1.0, &self.operator(&lambda).0);
+            subtract(&mut forces, 1.0, &self.operator(broken, &lambda).0);
         }
         let residual = skeleton.gather(&forces);
-        let Step2 { direction, squared, holding } = self.step_2(&residual);
-        Inner { x, forces, residual, squared, direction, holding, count: 0, mark: squared, idle: 0 }
+        let Step2 { direction, squared, holding } = self.step_2(broken, &residual);
+        let energy = load.size.max(dot(&x, &load.forces) - dot(&x, &forces));
+        Inner { energy, x, forces, residual, squared, direction, holding, count: 0, mark: squared, idle: 0 }
     }
 
     /// Step 2: the Neumann problems of all bodies under their shares of the imbalance.
-    fn step_2(&self, residual: &[f64]) -> Step2 {
+    fn step_2(&self, broken: &Broken<'_>, residual: &[f64]) -> Step2 {
         let shares = self.skeleton.share(residual);
-        let mut traces = self.broken.flexibility(&shares);
-        let holding = self.fixed.hold(self.broken, &shares, &mut traces);
+        let mut traces = broken.flexibility(&shares);
+        let holding = self.fixed.hold(broken, &shares, &mut traces);
         let mut w = self.skeleton.mean(&traces);
         let squared = dot(residual, &w);
         let loads: Vec<f64> = self.columns.iter().map(|(_, moved)| part(moved, &w)).collect();
@@ -132,17 +130,17 @@ impl<'a> Balancing<'a> {
     }
 
     /// Takes one inner iteration, the update of λ; `false` if rounding leaves nothing to gain.
-    pub(crate) fn update(&self, inner: &mut Inner) -> bool {
-        let (forces, sums) = self.operator(&inner.direction);
+    pub fn update(&self, broken: &Broken<'_>, inner: &mut Inner) -> bool {
+        let (forces, sums) = self.operator(broken, &inner.direction);
         let theta = inner.squared / dot(&inner.direction, &sums);
         if !(theta > 0.0 && theta.is_finite()) {
             return false;
         }
         let mut residual = inner.residual.clone();
         subtract(&mut residual, theta, &sums);
-        let Step2 { direction: correction, squared, holding } = self.step_2(&residual);
+        let Step2 { direction: correction, squared, holding } = self.step_2(broken, &residual);
         // Near round-off an increase is noise, which would grow.
-        if !(squared <= inner.squared) && inner.squared <= NOISE * NOISE * inner.energy(self) {
+        if !(squared <= inner.squared) && inner.squared <= NOISE * NOISE * inner.energy {
             return false;
         }
         subtract(&mut inner.x, -theta, &self.skeleton.expand(&inner.direction));
@@ -158,8 +156,20 @@ impl<'a> Balancing<'a> {
         inner.idle < PATIENCE
     }
 
+    /// Bounds the energy of the displacements under forces in balance, `f·S_A⁺ f ≤ f·M f`: equal to it if no displacement is shared and no row closed.
+    ///
+    /// * `forces`: on the unknowns, N/m.
+    pub fn energy_bound(&self, broken: &Broken<'_>, forces: &[f64]) -> f64 {
+        let residual = self.skeleton.gather(forces);
+        let loads: Vec<f64> = self.columns.iter().map(|(z, _)| part(z, &residual)).collect();
+        let lambda = self.coarse(loads);
+        let mut rest = residual.clone();
+        subtract(&mut rest, 1.0, &self.operator(broken, &lambda).1);
+        dot(&lambda, &residual) + self.step_2(broken, &rest).squared
+    }
+
     /// Returns the forces on the unknowns that the closed rows press, balanced: `g − S (x + w)`, N/m.
-    pub(crate) fn balanced(&self, inner: &Inner) -> Vec<f64> {
+    pub fn balanced(&self, inner: &Inner) -> Vec<f64> {
         let mut balanced = inner.forces.clone();
         subtract(&mut balanced, 1.0, &self.skeleton.share(&inner.residual));
         subtract(&mut balanced, -1.0, &inner.holding);
@@ -171,7 +181,7 @@ impl<'a> Balancing<'a> {
 fn coarse_space(
     broken: &Broken<'_>,
     skeleton: &Skeleton,
-) -> Result<(Vec<(Sparse, Sparse)>, SparseFactor), NnddError> {
+) -> Result<(Vec<(Sparse, Sparse)>, SparseFactor), BalancingError> {
     let motions = broken.motions();
     let column = |k: usize| {
         let z = match motions[k][..] {
@@ -180,10 +190,12 @@ fn coarse_space(
             _ => skeleton.mean_sparse(&motions[k]),
         };
         let moved = skeleton.gather_sparse(&broken.stiffness_sparse(&skeleton.expand_sparse(&z)));
-        let mut energy = 0.0;
+        let (mut energy, mut size) = (0.0, 0.0);
         merge(&z, &moved, |z, s| energy += z * s);
+        z.iter().for_each(|(k, value)| size += value * value * skeleton.stiffness_of(*k));
         let scaled = |of: Sparse| of.into_iter().map(|(k, value)| (k, value / energy.sqrt())).collect();
-        (energy > 0.0).then(|| (scaled(z), scaled(moved)))
+        // A motion that nothing resists has rounding alone.
+        (energy > RESISTED * size).then(|| (scaled(z), scaled(moved)))
     };
     let columns: Vec<(Sparse, Sparse)> = each_body(motions.len(), column).into_iter().flatten().collect();
     let mut by_lambda = vec![Vec::new(); skeleton.len()];

@@ -1,39 +1,52 @@
 //! All bodies in their interface unknowns, side by side: rows of any number of terms, dependent ones among them.
 //!
-//! The amounts of the free motions of obstacles follow the unknowns of the bodies, as a body without stiffness.
+//! A body that was cut is its subdomains, which share displacements: the first of several unknowns that are one displacement leads the others, and rows
+//! are in leading unknowns. The amounts of the free motions of obstacles follow the unknowns of the bodies, as a body without stiffness.
 
-use crate::error::NnddError;
+use crate::error::BalancingError;
 use crate::vector::dot;
 use contact_qp::IndependentRows;
 use fem_core::condensation::InterfaceOperator;
-use fem_core::contact_system::{ContactRow, ContactSystem, Partner, RowMotion};
+use fem_core::contact_system::{ContactRow, ContactSystem, Partner, RowMotion, SharedUnknowns};
 use fem_core::each_body;
 use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::OnceLock;
 
 /// Numbers with their values, ascending.
-pub(crate) type Sparse = Vec<(usize, f64)>;
+pub type Sparse = Vec<(usize, f64)>;
 
 /// All bodies, with the opening `o = c − B x` of each row.
-pub(crate) struct Broken<'a> {
-    pub(crate) system: &'a ContactSystem<'a>,
+pub struct Broken<'a> {
+    system: Cow<'a, ContactSystem<'a>>,
     parts: Vec<Part<'a>>,
+    /// The unknown that leads each one: itself, unless subdomains share its displacement.
+    leaders: Vec<usize>,
+    shares: bool,
     /// The terms of `B` by row.
-    pub(crate) rows: Vec<Vec<(usize, f64)>>,
+    pub rows: Vec<Vec<(usize, f64)>>,
     /// `c`, the gap less what supports and obstacles impose, by row, m.
-    pub(crate) gaps: Vec<f64>,
-    /// The forces on the unknowns that hold traces of zero, N/m: `S x + Bᵀ P = load`.
-    pub(crate) load: Vec<f64>,
-    /// The diagonal of `S`, N/m²; 0 of an obstacle.
-    pub(crate) diagonal: Vec<f64>,
-    /// The energy of the bodies under their condensed loads alone, `gᵀ S⁺ g`: traces may be zero where bodies are strained.
-    pub(crate) size: f64,
+    pub gaps: Vec<f64>,
+    /// The loads of the bodies.
+    pub load: Load,
+    /// The weights of the unknowns: the diagonal of `S`, of subdomains that of their stiffness, N/m²; 0 of an obstacle.
+    pub diagonal: Vec<f64>,
     /// The numbers of the motions of obstacles, in the order of their unknowns.
     obstacles: Vec<usize>,
 }
 
-/// A body. With `S_s` of the body on its springs, which it has if it floats, and `Q` an orthonormal basis of its free motions, the body
+/// Loads, condensed on the interfaces.
+#[derive(Clone, Debug)]
+pub struct Load {
+    /// The forces on the unknowns that hold traces of zero, N/m: `S x + Bᵀ P = load`.
+    pub forces: Vec<f64>,
+    /// The energy of the bodies under their condensed loads alone, `gᵀ S⁺ g`: traces may be zero where bodies are strained.
+    pub size: f64,
+}
+
+/// A body or a subdomain. With `S_s` of the body on its springs, which it has if it floats, and `Q` an orthonormal basis of its free motions, the body
 /// alone has `S = S_s − S_s Q (Qᵀ S_s Q)⁻¹ Qᵀ S_s`.
 struct Part<'a> {
     condensed: &'a InterfaceOperator,
@@ -41,6 +54,8 @@ struct Part<'a> {
     unknowns: Range<usize>,
     /// The numbers of its motions, and `Q`.
     numbers: Vec<usize>,
+    /// The motions, one after the other.
+    columns: Vec<f64>,
     motions: IndependentRows,
     basis: DMatrix<f64>,
     /// `S_s Q`, and `(Qᵀ S_s Q)⁻¹`.
@@ -56,80 +71,150 @@ impl<'a> Broken<'a> {
     /// * `resisted`: the numbers of the motions that the pairs resist; the springs of the others stay, and keep them at zero.
     ///
     /// # Errors
-    /// [`NnddError::DependentRows`] if the springs of a floating body are not seen on its interface.
-    pub(crate) fn new(system: &'a ContactSystem<'a>, resisted: &[usize]) -> Result<Self, NnddError> {
+    /// [`BalancingError::DependentRows`] if the springs of a floating body are not seen on its interface.
+    pub fn new(system: Cow<'a, ContactSystem<'a>>, resisted: &[usize]) -> Result<Self, BalancingError> {
         let mut end = 0;
         let ranges: Vec<Range<usize>> = system.bodies.iter().map(|body| next(&mut end, body.len())).collect();
-        let made = each_body(ranges.len(), |b| Part::new(system, b, ranges[b].clone(), resisted));
-        let whole = |(body, part): (usize, Option<Part<'a>>)| part.ok_or(NnddError::DependentRows { body });
+        let made = each_body(ranges.len(), |b| Part::new(&system, b, ranges[b].clone(), resisted));
+        let whole = |(k, part): (usize, Option<Part<'a>>)| {
+            part.ok_or(BalancingError::DependentRows { body: system.body_of[k] })
+        };
         let parts: Vec<Part<'a>> = made.into_iter().enumerate().map(whole).collect::<Result<_, _>>()?;
-        let mut load: Vec<f64> = parts.iter().flat_map(Part::load).collect();
-        let size = parts.iter().map(|part| dot(&part.load(), &part.flexibility(&part.load()))).sum();
-        let mut diagonal: Vec<f64> = parts.iter().flat_map(Part::diagonal).collect();
+        let mut leaders: Vec<usize> = (0..end).collect();
+        let mut first: HashMap<(usize, u32), usize> = HashMap::new();
+        for ((part, body), of) in parts.iter().zip(&system.body_of).zip(&system.subdomains) {
+            for (unknown, number) in part.unknowns.clone().zip(&of.numbers) {
+                leaders[unknown] = *first.entry((*body, *number)).or_insert(unknown);
+            }
+        }
+        let loads: Vec<Vec<f64>> = parts.iter().map(Part::own_load).collect();
+        let size = parts.iter().zip(&loads).map(|(part, load)| dot(load, &part.flexibility(load))).sum();
+        let mut forces = loads.concat();
+        let diagonal = |(part, of): (&Part<'a>, &SharedUnknowns)| match of.stiffness.is_empty() {
+            true => part.diagonal(),
+            false => of.stiffness.clone(),
+        };
+        let mut diagonal: Vec<f64> = parts.iter().zip(&system.subdomains).flat_map(diagonal).collect();
         let gap = |row: &ContactRow| row.gap - row.obstacle.unwrap_or(0.0);
         let mut gaps: Vec<f64> = system.rows.rows.iter().map(gap).collect();
         let mut rows = vec![Vec::new(); gaps.len()];
         for (part, of_body) in parts.iter().zip(&system.of_body) {
             for row in of_body {
                 gaps[row.row] -= row.imposed;
-                rows[row.row].extend(row.terms.iter().map(|(k, a)| (part.unknowns.start + k, *a)));
+                rows[row.row].extend(row.terms.iter().map(|(k, a)| (leaders[part.unknowns.start + k], *a)));
             }
         }
         let mut obstacles = Vec::new();
         for (number, of) in system.rows.motions.iter().enumerate().filter(|(_, of)| of.partner.is_obstacle())
         {
             let entries = of.traces.iter().filter(|(_, trace)| *trace != 0.0);
-            entries.for_each(|(row, trace)| rows[*row].push((load.len(), *trace)));
-            load.push(of.load);
+            entries.for_each(|(row, trace)| rows[*row].push((forces.len(), *trace)));
+            leaders.push(forces.len());
+            forces.push(of.load);
             diagonal.push(0.0);
             obstacles.push(number);
         }
-        Ok(Self { system, parts, rows, gaps, load, diagonal, size, obstacles })
+        let shares = system.has_subdomains();
+        let load = Load { forces, size };
+        Ok(Self { system, parts, leaders, shares, rows, gaps, load, diagonal, obstacles })
+    }
+
+    /// Returns the system.
+    pub fn system(&self) -> &ContactSystem<'a> {
+        &self.system
+    }
+
+    /// Tells whether subdomains share displacements.
+    pub fn shares(&self) -> bool {
+        self.shares
+    }
+
+    /// Returns the unknown that leads another one: itself, unless subdomains share its displacement.
+    pub fn leader(&self, unknown: usize) -> usize {
+        self.leaders[unknown]
+    }
+
+    /// Gives unknowns that are one displacement the value of the one that leads them.
+    pub fn spread(&self, x: &mut [f64]) {
+        if self.shares {
+            (0..x.len()).for_each(|k| x[k] = x[self.leaders[k]]);
+        }
+    }
+
+    /// Adds forces on unknowns that are one displacement up at the one that leads them, N/m.
+    pub fn gathered(&self, mut forces: Vec<f64>) -> Vec<f64> {
+        if self.shares {
+            for k in 0..forces.len() {
+                let leader = self.leaders[k];
+                if leader != k {
+                    forces[leader] += std::mem::take(&mut forces[k]);
+                }
+            }
+        }
+        forces
+    }
+
+    /// Condenses other loads of the bodies.
+    ///
+    /// * `loads`: of each body the condensed load, and the loads along its free motions, N/m.
+    pub fn load_of(&self, loads: &[(Vec<f64>, Vec<f64>)]) -> Load {
+        let of = |(part, (load, along)): (&Part<'a>, &(Vec<f64>, Vec<f64>))| part.load(load, along);
+        let loads: Vec<Vec<f64>> = self.parts.iter().zip(loads).map(of).collect();
+        let energy = |(part, load): (&Part<'a>, &Vec<f64>)| dot(load, &part.flexibility(load));
+        let size = self.parts.iter().zip(&loads).map(energy).sum();
+        let mut forces = loads.concat();
+        forces.resize(self.len(), 0.0);
+        Load { forces, size }
     }
 
     /// Counts the unknowns, those of obstacles last.
-    pub(crate) fn len(&self) -> usize {
-        self.load.len()
+    pub fn len(&self) -> usize {
+        self.diagonal.len()
+    }
+
+    /// Tells whether there are no unknowns.
+    pub fn is_empty(&self) -> bool {
+        self.diagonal.is_empty()
     }
 
     /// Tells whether an unknown belongs to an obstacle.
-    pub(crate) fn is_obstacle(&self, unknown: usize) -> bool {
+    pub fn is_obstacle(&self, unknown: usize) -> bool {
         unknown + self.obstacles.len() >= self.len()
     }
 
     /// Returns the unknowns of a body.
-    pub(crate) fn of_body(&self, body: usize) -> Range<usize> {
+    pub fn of_body(&self, body: usize) -> Range<usize> {
         self.parts[body].unknowns.clone()
     }
 
     /// Tells whether a body has free motions.
-    pub(crate) fn floats(&self, body: usize) -> bool {
+    pub fn floats(&self, body: usize) -> bool {
         self.system.floats(body)
     }
 
     /// Computes `S x`, N/m.
-    pub(crate) fn stiffness(&self, x: &[f64]) -> Vec<f64> {
+    pub fn stiffness(&self, x: &[f64]) -> Vec<f64> {
         self.each(x, |part, x| part.stiffness(x))
     }
 
     /// Computes `S⁺ f`, m, for forces that balance each floating body.
-    pub(crate) fn flexibility(&self, f: &[f64]) -> Vec<f64> {
+    pub fn flexibility(&self, f: &[f64]) -> Vec<f64> {
         self.each(f, Part::flexibility)
     }
 
     /// Returns `S_s⁻¹` of a body, column-major, m²/N; computed once.
-    pub(crate) fn flexibility_matrix(&self, body: usize) -> &[f64] {
+    pub fn flexibility_matrix(&self, body: usize) -> &[f64] {
         let Part { condensed, matrix, .. } = &self.parts[body];
         matrix.get_or_init(|| condensed.flexibility())
     }
 
     /// Returns an orthonormal basis `Q` of the free motions of a body that the pairs resist.
-    pub(crate) fn basis(&self, body: usize) -> &DMatrix<f64> {
+    pub fn basis(&self, body: usize) -> &DMatrix<f64> {
         &self.parts[body].basis
     }
 
     /// Computes `S x` of a vector that few bodies see, N/m.
-    pub(crate) fn stiffness_sparse(&self, x: &Sparse) -> Sparse {
+    pub fn stiffness_sparse(&self, x: &Sparse) -> Sparse {
         let mut forces = Vec::new();
         let of_body = |k: usize| self.parts.partition_point(|part| part.unknowns.end <= k);
         for entries in x.chunk_by(|a, b| of_body(a.0) == of_body(b.0)) {
@@ -151,13 +236,13 @@ impl<'a> Broken<'a> {
     }
 
     /// Computes the openings, m.
-    pub(crate) fn openings(&self, x: &[f64]) -> Vec<f64> {
+    pub fn openings(&self, x: &[f64]) -> Vec<f64> {
         let opening = |(gap, terms): (&f64, &Vec<(usize, f64)>)| gap - traced(terms, x);
         self.gaps.iter().zip(&self.rows).map(opening).collect()
     }
 
     /// Computes `Bᵀ P`, N/m.
-    pub(crate) fn pressed(&self, forces: &[f64]) -> Vec<f64> {
+    pub fn pressed(&self, forces: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.len()];
         for (terms, force) in self.rows.iter().zip(forces).filter(|(_, force)| **force != 0.0) {
             terms.iter().for_each(|(k, a)| sum[*k] += a * force);
@@ -166,7 +251,7 @@ impl<'a> Broken<'a> {
     }
 
     /// Lists the columns of the coarse space in all unknowns, sparse: all rigid motions of every body, held or not, and of the obstacles.
-    pub(crate) fn motions(&self) -> Vec<Sparse> {
+    pub fn motions(&self) -> Vec<Sparse> {
         let mut found = Vec::new();
         let mut push = |start: usize, values: &[f64]| {
             let column = values.iter().enumerate().filter(|(_, value)| **value != 0.0);
@@ -181,10 +266,12 @@ impl<'a> Broken<'a> {
     }
 
     /// Adds a rigid motion of a body or obstacle to its unknowns.
-    pub(crate) fn add_motion(&self, number: usize, amount: f64, x: &mut [f64]) {
+    pub fn add_motion(&self, number: usize, amount: f64, x: &mut [f64]) {
         match self.system.rows.motions[number].partner {
             Partner::Body(body) => {
-                let own = x[self.of_body(body)].iter_mut().zip(&self.system.free[number]);
+                // It is in one piece: its supports do not hold it.
+                let Some(place) = self.system.body_of.iter().position(|of| *of == body) else { return };
+                let own = x[self.of_body(place)].iter_mut().zip(&self.system.free[number]);
                 own.for_each(|(x, moved)| *x += amount * moved);
             }
             Partner::Obstacle(_) => {
@@ -196,7 +283,7 @@ impl<'a> Broken<'a> {
     }
 
     /// Takes the part along all free motions of a body out of forces on its unknowns, so that the rest balances it.
-    pub(crate) fn without_motions(&self, body: usize, forces: &mut [f64]) {
+    pub fn without_motions(&self, body: usize, forces: &mut [f64]) {
         let part = &self.parts[body];
         let own = &mut forces[part.unknowns.clone()];
         for motion in part.free.chunks_exact(own.len().max(1)) {
@@ -208,7 +295,7 @@ impl<'a> Broken<'a> {
     /// Returns the amounts of all rigid motions, by their numbers, if the unknowns are `x` under forces that hold them.
     ///
     /// * `stiffness`: `S x`.
-    pub(crate) fn amounts(&self, x: &[f64], stiffness: &[f64]) -> Vec<f64> {
+    pub fn amounts(&self, x: &[f64], stiffness: &[f64]) -> Vec<f64> {
         let mut amounts = vec![0.0; self.system.rows.motions.len()];
         let of_obstacles = self.len() - self.obstacles.len()..;
         self.obstacles.iter().zip(&x[of_obstacles]).for_each(|(number, amount)| amounts[*number] = *amount);
@@ -225,7 +312,7 @@ impl<'a> Broken<'a> {
 }
 
 /// Computes the sum of the traces of a row, m.
-pub(crate) fn traced(terms: &[(usize, f64)], x: &[f64]) -> f64 {
+pub fn traced(terms: &[(usize, f64)], x: &[f64]) -> f64 {
     terms.iter().map(|(k, a)| a * x[*k]).sum()
 }
 
@@ -244,9 +331,10 @@ impl<'a> Part<'a> {
         resisted: &[usize],
     ) -> Option<Self> {
         let condensed = system.bodies[body];
-        let (mut numbers, mut columns, mut loads) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut all, mut count) = (Vec::new(), 0);
-        let of_body = |(_, of): &(usize, &RowMotion)| of.partner == Partner::Body(body);
+        let own = &system.subdomains[body];
+        let (mut numbers, mut columns, mut loads) = (Vec::new(), own.free.concat(), own.loads.clone());
+        let (mut all, mut count) = (columns.clone(), loads.len());
+        let of_body = |(_, of): &(usize, &RowMotion)| of.partner == Partner::Body(system.body_of[body]);
         for (number, of) in system.rows.motions.iter().enumerate().filter(of_body) {
             all.extend_from_slice(&system.free[number]);
             count += 1;
@@ -265,7 +353,7 @@ impl<'a> Part<'a> {
         }
         let inverse = basis.tr_mul(&moved).try_inverse()?;
         let matrix = OnceLock::new();
-        Some(Self { condensed, unknowns, numbers, motions, basis, moved, inverse, free, matrix })
+        Some(Self { condensed, unknowns, numbers, columns, motions, basis, moved, inverse, free, matrix })
     }
 
     fn stiffness(&self, x: &[f64]) -> Vec<f64> {
@@ -300,26 +388,36 @@ impl<'a> Part<'a> {
         x
     }
 
-    /// Returns the condensed load in balance with the loads of its motions.
-    fn load(&self) -> Vec<f64> {
-        let load = DVector::from_column_slice(self.condensed.condensed_load());
-        (load + &self.moved * self.moved_by_load()).data.into()
+    fn own_load(&self) -> Vec<f64> {
+        self.balanced_load(self.condensed.condensed_load(), &self.motions.right_side)
+    }
+
+    /// Returns a condensed load in balance with the loads of its motions.
+    ///
+    /// * `along`: the loads of its motions, N/m.
+    fn load(&self, load: &[f64], along: &[f64]) -> Vec<f64> {
+        self.balanced_load(load, &IndependentRows::new(&self.columns, along).right_side)
+    }
+
+    /// * `along`: the loads of the columns of `Q`, N/m.
+    fn balanced_load(&self, load: &[f64], along: &[f64]) -> Vec<f64> {
+        let load = DVector::from_column_slice(load);
+        let motion = self.moved_by(&load, along);
+        (load + &self.moved * motion).data.into()
     }
 
     /// Computes the motion `a` whose springs take the condensed load to balance, `g̃ + S_s Q a`.
     fn moved_by_load(&self) -> DVector<f64> {
         let load = DVector::from_column_slice(self.condensed.condensed_load());
-        &self.inverse * (DVector::from_column_slice(&self.motions.right_side) - self.basis.tr_mul(&load))
+        self.moved_by(&load, &self.motions.right_side)
+    }
+
+    fn moved_by(&self, load: &DVector<f64>, along: &[f64]) -> DVector<f64> {
+        &self.inverse * (DVector::from_column_slice(along) - self.basis.tr_mul(load))
     }
 
     fn diagonal(&self) -> Vec<f64> {
-        let n = self.unknowns.len();
         let springs = (&self.moved * &self.inverse).component_mul(&self.moved).column_sum();
-        (0..n).map(|k| self.condensed.schur()[k * (n + 1)] - springs[k]).collect()
+        self.condensed.diagonal().iter().zip(&springs).map(|(own, springs)| own - springs).collect()
     }
-}
-
-/// Computes the energy of forces in balance, `fᵀ S⁺ f`.
-pub(crate) fn energy(broken: &Broken<'_>, forces: &[f64]) -> f64 {
-    dot(forces, &broken.flexibility(forces))
 }

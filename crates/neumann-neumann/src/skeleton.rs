@@ -3,7 +3,7 @@
 //! ```math
 //! x = x₀ + N λ,   B_A x = c_A                D = K N (Nᵀ K N)⁻¹,   K = diag S
 //! ```
-//! Between two bodies `λ` is the common trace and `D_α = k_α / (k_1 + k_2)`, the weights by stiffness; a row against a support or an obstacle fixes its unknown,
+//! Unknowns of subdomains that are one displacement are in one cluster whatever is closed. Between two bodies `λ` is the common trace and `D_α = k_α / (k_1 + k_2)`, the weights by stiffness; a row against a support or an obstacle fixes its unknown,
 //! and an open one has two unknowns with weight 1. Rows that depend on those before them leave the set.
 
 use crate::broken::{Broken, Sparse};
@@ -29,7 +29,7 @@ struct Step {
 }
 
 /// The unknowns of a set of closed rows.
-pub(crate) struct Skeleton {
+pub struct Skeleton {
     steps: Vec<Step>,
     /// `x₀`, m.
     constant: Vec<f64>,
@@ -48,7 +48,7 @@ pub(crate) struct Skeleton {
 
 impl Skeleton {
     /// * `closed`: by row; `openings`: of the last traces, m: of rows that depend on each other the tightest hold.
-    pub(crate) fn new(broken: &Broken<'_>, closed: &[bool], openings: &[f64]) -> Self {
+    pub fn new(broken: &Broken<'_>, closed: &[bool], openings: &[f64]) -> Self {
         let mut order: Vec<usize> = (0..closed.len()).filter(|row| closed[*row]).collect();
         order.sort_by(|a, b| openings[*a].total_cmp(&openings[*b]));
         let mut found = Self {
@@ -67,7 +67,7 @@ impl Skeleton {
         }
         let mut count = 0;
         for (unknown, terms) in found.terms.iter_mut().enumerate() {
-            if solved[unknown].is_none() {
+            if solved[unknown].is_none() && broken.leader(unknown) == unknown {
                 terms.push((count, 1.0));
                 count += 1;
             }
@@ -83,6 +83,11 @@ impl Skeleton {
             }
             found.constant[*pivot] = constant / factor;
             found.terms[*pivot] = sum.into_iter().filter(|(_, n)| *n != 0.0).collect();
+        }
+        for unknown in (0..found.terms.len()).filter(|k| broken.leader(*k) != *k) {
+            let leader = broken.leader(unknown);
+            found.constant[unknown] = found.constant[leader];
+            found.terms[unknown] = found.terms[leader].clone();
         }
         found.columns = vec![Vec::new(); count];
         for (unknown, terms) in found.terms.iter().enumerate() {
@@ -155,27 +160,37 @@ impl Skeleton {
     }
 
     /// Counts the λ.
-    pub(crate) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.columns.len()
     }
 
+    /// Tells whether there is no λ.
+    pub fn is_empty(&self) -> bool {
+        self.columns.is_empty()
+    }
+
+    /// Computes the diagonal entry of `Nᵀ K N` of a λ, N/m².
+    pub fn stiffness_of(&self, lambda: usize) -> f64 {
+        self.columns[lambda].iter().map(|(k, n)| n * n * self.stiffness[*k]).sum()
+    }
+
     /// Computes `N λ`, m.
-    pub(crate) fn expand(&self, lambda: &[f64]) -> Vec<f64> {
+    pub fn expand(&self, lambda: &[f64]) -> Vec<f64> {
         self.terms.iter().map(|terms| terms.iter().map(|(j, n)| n * lambda[*j]).sum()).collect()
     }
 
     /// Tells whether the closed rows fix an unknown: no λ moves it.
-    pub(crate) fn is_fixed(&self, unknown: usize) -> bool {
+    pub fn is_fixed(&self, unknown: usize) -> bool {
         self.terms[unknown].is_empty()
     }
 
     /// Returns `x₀`, m.
-    pub(crate) fn constant(&self) -> &[f64] {
+    pub fn constant(&self) -> &[f64] {
         &self.constant
     }
 
     /// Sums up forces on the unknowns by cluster, `Nᵀ f`, N/m.
-    pub(crate) fn gather(&self, forces: &[f64]) -> Vec<f64> {
+    pub fn gather(&self, forces: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.len()];
         for (terms, force) in self.terms.iter().zip(forces) {
             terms.iter().for_each(|(j, n)| sums[*j] += n * force);
@@ -184,29 +199,29 @@ impl Skeleton {
     }
 
     /// Computes the mean traces of the clusters, `Dᵀ x`, m.
-    pub(crate) fn mean(&self, x: &[f64]) -> Vec<f64> {
+    pub fn mean(&self, x: &[f64]) -> Vec<f64> {
         let weighted: Vec<f64> = x.iter().zip(&self.stiffness).map(|(x, k)| k * x).collect();
         self.weighted(self.gather(&weighted))
     }
 
     /// Shares forces on the clusters among the unknowns, `D r`, N/m.
-    pub(crate) fn share(&self, forces: &[f64]) -> Vec<f64> {
+    pub fn share(&self, forces: &[f64]) -> Vec<f64> {
         let shares = self.expand(&self.weighted(forces.to_vec()));
         shares.iter().zip(&self.stiffness).map(|(share, k)| k * share).collect()
     }
 
     /// Computes `N λ` of few λ, m.
-    pub(crate) fn expand_sparse(&self, lambda: &Sparse) -> Sparse {
+    pub fn expand_sparse(&self, lambda: &Sparse) -> Sparse {
         sum(lambda.iter().flat_map(|(j, value)| self.columns[*j].iter().map(move |(k, n)| (*k, n * value))))
     }
 
     /// Sums up few forces by cluster, N/m.
-    pub(crate) fn gather_sparse(&self, forces: &Sparse) -> Sparse {
+    pub fn gather_sparse(&self, forces: &Sparse) -> Sparse {
         sum(forces.iter().flat_map(|(k, value)| self.terms[*k].iter().map(move |(j, n)| (*j, n * value))))
     }
 
     /// Computes the mean traces of the clusters if few unknowns move, m.
-    pub(crate) fn mean_sparse(&self, x: &Sparse) -> Sparse {
+    pub fn mean_sparse(&self, x: &Sparse) -> Sparse {
         let weighted = x.iter().map(|(k, value)| (*k, self.stiffness[*k] * value)).collect();
         let of_lambda = |(j, f): (usize, f64)| match self.place[j] {
             None => vec![(j, self.inverse[j] * f)],
@@ -235,14 +250,14 @@ impl Skeleton {
     }
 
     /// Lists the rows that hold.
-    pub(crate) fn held(&self, rows: usize) -> Vec<bool> {
+    pub fn held(&self, rows: usize) -> Vec<bool> {
         let mut held = vec![false; rows];
         self.steps.iter().for_each(|step| held[step.row] = true);
         held
     }
 
     /// Computes the forces `P` of the closed rows from balanced forces on the unknowns, `B_Aᵀ P = f`, N/m.
-    pub(crate) fn forces(&self, balanced: &[f64], rows: usize) -> Vec<f64> {
+    pub fn forces(&self, balanced: &[f64], rows: usize) -> Vec<f64> {
         // Of the steps, in their order: a step has no pivot of an earlier one.
         let mut rest: Vec<f64> = balanced.to_vec();
         let mut own: Vec<f64> = Vec::with_capacity(self.steps.len());
@@ -262,7 +277,7 @@ impl Skeleton {
 }
 
 /// Finds the groups of numbers that lists of terms tie: of each number the smallest one of its group.
-pub(crate) fn leaders<'a>(count: usize, terms: impl IntoIterator<Item = &'a Sparse>) -> Vec<usize> {
+pub fn leaders<'a>(count: usize, terms: impl IntoIterator<Item = &'a Sparse>) -> Vec<usize> {
     let mut leader: Vec<usize> = (0..count).collect();
     let find = |leader: &mut [usize], mut k: usize| {
         while leader[k] != k {

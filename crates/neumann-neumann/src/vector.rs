@@ -1,6 +1,6 @@
 //! Sums over the interface unknowns.
 
 /// Returns `a · b`.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

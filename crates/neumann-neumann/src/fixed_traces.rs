@@ -33,7 +33,7 @@ struct FixedBody {
 impl FixedTraces {
     /// * `is_fixed`: by unknown. Bodies without fixed traces are left out, as are those whose `F` is singular to round-off.
     pub(crate) fn new(broken: &Broken<'_>, is_fixed: impl Fn(usize) -> bool + Sync) -> Self {
-        let made = each_body(broken.system.bodies.len(), |body| {
+        let made = each_body(broken.system().bodies.len(), |body| {
             let fixed: Vec<usize> = broken.of_body(body).filter(|k| is_fixed(*k)).collect();
             if fixed.is_empty() { None } else { FixedBody::new(broken, body, fixed) }
         });
