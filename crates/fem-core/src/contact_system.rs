@@ -66,13 +66,13 @@ pub struct ContactRows {
     pub pairs: Vec<PairRows>,
     /// The rows, pair after pair: first those along normals, then, with friction, those along tangents.
     pub rows: Vec<ContactRow>,
-    /// The rigid motions of floating bodies and of obstacles that are free, a basis of each, in the order of [`ContactProblem::rigid_motions`].
+    /// The rigid motions of floating bodies and of obstacles that are free, a basis of each, in the order of [`ContactProblem::rigid_motions`](crate::interface::ContactProblem::rigid_motions).
     pub motions: Vec<RowMotion>,
     /// The sum of the sizes of all loads, N/m.
     pub load_size: f64,
-    /// See [`ContactProblem::balancing`], N/m.
+    /// See [`ContactProblem::balancing`](crate::interface::ContactProblem::balancing), N/m.
     pub balancing: Vec<f64>,
-    /// How far the normals may be off, see [`Space::NORMAL_ERROR`].
+    /// How far the normals may be off, see [`Space::NORMAL_ERROR`](crate::space::Space::NORMAL_ERROR).
     pub normal_error: f64,
 }
 

@@ -9,7 +9,7 @@ use crate::interface::{ContactPair, ContactProblem, Roles};
 use crate::mesh::MeshError;
 use crate::parallel::each_body;
 use crate::space::{Plane, Space};
-use crate::subdomains::{CutBody, may_be_cut};
+use crate::subdomains::{CutBody, FactorError, may_be_cut};
 
 pub use crate::motions::{AssemblyMotion, BodyMotion};
 use rayon::prelude::*;
@@ -36,27 +36,6 @@ pub enum Stage {
     Factorisation,
     /// Nothing: all is ready.
     Ready,
-}
-
-/// Why a subdomain could not be factorised.
-#[derive(Debug)]
-pub(crate) enum FactorError {
-    /// Its cells make no mesh.
-    Mesh(MeshError),
-    /// It cannot be assembled.
-    Assembly(AssemblyError),
-    /// Its stiffness cannot be factorised.
-    Condensation(CondensationError),
-}
-
-impl FactorError {
-    fn of_body(self, body: usize) -> PrepareError {
-        match self {
-            Self::Mesh(source) => PrepareError::Subdomain { body, source },
-            Self::Assembly(source) => PrepareError::Assembly { body, source },
-            Self::Condensation(source) => PrepareError::Factor { body, source },
-        }
-    }
 }
 
 /// A body, factorised in one piece or in subdomains.
@@ -199,7 +178,7 @@ impl<S: Space> PreparedProblem<S> {
             bodies.push(match cut.binary_search(&body) {
                 Ok(_) => FactorisedBody::Cut(
                     CutBody::new(&problem.bodies[body], &problem.side(body), wanted(body))
-                        .map_err(|source| source.of_body(body))?,
+                        .map_err(|error| of_subdomain(body, error))?,
                 ),
                 Err(_) => match whole.next() {
                     Some(found) => FactorisedBody::Whole(Box::new(found)),
@@ -337,6 +316,15 @@ impl<S: Space> PreparedProblem<S> {
     /// If there is no such pair, or not one gap per pair of nodes.
     pub fn replace_gaps(&mut self, pair: usize, gaps: &[f64]) -> Vec<f64> {
         self.problem.contacts[pair].interface.replace_gaps(gaps)
+    }
+}
+
+/// Names the body of a subdomain that could not be factorised.
+fn of_subdomain(body: usize, error: FactorError) -> PrepareError {
+    match error {
+        FactorError::Mesh(source) => PrepareError::Subdomain { body, source },
+        FactorError::Assembly(source) => PrepareError::Assembly { body, source },
+        FactorError::Condensation(source) => PrepareError::Factor { body, source },
     }
 }
 

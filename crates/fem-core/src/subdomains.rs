@@ -6,18 +6,29 @@
 //! S = Σ_α N_αᵀ S_α N_α,   g̃ = Σ_α N_αᵀ g̃_α
 //! ```
 
-use crate::assembly::{System, external_forces, spring_forces};
+use crate::assembly::{AssemblyError, System, external_forces, spring_forces};
 use crate::body::Body;
-use crate::condensation::CondensedBody;
+use crate::condensation::{CondensationError, CondensedBody};
 use crate::directions::Directions;
 use crate::dof::{DofMap, TraceRow};
 use crate::geometry::{Coordinates, PARALLEL, norm};
 use crate::interface::{InterfaceSide, Retained};
+use crate::mesh::MeshError;
 use crate::mesh::id::NodeId;
 use crate::parallel::try_each_body;
-use crate::prepared::FactorError;
 use crate::space::{Plane, Space};
 use std::collections::BTreeMap;
+
+/// Why a subdomain could not be factorised.
+#[derive(Debug)]
+pub(crate) enum FactorError {
+    /// Its cells make no mesh.
+    Mesh(MeshError),
+    /// It cannot be assembled.
+    Assembly(AssemblyError),
+    /// Its stiffness cannot be factorised.
+    Condensation(CondensationError),
+}
 
 /// A body cut into subdomains, which its supports hold.
 #[derive(Clone, Debug)]
