@@ -414,8 +414,8 @@ fn estimates_with_columns_do_not_depend_on_the_states_before() {
     let state = |press: f64| {
         let trace: Vec<f64> = (0..count).map(|k| press * (1.0 + 0.1 * k as f64)).collect();
         [0, 1].map(|b| {
-            let n = problem.bodies()[b].interface().len();
-            problem.bodies()[b].displacement_from_trace(&trace[count - n..])
+            let n = problem.bodies()[b].whole().unwrap().interface().len();
+            problem.bodies()[b].whole().unwrap().displacement_from_trace(&trace[count - n..])
         })
     };
     let (force, opening) = (vec![0.01; count], vec![0.0; count]);

@@ -325,9 +325,9 @@ fn two_blocks(press: f64) -> (PreparedProblem, Vec<f64>) {
 #[test]
 fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
     let (problem, trace) = two_blocks(0.01);
-    let displacement = [0, 1].map(|b| problem.bodies()[b].displacement_from_trace(&trace));
+    let displacement = [0, 1].map(|b| problem.bodies()[b].whole().unwrap().displacement_from_trace(&trace));
     let mut force = vec![0.0; trace.len()];
-    problem.bodies()[1].interface().reaction(&trace, &mut force);
+    problem.bodies()[1].whole().unwrap().interface().reaction(&trace, &mut force);
     assert!(force.iter().all(|f| *f > 0.0));
     let opening = vec![0.0; trace.len()];
     let state = ContactState::between([&displacement[0], &displacement[1]], &force, &opening);
@@ -347,7 +347,7 @@ fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
 #[test]
 fn a_zero_state_has_a_zero_certificate_at_every_stage() {
     let (problem, trace) = two_blocks(0.0);
-    let displacement = [0, 1].map(|b| problem.bodies()[b].displacement_from_trace(&trace));
+    let displacement = [0, 1].map(|b| problem.bodies()[b].whole().unwrap().displacement_from_trace(&trace));
     let state = ContactState::between([&displacement[0], &displacement[1]], &trace, &trace);
     for relaxation in [Relaxation::Steps(3), Relaxation::Tolerance { tolerance: 0.02, max_steps: 9 }] {
         let e = estimate_with(&problem, &state, relaxation).unwrap();
