@@ -23,7 +23,8 @@ pub struct Reaction<S: Space = Plane> {
     /// The supported side.
     pub on: String,
     /// Force of the support on the body, N/m; a roller's is along its normal. If supports share a node and a direction, it counts for
-    /// the first; rollers with different normals take the components along their normals.
+    /// the first; rollers with different normals take the components along their normals. Of a body in subdomains that of the equilibrated stress: the
+    /// sum over all supports is the same, the parts of supports with a common edge are not.
     pub force: S::Vector,
 }
 

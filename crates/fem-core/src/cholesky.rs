@@ -103,56 +103,99 @@ impl Cholesky {
         (self.smallest.pivot, self.smallest.ratio)
     }
 
-    fn panels(&self) -> impl DoubleEndedIterator<Item = Panel<'_>> {
-        self.symbolic.layouts().iter().map(|layout| Panel {
-            first: layout.first,
-            width: layout.width,
-            below: self.symbolic.below(layout),
-            values: &self.values[layout.values.clone()],
+    /// Lists the panels with the columns from `start`, each with the number of its columns before.
+    fn panels_from(&self, start: usize) -> impl DoubleEndedIterator<Item = (Panel<'_>, usize)> {
+        let layouts = self.symbolic.layouts();
+        let from = layouts.partition_point(|of| of.first + of.width <= start);
+        layouts[from..].iter().map(move |layout| {
+            let (first, width) = (layout.first, layout.width);
+            let below = self.symbolic.below(layout);
+            let panel = Panel { first, width, below, values: &self.values[layout.values.clone()] };
+            (panel, start.saturating_sub(first))
         })
     }
 
-    /// Solves `L y = x` in place.
+    /// Solves `L y = x` in place: of a shorter `x` with the last columns of `L` alone.
     ///
     /// # Panics
-    /// If `x` is shorter than the dimension.
+    /// If `x` is longer than the dimension.
     pub fn forward(&self, x: &mut [f64]) {
-        self.forward_all(&mut [x]);
+        let start = self.dimension() - x.len();
+        pulp::Arch::new().dispatch(substitution::Forward { factor: self, columns: &mut [x], start });
     }
 
-    /// [`Self::forward`] for several right-hand sides: it reads the factor once.
+    /// [`Self::forward`] for several right-hand sides of full length: it reads the factor once.
     ///
     /// # Panics
     /// If a column is shorter than the dimension.
     pub(crate) fn forward_all(&self, columns: &mut [&mut [f64]]) {
-        pulp::Arch::new().dispatch(substitution::Forward { factor: self, columns });
+        pulp::Arch::new().dispatch(substitution::Forward { factor: self, columns, start: 0 });
     }
 
     /// Solves `Lᵀ x = y` in place, with the last `given` entries of `x` already known: then the leading
-    /// part solves `L_IIᵀ x_I = y_I − L_CIᵀ x_C`.
+    /// part solves `L_IIᵀ x_I = y_I − L_CIᵀ x_C`. Of a shorter `x` with the last columns of `L` alone.
     ///
     /// # Panics
-    /// If `x` is shorter than the dimension.
+    /// If `x` is longer than the dimension.
     pub(crate) fn backward(&self, x: &mut [f64], given: usize) {
-        let end = self.dimension() - given;
-        pulp::Arch::new().dispatch(substitution::Backward { factor: self, x, end });
+        let (start, end) = (self.dimension() - x.len(), self.dimension() - given);
+        pulp::Arch::new().dispatch(substitution::Backward { factor: self, x, start, end });
     }
 
     /// Solves `K x = b` in place.
     ///
     /// # Panics
-    /// If `x` is shorter than the dimension.
+    /// If `x` is longer than the dimension.
     pub fn solve(&self, x: &mut [f64]) {
         self.forward(x);
         self.backward(x, 0);
+    }
+
+    /// Computes `L x` with the last columns of `L`, as many as `x` has entries.
+    ///
+    /// # Panics
+    /// If `x` is longer than the dimension.
+    pub(crate) fn product(&self, x: &[f64]) -> Vec<f64> {
+        let (start, mut product) = (self.dimension() - x.len(), vec![0.0; x.len()]);
+        pulp::Arch::new().dispatch(substitution::Product { factor: self, x, product: &mut product, start });
+        product
+    }
+
+    /// Computes `Lᵀ x` in place with the last columns of `L`, as many as each `x` has entries; it reads the factor once.
+    ///
+    /// * `length`: the entries of each `x`.
+    ///
+    /// # Panics
+    /// If an `x` is shorter, or longer than the dimension.
+    pub(crate) fn transposed_products(&self, columns: &mut [&mut [f64]], length: usize) {
+        let start = self.dimension() - length;
+        pulp::Arch::new().dispatch(substitution::TransposedProduct { factor: self, columns, start });
+    }
+
+    /// Computes the sums of squares of the last `m` rows of `L`, each over the last `m` columns.
+    pub(crate) fn trailing_squares(&self, m: usize) -> Vec<f64> {
+        let start = self.dimension() - m;
+        let mut squares = vec![0.0; m];
+        for (panel, skipped) in self.panels_from(start) {
+            for k in skipped..panel.width {
+                let (pivot, inside, below) = panel.column(k);
+                let own = &mut squares[panel.first + k - start..];
+                own[0] += pivot * pivot;
+                own[1..].iter_mut().zip(inside).for_each(|(sum, l)| *sum += l * l);
+                for (&row, l) in panel.below.iter().zip(below) {
+                    squares[row as usize - start] += l * l;
+                }
+            }
+        }
+        squares
     }
 
     /// Returns the trailing `m × m` block of `L`, column-major with zeros above the diagonal.
     pub fn trailing_block(&self, m: usize) -> Vec<f64> {
         let start = self.dimension() - m;
         let mut block = vec![0.0; m * m];
-        for panel in self.panels().filter(|p| p.first + p.width > start) {
-            for k in start.saturating_sub(panel.first)..panel.width {
+        for (panel, skipped) in self.panels_from(start) {
+            for k in skipped..panel.width {
                 let (pivot, inside, below) = panel.column(k);
                 let j = panel.first + k - start;
                 block[j * m + j] = pivot;
@@ -222,6 +265,33 @@ mod tests {
             c.backward(&mut y, 10);
             for (a, e) in y.iter().zip(&exact) {
                 assert!((a - e).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_columns_are_a_factor_of_their_own() {
+        let matrix = sample(40);
+        for widths in [vec![40], vec![1; 40], vec![7, 3, 20, 10]] {
+            let c = Cholesky::new(&matrix, &chain(&widths)).unwrap();
+            for m in [0, 1, 9, 10, 17, 30, 40] {
+                let l = nalgebra::DMatrix::from_vec(m, m, c.trailing_block(m));
+                let x = nalgebra::DVector::from_fn(m, |i, _| (3.0 * i as f64).cos());
+                let near = |found: &[f64], expected: &nalgebra::DVector<f64>| {
+                    assert_eq!(found.len(), m);
+                    found.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-13, "{a} {b}"));
+                };
+                near(&c.product(x.as_slice()), &(&l * &x));
+                let mut product = x.as_slice().to_vec();
+                c.transposed_products(&mut [&mut product], m);
+                near(&product, &l.tr_mul(&x));
+                near(&c.trailing_squares(m), &(&l * l.transpose()).diagonal());
+                let mut solution = (&l * &x).as_slice().to_vec();
+                c.forward(&mut solution);
+                near(&solution, &x);
+                let mut solution = l.tr_mul(&x).as_slice().to_vec();
+                c.backward(&mut solution, 0);
+                near(&solution, &x);
             }
         }
     }

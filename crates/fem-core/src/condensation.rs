@@ -16,12 +16,12 @@ pub use refinement::InterfaceLoad;
 
 use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};
-use crate::dense::triangular;
 use crate::dof::{DofMap, IMPOSED};
 use crate::geometry::{Coordinates, Point};
 use crate::memory::fits_in_memory;
 use crate::mesh::id::NodeId;
 use crate::space::{Plane, Space};
+use std::sync::Arc;
 use thiserror::Error;
 
 /// A pivot below this fraction of its diagonal entry has lost all its digits.
@@ -63,7 +63,7 @@ pub enum CondensationError {
 #[derive(Clone, Debug)]
 pub struct CondensedBody<S: Space = Plane> {
     dofs: DofMap<S>,
-    factor: Cholesky,
+    factor: Arc<Cholesky>,
     /// `L⁻¹ f`: the forward half of every solve, done once.
     forward_load: Vec<f64>,
     interface: InterfaceOperator,
@@ -91,11 +91,11 @@ impl<S: Space> CondensedBody<S> {
         if !(ratio > PIVOT_FLOOR) {
             return Err(CondensationError::NearlySingular { point: place(pivot), ratio });
         }
-        let n_c = dofs.interface_len();
+        let (n_c, factor) = (dofs.interface_len(), Arc::new(factor));
         if !fits_in_memory((2 * size_of::<f64>()).saturating_mul(n_c).saturating_mul(n_c)) {
             return Err(CondensationError::OutOfMemory { pairs: n_c });
         }
-        let interface = InterfaceOperator::new(factor.trailing_block(n_c), n_c);
+        let interface = InterfaceOperator::new(factor.clone(), n_c);
         Ok(Self { dofs, factor, forward_load: Vec::new(), interface }.under(load))
     }
 
@@ -155,7 +155,7 @@ impl<S: Space> CondensedBody<S> {
         let mut x = self.forward_load.clone();
         let start = x.len() - self.interface.len();
         let mut y = r.to_vec();
-        triangular::forward(self.interface.factor(), &mut y);
+        self.interface.forward(&mut y);
         for (x, y) in x[start..].iter_mut().zip(&y) {
             *x += y;
         }

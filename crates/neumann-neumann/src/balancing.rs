@@ -13,6 +13,7 @@ use crate::skeleton::Skeleton;
 use crate::vector::dot;
 use contact_qp::SparseFactor;
 use fem_core::each_body;
+use nalgebra::DMatrix;
 
 /// A column of the coarse space that keeps less than this fraction of its energy beside the others depends on them.
 const RANK: f64 = 1e-10;
@@ -26,13 +27,19 @@ const NOISE: f64 = 1e-10;
 /// Inner iterations in which η must halve.
 const PATIENCE: usize = 10;
 
+/// The same with subdomains: rigid motions alone are a poor coarse space of nearly incompressible ones, and η falls slowly and not at every iteration.
+const PATIENCE_OF_SUBDOMAINS: usize = 100;
+
+/// Bodies whose parts of `C` are computed before they are added up.
+const TOGETHER: usize = 64;
+
 /// The operators of the linear problem.
 pub struct Balancing {
     /// The unknowns.
     pub skeleton: Skeleton,
     fixed: FixedTraces,
-    /// Columns of `Z`, each with energy 1, and of `S_A Z`.
-    columns: Vec<(Sparse, Sparse)>,
+    /// Columns of `Z`, each with energy 1.
+    columns: Vec<Sparse>,
     /// The factor of `C`, which leaves dependent columns out.
     factor: SparseFactor,
 }
@@ -52,7 +59,7 @@ pub struct Inner {
     holding: Vec<f64>,
     /// Inner iterations so far.
     pub count: usize,
-    /// The energy of the first traces, `xᵀ S x`, or of the loads if it is larger.
+    /// The energy by which noise is known: of the first traces, `xᵀ S x`, or of the loads if it is larger.
     pub energy: f64,
     /// The last η² that was half of the one before, and the iterations since.
     mark: f64,
@@ -85,11 +92,13 @@ impl Balancing {
         (forces, sums)
     }
 
-    /// Computes `Z C⁺ f` for one number per column.
-    fn coarse(&self, mut f: Vec<f64>) -> Vec<f64> {
+    /// Computes `Z C⁺ Zᵀ r`.
+    fn coarse(&self, forces: &[f64]) -> Vec<f64> {
+        let along = |z: &Sparse| z.iter().map(|(k, value)| value * forces[*k]).sum();
+        let mut f: Vec<f64> = self.columns.iter().map(along).collect();
         self.factor.solve(&mut f);
         let mut lambda = vec![0.0; self.skeleton.len()];
-        for ((z, _), amount) in self.columns.iter().zip(f) {
+        for (z, amount) in self.columns.iter().zip(f) {
             z.iter().for_each(|(k, value)| lambda[*k] += amount * value);
         }
         lambda
@@ -106,8 +115,7 @@ impl Balancing {
         // λ += Z C⁺ Zᵀ r, twice, so that the bodies balance to round-off.
         for _ in 0..2 {
             let residual = skeleton.gather(&forces);
-            let loads: Vec<f64> = self.columns.iter().map(|(z, _)| part(z, &residual)).collect();
-            let lambda = self.coarse(loads);
+            let lambda = self.coarse(&residual);
             subtract(&mut x, -1.0, &skeleton.expand(&lambda));
             subtract(&mut forces, 1.0, &self.operator(broken, &lambda).0);
         }
@@ -117,6 +125,13 @@ impl Balancing {
         Inner { energy, x, forces, residual, squared, direction, holding, count: 0, mark: squared, idle: 0 }
     }
 
+    /// [`Self::step_1`] at the traces of an earlier solve: what they leave asks for a correction, whose own size says what is noise.
+    pub fn step_1_again(&self, broken: &Broken<'_>, load: &Load, x: &[f64]) -> Inner {
+        let mut inner = self.step_1(broken, load, x);
+        inner.energy = inner.squared;
+        inner
+    }
+
     /// Step 2: the Neumann problems of all bodies under their shares of the imbalance.
     fn step_2(&self, broken: &Broken<'_>, residual: &[f64]) -> Step2 {
         let shares = self.skeleton.share(residual);
@@ -124,8 +139,8 @@ impl Balancing {
         let holding = self.fixed.hold(broken, &shares, &mut traces);
         let mut w = self.skeleton.mean(&traces);
         let squared = dot(residual, &w);
-        let loads: Vec<f64> = self.columns.iter().map(|(_, moved)| part(moved, &w)).collect();
-        subtract(&mut w, 1.0, &self.coarse(loads));
+        let moved = self.coarse(&self.operator(broken, &w).1);
+        subtract(&mut w, 1.0, &moved);
         Step2 { direction: w, squared, holding }
     }
 
@@ -153,7 +168,7 @@ impl Balancing {
         if squared <= 0.25 * inner.mark {
             (inner.mark, inner.idle) = (squared, 0);
         }
-        inner.idle < PATIENCE
+        inner.idle < if broken.shares() { PATIENCE_OF_SUBDOMAINS } else { PATIENCE }
     }
 
     /// Bounds the energy of the displacements under forces in balance, `f·S_A⁺ f ≤ f·M f`: equal to it if no displacement is shared and no row closed.
@@ -161,8 +176,7 @@ impl Balancing {
     /// * `forces`: on the unknowns, N/m.
     pub fn energy_bound(&self, broken: &Broken<'_>, forces: &[f64]) -> f64 {
         let residual = self.skeleton.gather(forces);
-        let loads: Vec<f64> = self.columns.iter().map(|(z, _)| part(z, &residual)).collect();
-        let lambda = self.coarse(loads);
+        let lambda = self.coarse(&residual);
         let mut rest = residual.clone();
         subtract(&mut rest, 1.0, &self.operator(broken, &lambda).1);
         dot(&lambda, &residual) + self.step_2(broken, &rest).squared
@@ -177,61 +191,83 @@ impl Balancing {
     }
 }
 
-/// Lists the columns of `Z` and of `S_A Z`, and factorises `C`: most columns have no λ in common.
+/// Lists the columns of `Z`, and factorises `C`, the sum of the parts of all bodies.
 fn coarse_space(
     broken: &Broken<'_>,
     skeleton: &Skeleton,
-) -> Result<(Vec<(Sparse, Sparse)>, SparseFactor), BalancingError> {
+) -> Result<(Vec<Sparse>, SparseFactor), BalancingError> {
     let motions = broken.motions();
-    let column = |k: usize| {
-        let z = match motions[k][..] {
-            // An obstacle has no stiffness to weigh it by.
-            [(unknown, _)] if broken.is_obstacle(unknown) => skeleton.gather_sparse(&motions[k]),
-            _ => skeleton.mean_sparse(&motions[k]),
-        };
-        let moved = skeleton.gather_sparse(&broken.stiffness_sparse(&skeleton.expand_sparse(&z)));
-        let (mut energy, mut size) = (0.0, 0.0);
-        merge(&z, &moved, |z, s| energy += z * s);
-        z.iter().for_each(|(k, value)| size += value * value * skeleton.stiffness_of(*k));
-        let scaled = |of: Sparse| of.into_iter().map(|(k, value)| (k, value / energy.sqrt())).collect();
-        // A motion that nothing resists has rounding alone.
-        (energy > RESISTED * size).then(|| (scaled(z), scaled(moved)))
-    };
-    let columns: Vec<(Sparse, Sparse)> = each_body(motions.len(), column).into_iter().flatten().collect();
+    let mut columns = each_body(motions.len(), |k| match motions[k][..] {
+        // An obstacle has no stiffness to weigh it by.
+        [(unknown, _)] if broken.is_obstacle(unknown) => skeleton.gather_sparse(&motions[k]),
+        _ => skeleton.mean_sparse(&motions[k]),
+    });
     let mut by_lambda = vec![Vec::new(); skeleton.len()];
-    for (i, (z, _)) in columns.iter().enumerate() {
+    for (i, z) in columns.iter().enumerate() {
         z.iter().for_each(|(k, z)| by_lambda[*k].push((i, *z)));
     }
-    let (mut entries, mut column, mut met) = (Vec::new(), vec![0.0; columns.len()], Vec::new());
-    for (j, (_, moved)) in columns.iter().enumerate() {
-        for (k, s) in moved {
-            for (i, z) in &by_lambda[*k] {
-                if column[*i] == 0.0 {
-                    met.push(*i);
-                }
-                column[*i] += z * s;
-            }
-        }
-        let own = met.drain(..).map(|i| (i, j, std::mem::take(&mut column[i])));
-        entries.extend(own.filter(|(i, j, entry)| i <= j && *entry != 0.0));
+    let mut entries: Vec<(usize, usize, f64)> = Vec::new();
+    let bodies = broken.system().bodies.len();
+    for first in (0..bodies).step_by(TOGETHER) {
+        let of = |b: usize| energies(broken, skeleton, first + b, &by_lambda);
+        entries.extend(each_body(TOGETHER.min(bodies - first), of).into_iter().flatten());
+        entries.sort_unstable_by_key(|(i, j, _)| (*j, *i));
+        entries.dedup_by(|next, sum| {
+            let same = (next.0, next.1) == (sum.0, sum.1);
+            sum.2 += if same { next.2 } else { 0.0 };
+            same
+        });
     }
+    // Each column gets energy 1. A motion that nothing resists has rounding alone.
+    let mut scales = vec![0.0; columns.len()];
+    for (i, _, energy) in entries.iter().filter(|(i, j, _)| i == j) {
+        let size: f64 = columns[*i].iter().map(|(k, z)| z * z * skeleton.stiffness_of(*k)).sum();
+        scales[*i] = if *energy > RESISTED * size { 1.0 / energy.sqrt() } else { 0.0 };
+    }
+    entries.retain_mut(|(i, j, entry)| {
+        *entry *= scales[*i] * scales[*j];
+        *entry != 0.0
+    });
+    let mut kept = vec![usize::MAX; columns.len()];
+    scales
+        .iter()
+        .enumerate()
+        .filter(|(_, scale)| **scale > 0.0)
+        .enumerate()
+        .for_each(|(k, (i, _))| kept[i] = k);
+    entries.iter_mut().for_each(|(i, j, _)| (*i, *j) = (kept[*i], kept[*j]));
+    columns.iter_mut().zip(&scales).for_each(|(z, scale)| z.iter_mut().for_each(|(_, z)| *z *= scale));
+    let columns: Vec<Sparse> =
+        columns.into_iter().zip(scales).filter(|(_, scale)| *scale > 0.0).map(|(z, _)| z).collect();
     let factor = SparseFactor::semi_definite(columns.len(), entries, RANK)?;
     Ok((columns, factor))
 }
 
-fn part(sparse: &Sparse, all: &[f64]) -> f64 {
-    sparse.iter().map(|(k, value)| value * all[*k]).sum()
-}
-
-/// Calls a function for every number that two vectors have in common.
-fn merge(a: &Sparse, b: &Sparse, mut both: impl FnMut(f64, f64)) {
-    let mut b = b.iter().peekable();
-    for (k, value) in a {
-        while b.next_if(|(other, _)| other < k).is_some() {}
-        if let Some((_, other)) = b.next_if(|(other, _)| other == k) {
-            both(*value, *other);
+/// Computes the part of a body in `C`, upper triangle: row, column, entry.
+///
+/// * `by_lambda`: `Z` by rows.
+fn energies(
+    broken: &Broken<'_>,
+    skeleton: &Skeleton,
+    body: usize,
+    by_lambda: &[Vec<(usize, f64)>],
+) -> Vec<(usize, usize, f64)> {
+    let own = broken.of_body(body);
+    let moved = |k: usize| {
+        skeleton.terms(k).iter().flat_map(|(j, n)| by_lambda[*j].iter().map(move |(i, z)| (*i, n * z)))
+    };
+    let mut seen: Vec<usize> = own.clone().flat_map(moved).map(|(i, _)| i).collect();
+    seen.sort_unstable();
+    seen.dedup();
+    let mut traces = DMatrix::zeros(own.len(), seen.len());
+    for (row, k) in own.enumerate() {
+        for (i, value) in moved(k) {
+            traces[(row, seen.partition_point(|of| *of < i))] += value;
         }
     }
+    let products = broken.products(body, traces);
+    let upper = (0..seen.len()).flat_map(|q| (0..=q).map(move |p| (p, q)));
+    upper.map(|(p, q)| (seen[p], seen[q], products[(p, q)])).collect()
 }
 
 fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {

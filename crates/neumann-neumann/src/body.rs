@@ -1,6 +1,6 @@
 //! The linear problems of the bodies of a prepared problem: directly, or by conjugate gradients over their subdomains.
 
-use crate::balancing::{Balancing, Inner};
+use crate::balancing::Balancing;
 use crate::broken::{Broken, Load};
 use crate::error::BalancingError;
 use crate::skeleton::Skeleton;
@@ -20,8 +20,11 @@ use std::borrow::Cow;
 /// η below this fraction of the energy norm is rounding.
 const FLOOR: f64 = 1e-15;
 
-/// Times that conjugate gradients begin again from the residual of the traces themselves.
-const RESTARTS: usize = 3;
+/// Times that conjugate gradients begin again from the residual of the traces themselves, at most.
+const RESTARTS: usize = 20;
+
+/// Beginning again must have lowered η to this fraction.
+const GAIN: f64 = 0.5;
 
 /// A prepared problem, with the solvers of its bodies.
 pub struct BodySolvers<'a, S: Space = Plane> {
@@ -258,23 +261,18 @@ impl<S: Space> CutSolver<'_, S> {
 
 /// Solves for the traces under a load, to round-off.
 fn solve(broken: &Broken<'_>, linear: &Balancing, load: &Load) -> Vec<f64> {
-    let mut x = vec![0.0; broken.len()];
-    let mut last = f64::INFINITY;
+    let mut inner = linear.step_1(broken, load, &vec![0.0; broken.len()]);
+    let floor = FLOOR * FLOOR * inner.energy;
     for _ in 0..=RESTARTS {
-        let mut inner: Inner = linear.step_1(broken, load, &x);
-        let floor = FLOOR * FLOOR * inner.energy;
-        // Beginning again has brought nothing.
-        if !(inner.squared < last) {
-            break;
-        }
-        last = inner.squared;
+        let before = inner.squared;
         while inner.squared > floor && linear.update(broken, &mut inner) {}
-        x = inner.x;
-        if last <= floor {
+        let again = linear.step_1_again(broken, load, &inner.x);
+        if !(again.squared < GAIN * GAIN * before) {
             break;
         }
+        inner = again;
     }
-    x
+    inner.x
 }
 
 /// Joins the fields of all subdomains.

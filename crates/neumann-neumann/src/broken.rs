@@ -213,15 +213,11 @@ impl<'a> Broken<'a> {
         &self.parts[body].basis
     }
 
-    /// Computes `S x` of a vector that few bodies see, N/m.
-    pub fn stiffness_sparse(&self, x: &Sparse) -> Sparse {
-        let mut forces = Vec::new();
-        let of_body = |k: usize| self.parts.partition_point(|part| part.unknowns.end <= k);
-        for entries in x.chunk_by(|a, b| of_body(a.0) == of_body(b.0)) {
-            let Some(part) = self.parts.get(of_body(entries[0].0)) else { continue };
-            forces.extend(part.unknowns.clone().zip(part.stiffness_sparse(entries)));
-        }
-        forces
+    /// Computes `VᵀS V` of some traces of a body, N/m.
+    ///
+    /// * `traces`: `V`, a column each, m.
+    pub fn products(&self, body: usize, traces: DMatrix<f64>) -> DMatrix<f64> {
+        self.parts[body].products(traces)
     }
 
     /// Applies an operator of each body; one that sees only zeros is left out.
@@ -359,27 +355,17 @@ impl<'a> Part<'a> {
     fn stiffness(&self, x: &[f64]) -> Vec<f64> {
         let mut forces = DVector::zeros(x.len());
         self.condensed.apply_schur(x, forces.as_mut_slice());
-        self.without_springs(forces)
-    }
-
-    /// Computes `S x` from the columns of the given unknowns, N/m.
-    fn stiffness_sparse(&self, x: &[(usize, f64)]) -> Vec<f64> {
-        let mut forces = DVector::zeros(self.unknowns.len());
-        for (unknown, value) in x {
-            let column = self.condensed.schur().chunks(forces.len()).nth(unknown - self.unknowns.start);
-            let terms = forces.iter_mut().zip(column.unwrap_or_default());
-            terms.for_each(|(force, stiffness)| *force += value * stiffness);
-        }
-        self.without_springs(forces)
-    }
-
-    /// Takes the forces of the springs out of forces under `S_s`.
-    fn without_springs(&self, mut forces: DVector<f64>) -> Vec<f64> {
         if self.basis.ncols() > 0 {
             let held = &self.inverse * self.basis.tr_mul(&forces);
             forces -= &self.moved * held;
         }
         forces.data.into()
+    }
+
+    fn products(&self, mut traces: DMatrix<f64>) -> DMatrix<f64> {
+        let by_springs = self.moved.tr_mul(&traces);
+        self.condensed.weigh(traces.as_mut_slice());
+        traces.tr_mul(&traces) - by_springs.tr_mul(&(&self.inverse * &by_springs))
     }
 
     fn flexibility(&self, f: &[f64]) -> Vec<f64> {

@@ -179,6 +179,11 @@ impl Skeleton {
         self.terms.iter().map(|terms| terms.iter().map(|(j, n)| n * lambda[*j]).sum()).collect()
     }
 
+    /// Returns the row of `N` of an unknown.
+    pub fn terms(&self, unknown: usize) -> &Sparse {
+        &self.terms[unknown]
+    }
+
     /// Tells whether the closed rows fix an unknown: no λ moves it.
     pub fn is_fixed(&self, unknown: usize) -> bool {
         self.terms[unknown].is_empty()
@@ -208,11 +213,6 @@ impl Skeleton {
     pub fn share(&self, forces: &[f64]) -> Vec<f64> {
         let shares = self.expand(&self.weighted(forces.to_vec()));
         shares.iter().zip(&self.stiffness).map(|(share, k)| k * share).collect()
-    }
-
-    /// Computes `N λ` of few λ, m.
-    pub fn expand_sparse(&self, lambda: &Sparse) -> Sparse {
-        sum(lambda.iter().flat_map(|(j, value)| self.columns[*j].iter().map(move |(k, n)| (*k, n * value))))
     }
 
     /// Sums up few forces by cluster, N/m.

@@ -86,9 +86,13 @@ pub(crate) fn solve(
         let mut gains = true;
         loop {
             let is_first = run.history.is_empty();
-            // Step 2 (10), (11), and the update of λ: until η has fallen to a tenth; on the right set one at a time.
+            // Step 2 (10), (11), and the update of λ: until η has fallen to a tenth; on the right set of bodies in one piece one at a time.
             let part = if search.knows { ACCURATE } else { INEXACT };
-            let goal = if inner.count == 0 { part * part * inner.squared } else { inner.squared };
+            // An iterate of subdomains costs as much as many inner iterations.
+            let goal = match inner.count == 0 || broken.shares() {
+                true => part * part * inner.squared,
+                false => inner.squared,
+            };
             // The first iterate of a run is the one that all others are measured against.
             while !is_first && gains && inner.squared >= goal && !run.stop.is_interrupted() {
                 gains = inner.squared > floor && linear.update(&broken, &mut inner);

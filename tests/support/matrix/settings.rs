@@ -81,7 +81,7 @@ pub(super) fn draw(d: &mut Draw, of: Allowed) -> Settings {
 /// Cuts bodies into subdomains, some of them with few iterations: every iterate has a bound.
 pub(super) fn cut(d: &mut Draw, all: &mut Settings) {
     let of = |key: &str| all.iter().find(|(known, _)| *known == key).map(|(_, value)| value.as_str());
-    if !matches!(of("solver.method"), Some("\"auto\"" | "\"newton-nn\"")) || !d.on(0.06, "subdomains") {
+    if !matches!(of("solver.method"), Some("\"auto\"" | "\"newton-nn\"")) || !d.on(0.2, "subdomains") {
         return;
     }
     all.push(("solver.subdomains", d.random.integer(2, 12).to_string()));

@@ -1,13 +1,14 @@
 //! A condensed body as its interface sees it: without a mesh and without a dimension.
 
+use crate::cholesky::Cholesky;
 use crate::dense::triangular;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// The Steklov-Poincaré operator `S = L_CC L_CCᵀ` of a body, and its condensed load `g̃`.
 #[derive(Clone, Debug)]
 pub struct InterfaceOperator {
-    /// `L_CC`, column-major.
-    factor: Vec<f64>,
+    /// `L`, whose last columns are `L_CC`.
+    factor: Arc<Cholesky>,
     /// `S`, column-major, both triangles, if it was asked for.
     schur: OnceLock<Vec<f64>>,
     /// `g̃ = L_CC (L⁻¹ f)_C`.
@@ -17,8 +18,8 @@ pub struct InterfaceOperator {
 impl InterfaceOperator {
     /// Takes a factor; the load is zero.
     ///
-    /// * `factor`: `L_CC`, column-major; `size`: its number of columns.
-    pub(super) fn new(factor: Vec<f64>, size: usize) -> Self {
+    /// * `size`: the number of columns of `L_CC`.
+    pub(super) fn new(factor: Arc<Cholesky>, size: usize) -> Self {
         Self { factor, schur: OnceLock::new(), condensed_load: vec![0.0; size] }
     }
 
@@ -31,14 +32,7 @@ impl InterfaceOperator {
 
     /// Computes `g̃ = L_CC (L⁻¹ f)_C`, N/m.
     pub(super) fn condensed(&self, forward_load: &[f64]) -> Vec<f64> {
-        let n_c = self.len();
-        let mut condensed_load = vec![0.0; n_c];
-        for (j, yj) in forward_load.iter().enumerate() {
-            for i in j..n_c {
-                condensed_load[i] += self.factor[j * n_c + i] * yj;
-            }
-        }
-        condensed_load
+        self.factor.product(forward_load)
     }
 
     /// Replaces the condensed load and returns the old one, N/m.
@@ -46,9 +40,14 @@ impl InterfaceOperator {
         std::mem::replace(&mut self.condensed_load, load)
     }
 
-    /// Returns `L_CC`, column-major.
-    pub(super) fn factor(&self) -> &[f64] {
-        &self.factor
+    /// Returns `L_CC`, column-major, with zeros above the diagonal.
+    pub fn trailing_factor(&self) -> Vec<f64> {
+        self.factor.trailing_block(self.len())
+    }
+
+    /// Overwrites a force by `L_CC⁻¹ r`.
+    pub(super) fn forward(&self, r: &mut [f64]) {
+        self.factor.forward(r);
     }
 
     /// Returns the number of interface unknowns.
@@ -63,16 +62,12 @@ impl InterfaceOperator {
 
     /// Returns `S`, column-major, both triangles, N/m²; computed once, when it is first needed.
     pub fn schur(&self) -> &[f64] {
-        self.schur.get_or_init(|| triangular::square(&self.factor, self.len()))
+        self.schur.get_or_init(|| triangular::square(&self.trailing_factor(), self.len()))
     }
 
     /// Computes the diagonal of `S`, N/m², without `S`.
     pub fn diagonal(&self) -> Vec<f64> {
-        let mut diagonal = vec![0.0; self.len()];
-        for (j, column) in self.factor.chunks_exact(self.len().max(1)).enumerate() {
-            diagonal[j..].iter_mut().zip(&column[j..]).for_each(|(sum, l)| *sum += l * l);
-        }
-        diagonal
+        self.factor.trailing_squares(self.len())
     }
 
     /// Returns `g̃`, N/m.
@@ -91,14 +86,24 @@ impl InterfaceOperator {
         }
     }
 
-    /// Computes `S v`, N/m.
+    /// Computes `S v = L_CC (L_CCᵀ v)`, N/m.
     ///
     /// # Panics
     /// If `v` or `r` has not `n_c` entries.
     pub fn apply_schur(&self, v: &[f64], r: &mut [f64]) {
         self.check("the trace", v);
         self.check("the reaction", r);
-        triangular::multiply(self.schur(), v, r);
+        let mut y = v.to_vec();
+        self.factor.transposed_products(&mut [&mut y], v.len());
+        r.copy_from_slice(&self.factor.product(&y));
+    }
+
+    /// Computes `L_CCᵀ v` of several traces in place: scalar products of the results are those with `S`.
+    ///
+    /// * `traces`: one after the other.
+    pub fn weigh(&self, traces: &mut [f64]) {
+        let mut columns: Vec<&mut [f64]> = traces.chunks_exact_mut(self.len().max(1)).collect();
+        self.factor.transposed_products(&mut columns, self.len());
     }
 
     /// Computes the trace of a correction under a normal force, `w = S⁻¹ r` (m), by two triangular solves.
@@ -109,13 +114,13 @@ impl InterfaceOperator {
         self.check("the force", r);
         self.check("the trace", w);
         w.copy_from_slice(r);
-        triangular::forward(&self.factor, w);
-        triangular::backward(&self.factor, w);
+        self.factor.forward(w);
+        self.factor.backward(w, 0);
     }
 
     /// Computes `S⁻¹`, column-major, both triangles, m²/N: all traces under unit forces at once.
     pub fn flexibility(&self) -> Vec<f64> {
-        triangular::invert(&self.factor, self.len())
+        triangular::invert(&self.trailing_factor(), self.len())
     }
 
     /// Asserts that there is one entry per interface unknown.

@@ -2,7 +2,6 @@
 
 use super::CondensedBody;
 use crate::body::Body;
-use crate::dense::triangular;
 use crate::double_double::{DoubleDouble, PreciseVector};
 use crate::geometry::Coordinates;
 use crate::mesh::id::NodeId;
@@ -128,7 +127,7 @@ impl<S: Space> CondensedBody<S> {
     pub fn replace_condensed_load(&mut self, load: Vec<f64>) -> InterfaceLoad {
         self.interface.check("the load", &load);
         let mut forward = load.clone();
-        triangular::forward(self.interface.factor(), &mut forward);
+        self.interface.forward(&mut forward);
         self.swap_load(InterfaceLoad { condensed: load, forward })
     }
 

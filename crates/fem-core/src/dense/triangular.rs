@@ -5,7 +5,6 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
-use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Accum, MatMut, MatRef, Par};
@@ -43,34 +42,6 @@ pub(crate) fn update(columns: &[f64], [height, width]: [usize; 2], update: &mut 
     let update = MatMut::from_column_major_slice_mut(update, n, n);
     let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
     triangular::matmul(update, lower, Accum::Replace, below, whole, below.transpose(), whole, -1.0, Par::Seq);
-}
-
-/// Solves `L y = x` in place.
-///
-/// * `factor`: L, lower triangle.
-pub(crate) fn forward(factor: &[f64], x: &mut [f64]) {
-    let n = x.len();
-    let x = MatMut::from_column_major_slice_mut(x, n, 1);
-    solve_lower_triangular_in_place(MatRef::from_column_major_slice(factor, n, n), x, Par::Seq);
-}
-
-/// Solves `Lᵀ y = x` in place.
-///
-/// * `factor`: L, lower triangle.
-pub(crate) fn backward(factor: &[f64], x: &mut [f64]) {
-    let n = x.len();
-    let x = MatMut::from_column_major_slice_mut(x, n, 1);
-    solve_upper_triangular_in_place(MatRef::from_column_major_slice(factor, n, n).transpose(), x, Par::Seq);
-}
-
-/// Computes `S x` with a symmetric matrix.
-///
-/// * `matrix`: S, both triangles.
-pub(crate) fn multiply(matrix: &[f64], x: &[f64], y: &mut [f64]) {
-    let n = x.len();
-    let [matrix, x] =
-        [(matrix, n), (x, 1)].map(|(m, columns)| MatRef::from_column_major_slice(m, n, columns));
-    matmul(MatMut::from_column_major_slice_mut(y, n, 1), Accum::Replace, matrix, x, 1.0, Par::Seq);
 }
 
 /// Computes `L Lᵀ`, both triangles.

@@ -67,22 +67,6 @@ fn the_first_pivot_that_is_not_positive_is_named() {
 }
 
 #[test]
-fn solutions_satisfy_their_systems() {
-    for n in SIZES {
-        let l = lower(n);
-        let x: Vec<f64> = (0..n).map(|k| value(k, 3)).collect();
-        let [mut y, mut z] = [x.clone(), x.clone()];
-        forward(&l, &mut y);
-        backward(&l, &mut z);
-        for i in 0..n {
-            let of_l: f64 = (0..=i).map(|k| l[k * n + i] * y[k]).sum();
-            let of_transpose: f64 = (i..n).map(|k| l[i * n + k] * z[k]).sum();
-            assert!((of_l - x[i]).abs() < 1e-13 && (of_transpose - x[i]).abs() < 1e-13, "n = {n}");
-        }
-    }
-}
-
-#[test]
 fn an_inverse_times_its_matrix_is_the_identity() {
     for n in SIZES {
         let l = lower(n);
@@ -90,10 +74,9 @@ fn an_inverse_times_its_matrix_is_the_identity() {
         for k in below(n) {
             let (i, j) = (k % n, k / n);
             assert!((a[k] - expected[k]).abs() < 1e-13 && a[i * n + j] == a[k], "n = {n}");
-            let mut entry = vec![0.0; n];
-            multiply(&a, &inverse[j * n..(j + 1) * n], &mut entry);
+            let entry: f64 = (0..n).map(|k| a[k * n + i] * inverse[j * n + k]).sum();
             let of_identity = if i == j { 1.0 } else { 0.0 };
-            assert!((entry[i] - of_identity).abs() < 1e-12 && inverse[i * n + j] == inverse[k], "n = {n}");
+            assert!((entry - of_identity).abs() < 1e-12 && inverse[i * n + j] == inverse[k], "n = {n}");
         }
     }
     assert!(square(&[], 0).is_empty() && invert(&[], 0).is_empty());
