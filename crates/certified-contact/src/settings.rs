@@ -69,6 +69,11 @@ pub struct Settings<S: Space = Plane> {
     /// The number of subdomains of each body that its supports hold, has no rigid side and no cut; 1: bodies stay in one piece. More than one is for
     /// problems without friction, and Newton's method with Neumann-Neumann steps inside solves them.
     pub subdomains: usize,
+    /// Such a body is cut into more subdomains if each would have more nodes than this: a power of two, since halves are compact.
+    pub subdomain_nodes: usize,
+    /// The estimator of solids computes its coefficients again in each sweep: about a fifth of the memory, and several times the time, see
+    /// [`StarMemory`](cre_estimator::StarMemory).
+    pub recomputes: bool,
     /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.
     pub lambda: ScalarData<S>,
     /// When to stop.
@@ -90,7 +95,7 @@ impl<S: Space> Settings<S> {
 
     /// Returns the algorithm that is used for a problem.
     pub fn method_for(&self, problem: &ContactProblem<S>) -> Method {
-        let cut = self.subdomains > 1 && problem.bodies.iter().any(may_be_cut);
+        let cut = problem.bodies.iter().any(|body| self.subdomains_of_body(body) > 1);
         match &self.exact {
             Some(exact) if !cut && prefers_exact(problem) => exact.clone().into(),
             _ => self.method.clone(),
@@ -103,8 +108,7 @@ impl<S: Space> Settings<S> {
     /// [`SolveError::Subdomains`] if they are asked for with another method than Newton's with Neumann-Neumann steps inside, with friction, or with a given
     /// force in a cut.
     pub fn subdomains_of(&self, problem: &ContactProblem<S>) -> Result<Vec<usize>, SolveError<S>> {
-        let count = |body: &Body<S>| if may_be_cut(body) { self.subdomains.max(1) } else { 1 };
-        let counts: Vec<usize> = problem.bodies.iter().map(count).collect();
+        let counts: Vec<usize> = problem.bodies.iter().map(|body| self.subdomains_of_body(body)).collect();
         if counts.iter().all(|count| *count == 1) {
             return Ok(counts);
         }
@@ -119,6 +123,16 @@ impl<S: Space> Settings<S> {
         };
         reason.map_or(Ok(counts), |with| Err(SolveError::Subdomains { with }))
     }
+
+    fn subdomains_of_body(&self, body: &Body<S>) -> usize {
+        let of_nodes = subdomains_of_nodes(body.mesh().points().len(), self.subdomain_nodes);
+        if may_be_cut(body) { self.subdomains.max(of_nodes) } else { 1 }
+    }
+}
+
+/// Computes the least power of two of subdomains that have at most the given number of nodes each, in the mean.
+pub fn subdomains_of_nodes(nodes: usize, most: usize) -> usize {
+    nodes.div_ceil(most.max(1)).next_power_of_two()
 }
 
 /// Up to this many rows of a body, in the mean, the exact solution of an assembly is faster than Newton's method with Neumann-Neumann steps
@@ -155,6 +169,8 @@ impl<S: Space> Default for Settings<S> {
             method: Method::default(),
             exact: Some(NewtonSettings::default()),
             subdomains: 1,
+            subdomain_nodes: usize::MAX,
+            recomputes: false,
             lambda: 0.0.into(),
             criterion: Criterion::default(),
             relaxation: Relaxation::default(),

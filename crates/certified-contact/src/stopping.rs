@@ -45,7 +45,7 @@ impl<'a, S: Recovery> EstimatorStop<'a, S> {
         settings: &'a Settings<S>,
         observer: &'a mut dyn Observer<S>,
     ) -> Self {
-        let estimator = Estimator::new(problem, settings.relaxation);
+        let estimator = Estimator::new(problem, settings.relaxation).recomputing(settings.recomputes);
         Self {
             problem,
             system,

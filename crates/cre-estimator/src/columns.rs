@@ -17,7 +17,7 @@ mod tests;
 
 use crate::check::check_stress;
 use crate::equilibrated::{EquilibratedStress, FacetMoments, add, cut_resultant, product};
-use crate::recovery::Recovery;
+use crate::recovery::{Recovery, StarMemory};
 use crate::relaxation::{LEAST, ROUND_OFF, Relaxation, RelaxationReport};
 use crate::springs::released;
 use cocycles::Sets;
@@ -153,7 +153,13 @@ pub(crate) fn relax_body<S: Recovery>(
     relaxation: Relaxation,
 ) -> RelaxationReport {
     let (mut stars, mut columns) = (None, Columns::default());
-    let mut report = S::relax_with(body, stress, columns.leave_room(body, relaxation), &mut stars, None);
+    let mut report = S::relax_with(
+        body,
+        stress,
+        columns.leave_room(body, relaxation),
+        &mut stars,
+        StarMemory::Stored(None),
+    );
     columns.lower((body, factor), (stress, &mut report), relaxation, &mut stars);
     report
 }
@@ -185,7 +191,7 @@ fn make<'a, S: Recovery>(
     if !body.has_force() && !body.has_initial_strain() {
         let relaxed = fields.into_iter().map(|field| {
             let mut column = recover(body, field);
-            S::relax_with(body, &mut column, relaxation, stars, None);
+            S::relax_with(body, &mut column, relaxation, stars, StarMemory::Stored(None));
             column
         });
         return Some(keeping_cut_forces(body, orthonormal(body, relaxed.collect())));
@@ -194,7 +200,7 @@ fn make<'a, S: Recovery>(
     let (body, mut stars) = (body.weightless(), None);
     let mut columns: Vec<_> = fields.into_iter().map(|field| recover(&body, field)).collect();
     for column in &mut columns {
-        S::relax_with(&body, column, relaxation, &mut stars, None);
+        S::relax_with(&body, column, relaxation, &mut stars, StarMemory::Stored(None));
     }
     Some(keeping_cut_forces(whole, orthonormal(&body, columns)))
 }

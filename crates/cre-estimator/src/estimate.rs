@@ -181,6 +181,12 @@ impl<'a, S: Recovery> Estimator<'a, S> {
         Self { prepared, solvers: None, relaxation, noise: Vec::new(), stars: KeptStars::default() }
     }
 
+    /// Computes the coefficients of the relaxation of solids again in each sweep, if asked: see [`StarMemory::Recomputed`](crate::recovery::StarMemory).
+    pub fn recomputing(mut self, recomputes: bool) -> Self {
+        self.stars.recomputes = recomputes;
+        self
+    }
+
     /// Estimates the error of a contact state, whatever its source. The result does not depend on the states before.
     ///
     /// If rounding takes a noticeable share of the bound, the estimate is repeated with iterative refinement and
@@ -194,7 +200,8 @@ impl<'a, S: Recovery> Estimator<'a, S> {
         if self.relaxation.max_steps() > 0 {
             let bodies = prepared.problem().bodies.iter().enumerate();
             let missing = bodies.filter(|(b, _)| !self.stars.has(*b));
-            let bytes: usize = missing.map(|(_, body)| S::bytes_of_relaxation(body.mesh())).sum();
+            let bytes: usize =
+                missing.map(|(_, body)| S::bytes_of_relaxation(body.mesh(), !self.stars.recomputes)).sum();
             if bytes > 0 && !fits_in_memory(bytes) {
                 return Err(EstimatorError::OutOfMemory { bytes });
             }

@@ -122,7 +122,7 @@ pub use fem_core;
 pub use lift::Lift;
 pub use parts::Parts;
 pub use recovered::RecoveredStress;
-pub use recovery::Recovery;
+pub use recovery::{Recovery, StarMemory};
 pub use relaxation::{Relaxation, RelaxationReport};
 pub use relaxed::admissible_pair;
 pub use springs::released;

@@ -5,7 +5,7 @@ mod forces;
 use crate::equilibrated::{EquilibratedStress, FacetMoments};
 use crate::friction::mean_on_edge;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
-use crate::recovery::Recovery;
+use crate::recovery::{Recovery, StarMemory};
 use crate::relaxation::{Relaxation, RelaxationReport};
 use crate::size::larger;
 use crate::star_relaxation::{StarRelaxation, bytes_of_stars, relax_with_stars};
@@ -33,8 +33,11 @@ impl Recovery for Plane {
         stress: &mut EquilibratedStress,
         relaxation: Relaxation,
         stars: &mut Option<StarRelaxation<'a>>,
-        used: Option<StarRelaxation<'_>>,
+        memory: StarMemory<StarRelaxation<'_>>,
     ) -> RelaxationReport {
+        let StarMemory::Stored(used) = memory else {
+            return relax_with_stars(body, stress, relaxation, stars, None);
+        };
         relax_with_stars(body, stress, relaxation, stars, used)
     }
 
@@ -51,7 +54,7 @@ impl Recovery for Plane {
         parts.saturating_sub(pieces)
     }
 
-    fn bytes_of_relaxation(mesh: &TriMesh) -> usize {
+    fn bytes_of_relaxation(mesh: &TriMesh, _: bool) -> usize {
         bytes_of_stars(mesh)
     }
 

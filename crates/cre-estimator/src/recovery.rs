@@ -9,6 +9,23 @@ use fem_core::material::LinearElastic;
 use fem_core::mesh::Mesh;
 use fem_core::space::Space;
 
+/// Where the coefficients of the relaxation of a body are.
+pub enum StarMemory<T> {
+    /// In memory, that of other stars if they are given.
+    Stored(Option<T>),
+    /// Those of solids are computed again in each sweep: about a fifth of the memory, and several times the time. The result is the same.
+    Recomputed,
+}
+
+impl<T> StarMemory<T> {
+    pub(crate) fn map<U>(self, of: impl FnOnce(T) -> U) -> StarMemory<U> {
+        match self {
+            Self::Stored(used) => StarMemory::Stored(used.map(of)),
+            Self::Recomputed => StarMemory::Recomputed,
+        }
+    }
+}
+
 /// The recovery of stresses in exact equilibrium: all that differs by idea between the plane and solid bodies.
 pub trait Recovery: Space {
     /// Tells whether the pressures that balance a floating body are found by facet on bent facets, and not by node. In the plane they are not: loads that
@@ -31,13 +48,13 @@ pub trait Recovery: Space {
 
     /// Lowers `‖τ − σ̂‖` in place; loads and given tractions stay the same to the last digit.
     ///
-    /// * `stars`: of the body, made if they are missing and worth keeping; `used`: of another body, whose memory serves again.
+    /// * `stars`: of the body, made if they are missing and worth keeping; `memory`: of their coefficients.
     fn relax_with<'a>(
         body: &'a Body<Self>,
         stress: &mut EquilibratedStress<Self>,
         relaxation: Relaxation,
         stars: &mut Option<Self::Stars<'a>>,
-        used: Option<Self::Stars<'_>>,
+        memory: StarMemory<Self::Stars<'_>>,
     ) -> RelaxationReport;
 
     /// Computes von Mises' equivalent stress, Pa; `None` if a component out of the plane is unknown.
@@ -55,7 +72,9 @@ pub trait Recovery: Space {
     fn holes(counts: [usize; 2], parts: usize, pieces: usize) -> usize;
 
     /// Counts the bytes of the relaxation of a body.
-    fn bytes_of_relaxation(mesh: &Mesh<Self>) -> usize;
+    ///
+    /// * `stored`: whether all coefficients are stored, see [`StarMemory`].
+    fn bytes_of_relaxation(mesh: &Mesh<Self>, stored: bool) -> usize;
 
     /// Computes `‖τ − σ̂‖²` over the cells of a body, J/m in the plane, J in space. It does not depend on the number of threads.
     fn distance_squared(body: &Body<Self>, stress: &EquilibratedStress<Self>) -> f64;

@@ -5,7 +5,7 @@ use crate::columns::{Columns, relax_body};
 use crate::equilibrated::{EquilibratedStress, FacetMoments, add};
 use crate::error::EstimatorError;
 use crate::measures::Accuracy;
-use crate::recovery::Recovery;
+use crate::recovery::{Recovery, StarMemory};
 use crate::relaxation::{LEAST, Relaxation};
 use crate::springs::released;
 use fem_core::interface::{ContactState, Partner};
@@ -65,11 +65,13 @@ pub(crate) struct KeptStars<'a, S: Recovery> {
     columns: Vec<Columns<S>>,
     /// True after the first estimate.
     estimated: bool,
+    /// Whether coefficients are computed again, see [`StarMemory`].
+    pub(crate) recomputes: bool,
 }
 
 impl<S: Recovery> Default for KeptStars<'_, S> {
     fn default() -> Self {
-        Self { of_body: Vec::new(), columns: Vec::new(), estimated: false }
+        Self { of_body: Vec::new(), columns: Vec::new(), estimated: false, recomputes: false }
     }
 }
 
@@ -103,14 +105,22 @@ fn relax_bodies<'a, S: Recovery>(
     then: &Then<'_, 'a, S>,
 ) -> FrozenStresses<S> {
     let problem = solvers.problem();
+    let recomputes = kept.recomputes;
     let is_small = |b: usize| problem.bodies[b].mesh().points().len() <= SMALL;
     kept.of_body.resize_with(problem.bodies.len(), || None);
     kept.columns.resize_with(problem.bodies.len(), Columns::default);
     // Relaxes one body with its stars and columns, which are made if they are missing.
     let relax = |b: usize, fields: &mut AdmissibleBody<S>, (stars, columns): Of<'_, 'a, S>, used| {
+        let memory = match recomputes {
+            true => {
+                drop(used);
+                StarMemory::Recomputed
+            }
+            false => StarMemory::Stored(used),
+        };
         let (body, stress) = (&problem.bodies[b], &mut fields.equilibrated);
         let before = stress.facet_moments.clone();
-        fields.relaxation = S::relax_with(body, stress, columns.leave_room(body, relaxation), stars, used);
+        fields.relaxation = S::relax_with(body, stress, columns.leave_room(body, relaxation), stars, memory);
         let of_body = (body, Some(&solvers.bodies()[b]));
         columns.lower(of_body, (stress, &mut fields.relaxation), relaxation, stars);
         let mut added = before;
@@ -192,7 +202,7 @@ pub(crate) fn frozen_stress<'a, S: Recovery>(
         add::<S>(&mut recovered.facet_moments, 1.0, &added);
     }
     let mut relax = |relaxation| {
-        let mut report = S::relax_with(body, &mut recovered, relaxation, stars, None);
+        let mut report = S::relax_with(body, &mut recovered, relaxation, stars, StarMemory::Stored(None));
         columns.lower((body, Some(solver)), (&mut recovered, &mut report), relaxation, stars);
         report.energy()
     };

@@ -5,6 +5,7 @@
 
 mod cell;
 mod clusters;
+mod coefficients;
 mod eet;
 mod energy;
 mod face_opening;
@@ -20,7 +21,7 @@ use crate::equilibrated::{EquilibratedStress, FacetMoments, product};
 use crate::fixed::FixedPart;
 use crate::friction::mean_on_face;
 use crate::measures::{Accuracy, Against, CellMeasures, Forces, Shape};
-use crate::recovery::Recovery;
+use crate::recovery::{Recovery, StarMemory};
 use crate::relaxation::{Relaxation, RelaxationReport};
 use crate::size::larger;
 use cell::{CellMap, CellMoments, CellStress};
@@ -54,18 +55,18 @@ impl Recovery for Solid {
         stress: &mut EquilibratedStress<Self>,
         relaxation: Relaxation,
         stars: &mut Option<EdgeStars<'a>>,
-        used: Option<EdgeStars<'_>>,
+        memory: StarMemory<EdgeStars<'_>>,
     ) -> RelaxationReport {
         if relaxation.max_steps() == 0 {
             return RelaxationReport::unrelaxed(stress.distance_squared(body));
         }
         match stars {
             Some(stars) => {
-                drop(used);
+                drop(memory);
                 stars.restate(&stress.conditions);
                 stars.relax(stress, relaxation)
             }
-            None => stars.insert(EdgeStars::new(body, &stress.conditions, used)).relax(stress, relaxation),
+            None => stars.insert(EdgeStars::new(body, &stress.conditions, memory)).relax(stress, relaxation),
         }
     }
 
@@ -82,8 +83,8 @@ impl Recovery for Solid {
         (2 * parts + faces / 2).saturating_sub(nodes) / 2
     }
 
-    fn bytes_of_relaxation(mesh: &TetMesh) -> usize {
-        relaxation::bytes(mesh)
+    fn bytes_of_relaxation(mesh: &TetMesh, stored: bool) -> usize {
+        relaxation::bytes(mesh, stored)
     }
 
     fn distance_squared(body: &Body<Self>, stress: &EquilibratedStress<Self>) -> f64 {

@@ -99,7 +99,7 @@ impl Cholesky {
 
     /// Returns the pivot `L_jj²` that is smallest relative to the diagonal entry `K_jj`: its number and that ratio.
     /// A ratio near the machine precision means that the pivot is round-off.
-    pub(crate) fn smallest_pivot(&self) -> (usize, f64) {
+    pub fn smallest_pivot(&self) -> (usize, f64) {
         (self.smallest.pivot, self.smallest.ratio)
     }
 
@@ -161,15 +161,13 @@ impl Cholesky {
         product
     }
 
-    /// Computes `Lᵀ x` in place with the last columns of `L`, as many as each `x` has entries; it reads the factor once.
-    ///
-    /// * `length`: the entries of each `x`.
+    /// Computes `Lᵀ x` in place with the last columns of `L`, as many as `x` has entries.
     ///
     /// # Panics
-    /// If an `x` is shorter, or longer than the dimension.
-    pub(crate) fn transposed_products(&self, columns: &mut [&mut [f64]], length: usize) {
-        let start = self.dimension() - length;
-        pulp::Arch::new().dispatch(substitution::TransposedProduct { factor: self, columns, start });
+    /// If `x` is longer than the dimension.
+    pub(crate) fn transposed_product(&self, x: &mut [f64]) {
+        let start = self.dimension() - x.len();
+        pulp::Arch::new().dispatch(substitution::TransposedProduct { factor: self, x, start });
     }
 
     /// Computes the sums of squares of the last `m` rows of `L`, each over the last `m` columns.
@@ -283,7 +281,7 @@ mod tests {
                 };
                 near(&c.product(x.as_slice()), &(&l * &x));
                 let mut product = x.as_slice().to_vec();
-                c.transposed_products(&mut [&mut product], m);
+                c.transposed_product(&mut product);
                 near(&product, &l.tr_mul(&x));
                 near(&c.trailing_squares(m), &(&l * l.transpose()).diagonal());
                 let mut solution = (&l * &x).as_slice().to_vec();

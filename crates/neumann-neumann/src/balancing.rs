@@ -6,20 +6,12 @@
 //! η² = r·M r = Σ ‖w_α‖²,   w_α = S_α⁺ D_α r,   0 where the closed rows fix traces
 //! ```
 
-use crate::broken::{Broken, Load, Sparse};
+use crate::broken::{Broken, Load};
+use crate::coarse::CoarseSpace;
 use crate::error::BalancingError;
 use crate::fixed_traces::FixedTraces;
 use crate::skeleton::Skeleton;
 use crate::vector::dot;
-use contact_qp::SparseFactor;
-use fem_core::each_body;
-use nalgebra::DMatrix;
-
-/// A column of the coarse space that keeps less than this fraction of its energy beside the others depends on them.
-const RANK: f64 = 1e-10;
-
-/// A motion with less than this fraction of the energy of its traces, each alone, is not resisted.
-const RESISTED: f64 = 1e-13;
 
 /// η that rises below this fraction of the energy norm is noise.
 const NOISE: f64 = 1e-10;
@@ -30,18 +22,12 @@ const PATIENCE: usize = 10;
 /// The same with subdomains: rigid motions alone are a poor coarse space of nearly incompressible ones, and η falls slowly and not at every iteration.
 const PATIENCE_OF_SUBDOMAINS: usize = 100;
 
-/// Bodies whose parts of `C` are computed before they are added up.
-const TOGETHER: usize = 64;
-
 /// The operators of the linear problem.
 pub struct Balancing {
     /// The unknowns.
     pub skeleton: Skeleton,
     fixed: FixedTraces,
-    /// Columns of `Z`, each with energy 1.
-    columns: Vec<Sparse>,
-    /// The factor of `C`, which leaves dependent columns out.
-    factor: SparseFactor,
+    coarse: CoarseSpace,
 }
 
 /// The traces and forces of an inner iteration.
@@ -81,8 +67,8 @@ impl Balancing {
     /// Numbers that are not finite.
     pub fn new(broken: &Broken<'_>, skeleton: Skeleton) -> Result<Self, BalancingError> {
         let fixed = FixedTraces::new(broken, |k| skeleton.is_fixed(k));
-        let (columns, factor) = coarse_space(broken, &skeleton)?;
-        Ok(Self { skeleton, fixed, columns, factor })
+        let coarse = CoarseSpace::new(broken, &skeleton)?;
+        Ok(Self { skeleton, fixed, coarse })
     }
 
     /// Computes `S N λ` and `S_A λ`, N/m.
@@ -90,18 +76,6 @@ impl Balancing {
         let forces = broken.stiffness(&self.skeleton.expand(lambda));
         let sums = self.skeleton.gather(&forces);
         (forces, sums)
-    }
-
-    /// Computes `Z C⁺ Zᵀ r`.
-    fn coarse(&self, forces: &[f64]) -> Vec<f64> {
-        let along = |z: &Sparse| z.iter().map(|(k, value)| value * forces[*k]).sum();
-        let mut f: Vec<f64> = self.columns.iter().map(along).collect();
-        self.factor.solve(&mut f);
-        let mut lambda = vec![0.0; self.skeleton.len()];
-        for (z, amount) in self.columns.iter().zip(f) {
-            z.iter().for_each(|(k, value)| lambda[*k] += amount * value);
-        }
-        lambda
     }
 
     /// Step 1: λ is the mean of given traces, and the coarse space balances what that leaves.
@@ -115,7 +89,7 @@ impl Balancing {
         // λ += Z C⁺ Zᵀ r, twice, so that the bodies balance to round-off.
         for _ in 0..2 {
             let residual = skeleton.gather(&forces);
-            let lambda = self.coarse(&residual);
+            let lambda = self.coarse.apply(&residual);
             subtract(&mut x, -1.0, &skeleton.expand(&lambda));
             subtract(&mut forces, 1.0, &self.operator(broken, &lambda).0);
         }
@@ -139,7 +113,7 @@ impl Balancing {
         let holding = self.fixed.hold(broken, &shares, &mut traces);
         let mut w = self.skeleton.mean(&traces);
         let squared = dot(residual, &w);
-        let moved = self.coarse(&self.operator(broken, &w).1);
+        let moved = self.coarse.apply(&self.operator(broken, &w).1);
         subtract(&mut w, 1.0, &moved);
         Step2 { direction: w, squared, holding }
     }
@@ -176,7 +150,7 @@ impl Balancing {
     /// * `forces`: on the unknowns, N/m.
     pub fn energy_bound(&self, broken: &Broken<'_>, forces: &[f64]) -> f64 {
         let residual = self.skeleton.gather(forces);
-        let lambda = self.coarse(&residual);
+        let lambda = self.coarse.apply(&residual);
         let mut rest = residual.clone();
         subtract(&mut rest, 1.0, &self.operator(broken, &lambda).1);
         dot(&lambda, &residual) + self.step_2(broken, &rest).squared
@@ -189,85 +163,6 @@ impl Balancing {
         subtract(&mut balanced, -1.0, &inner.holding);
         balanced
     }
-}
-
-/// Lists the columns of `Z`, and factorises `C`, the sum of the parts of all bodies.
-fn coarse_space(
-    broken: &Broken<'_>,
-    skeleton: &Skeleton,
-) -> Result<(Vec<Sparse>, SparseFactor), BalancingError> {
-    let motions = broken.motions();
-    let mut columns = each_body(motions.len(), |k| match motions[k][..] {
-        // An obstacle has no stiffness to weigh it by.
-        [(unknown, _)] if broken.is_obstacle(unknown) => skeleton.gather_sparse(&motions[k]),
-        _ => skeleton.mean_sparse(&motions[k]),
-    });
-    let mut by_lambda = vec![Vec::new(); skeleton.len()];
-    for (i, z) in columns.iter().enumerate() {
-        z.iter().for_each(|(k, z)| by_lambda[*k].push((i, *z)));
-    }
-    let mut entries: Vec<(usize, usize, f64)> = Vec::new();
-    let bodies = broken.system().bodies.len();
-    for first in (0..bodies).step_by(TOGETHER) {
-        let of = |b: usize| energies(broken, skeleton, first + b, &by_lambda);
-        entries.extend(each_body(TOGETHER.min(bodies - first), of).into_iter().flatten());
-        entries.sort_unstable_by_key(|(i, j, _)| (*j, *i));
-        entries.dedup_by(|next, sum| {
-            let same = (next.0, next.1) == (sum.0, sum.1);
-            sum.2 += if same { next.2 } else { 0.0 };
-            same
-        });
-    }
-    // Each column gets energy 1. A motion that nothing resists has rounding alone.
-    let mut scales = vec![0.0; columns.len()];
-    for (i, _, energy) in entries.iter().filter(|(i, j, _)| i == j) {
-        let size: f64 = columns[*i].iter().map(|(k, z)| z * z * skeleton.stiffness_of(*k)).sum();
-        scales[*i] = if *energy > RESISTED * size { 1.0 / energy.sqrt() } else { 0.0 };
-    }
-    entries.retain_mut(|(i, j, entry)| {
-        *entry *= scales[*i] * scales[*j];
-        *entry != 0.0
-    });
-    let mut kept = vec![usize::MAX; columns.len()];
-    scales
-        .iter()
-        .enumerate()
-        .filter(|(_, scale)| **scale > 0.0)
-        .enumerate()
-        .for_each(|(k, (i, _))| kept[i] = k);
-    entries.iter_mut().for_each(|(i, j, _)| (*i, *j) = (kept[*i], kept[*j]));
-    columns.iter_mut().zip(&scales).for_each(|(z, scale)| z.iter_mut().for_each(|(_, z)| *z *= scale));
-    let columns: Vec<Sparse> =
-        columns.into_iter().zip(scales).filter(|(_, scale)| *scale > 0.0).map(|(z, _)| z).collect();
-    let factor = SparseFactor::semi_definite(columns.len(), entries, RANK)?;
-    Ok((columns, factor))
-}
-
-/// Computes the part of a body in `C`, upper triangle: row, column, entry.
-///
-/// * `by_lambda`: `Z` by rows.
-fn energies(
-    broken: &Broken<'_>,
-    skeleton: &Skeleton,
-    body: usize,
-    by_lambda: &[Vec<(usize, f64)>],
-) -> Vec<(usize, usize, f64)> {
-    let own = broken.of_body(body);
-    let moved = |k: usize| {
-        skeleton.terms(k).iter().flat_map(|(j, n)| by_lambda[*j].iter().map(move |(i, z)| (*i, n * z)))
-    };
-    let mut seen: Vec<usize> = own.clone().flat_map(moved).map(|(i, _)| i).collect();
-    seen.sort_unstable();
-    seen.dedup();
-    let mut traces = DMatrix::zeros(own.len(), seen.len());
-    for (row, k) in own.enumerate() {
-        for (i, value) in moved(k) {
-            traces[(row, seen.partition_point(|of| *of < i))] += value;
-        }
-    }
-    let products = broken.products(body, traces);
-    let upper = (0..seen.len()).flat_map(|q| (0..=q).map(move |p| (p, q)));
-    upper.map(|(p, q)| (seen[p], seen[q], products[(p, q)])).collect()
 }
 
 fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {

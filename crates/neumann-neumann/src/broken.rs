@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Numbers with their values, ascending.
 pub type Sparse = Vec<(usize, f64)>;
@@ -65,7 +65,12 @@ struct Part<'a> {
     free: Vec<f64>,
     /// `S_s⁻¹`, if it was asked for.
     matrix: OnceLock<Vec<f64>>,
+    /// The last traces of [`Broken::energies`], and what they gave.
+    energies: Mutex<Option<(Traces, Arc<DMatrix<f64>>)>>,
 }
+
+/// Entries of a sparse matrix of traces by row and column, m.
+pub(crate) type Traces = Vec<(u32, u32, f64)>;
 
 impl<'a> Broken<'a> {
     /// * `resisted`: the numbers of the motions that the pairs resist; the springs of the others stay, and keep them at zero.
@@ -213,11 +218,23 @@ impl<'a> Broken<'a> {
         &self.parts[body].basis
     }
 
-    /// Computes `VᵀS V` of some traces of a body, N/m.
+    /// Computes `VᵀS V` of some traces of a body, N/m. If there are rows, what was computed last is kept: most bodies have the same traces on the next set
+    /// of closed ones.
     ///
-    /// * `traces`: `V`, a column each, m.
-    pub fn products(&self, body: usize, traces: DMatrix<f64>) -> DMatrix<f64> {
-        self.parts[body].products(traces)
+    /// * `traces`: `V` by row, column, entry, m; `count`: its columns.
+    pub fn energies(&self, body: usize, traces: Traces, count: usize) -> Arc<DMatrix<f64>> {
+        let part = &self.parts[body];
+        let mut last = part.energies.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, energies)) = last.as_ref().filter(|(known, _)| *known == traces) {
+            return energies.clone();
+        }
+        let mut columns = DMatrix::zeros(part.unknowns.len(), count);
+        traces.iter().for_each(|(row, column, value)| columns[(*row as usize, *column as usize)] += value);
+        let energies = Arc::new(part.energies_of(&columns));
+        if !self.rows.is_empty() {
+            *last = Some((traces, energies.clone()));
+        }
+        energies
     }
 
     /// Applies an operator of each body; one that sees only zeros is left out.
@@ -348,8 +365,20 @@ impl<'a> Part<'a> {
             condensed.apply_schur(q.as_slice(), to.as_mut_slice());
         }
         let inverse = basis.tr_mul(&moved).try_inverse()?;
-        let matrix = OnceLock::new();
-        Some(Self { condensed, unknowns, numbers, columns, motions, basis, moved, inverse, free, matrix })
+        let (matrix, energies) = (OnceLock::new(), Mutex::new(None));
+        Some(Self {
+            condensed,
+            unknowns,
+            numbers,
+            columns,
+            motions,
+            basis,
+            moved,
+            inverse,
+            free,
+            matrix,
+            energies,
+        })
     }
 
     fn stiffness(&self, x: &[f64]) -> Vec<f64> {
@@ -362,10 +391,14 @@ impl<'a> Part<'a> {
         forces.data.into()
     }
 
-    fn products(&self, mut traces: DMatrix<f64>) -> DMatrix<f64> {
-        let by_springs = self.moved.tr_mul(&traces);
-        self.condensed.weigh(traces.as_mut_slice());
-        traces.tr_mul(&traces) - by_springs.tr_mul(&(&self.inverse * &by_springs))
+    fn energies_of(&self, traces: &DMatrix<f64>) -> DMatrix<f64> {
+        let count = traces.ncols();
+        let held = DMatrix::from_vec(count, count, self.condensed.energies(traces.as_slice()));
+        if self.basis.ncols() == 0 {
+            return held;
+        }
+        let by_springs = self.moved.tr_mul(traces);
+        held - by_springs.tr_mul(&(&self.inverse * &by_springs))
     }
 
     fn flexibility(&self, f: &[f64]) -> Vec<f64> {

@@ -23,6 +23,7 @@
 mod balancing;
 mod body;
 mod broken;
+mod coarse;
 mod error;
 mod fixed_traces;
 mod skeleton;

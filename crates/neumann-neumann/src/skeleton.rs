@@ -294,8 +294,14 @@ pub fn leaders<'a>(count: usize, terms: impl IntoIterator<Item = &'a Sparse>) ->
 }
 
 /// Adds up what has the same number.
-fn sum(entries: impl Iterator<Item = (usize, f64)>) -> Sparse {
-    let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
-    entries.for_each(|(k, value)| *sums.entry(k).or_default() += value);
-    sums.into_iter().collect()
+pub(crate) fn sum(entries: impl IntoIterator<Item = (usize, f64)>) -> Sparse {
+    let mut entries: Sparse = entries.into_iter().collect();
+    // Equal numbers in the order in which they came.
+    entries.sort_by_key(|(k, _)| *k);
+    entries.dedup_by(|next, sum| {
+        let same = next.0 == sum.0;
+        sum.1 += if same { next.1 } else { 0.0 };
+        same
+    });
+    entries
 }

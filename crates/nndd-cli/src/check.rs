@@ -8,7 +8,7 @@ use case_io::case::AnyCase;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::ContactProblem;
 use nndd_report::check::{CheckedBody, resultant, summary};
-use nndd_report::memory::{self, mebibytes};
+use nndd_report::memory::{Plan, mebibytes};
 use nndd_report::words::{components, counted, one_line, seven};
 use nndd_report::{Failure, ReportSpace, run};
 use std::fmt::Write as _;
@@ -89,11 +89,12 @@ fn check<S: ReportSpace>(options: &Check, case: &Case<S>, machine: &Machine) -> 
     run::begins(case, "the checks of loads, supports and free motions", machine);
     let bodies = nndd_report::check::check(case, &problem)?;
     machine.has_result();
+    let memory = Plan::new(case, &problem, machine).estimate(&problem);
     if options.format == Format::Json {
-        console::print_json(&summary(case, &problem, &bodies, &notes))?;
+        console::print_json(&summary(case, &problem, &bodies, &notes, memory))?;
         return Ok(0);
     }
-    let mut text = console::header(case, &problem, &case.output_directory());
+    let mut text = console::header(case, &problem, (&case.output_directory(), memory));
     let all = all_loads(&problem, &bodies);
     bodies.iter().for_each(|body| describe(&mut text, body));
     for (given, pair) in case.contacts.iter().zip(&problem.contacts) {
@@ -120,7 +121,7 @@ fn check<S: ReportSpace>(options: &Check, case: &Case<S>, machine: &Machine) -> 
         let _ = writeln!(text, "\n  held            {} by contact only", held.join(" and "));
     }
     let _ = writeln!(text, "\n{all}");
-    let _ = writeln!(text, "  memory estimate {}", mebibytes(memory::estimate(&problem)));
+    let _ = writeln!(text, "  memory estimate {}", mebibytes(memory));
     text += "  ok: no problem found\n";
     console::print(&text)?;
     Ok(0)

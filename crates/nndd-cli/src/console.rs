@@ -12,7 +12,7 @@ use certified_contact::Step;
 use fem_core::geometry::bounding_box;
 use fem_core::interface::{ContactPair, ContactProblem};
 use nndd_report::convert;
-use nndd_report::memory::{self, mebibytes};
+use nndd_report::memory::mebibytes;
 use nndd_report::words::{self, one_line, plain, seven, short};
 use nndd_report::{Failure, ReportSpace};
 use serde_json::{Value, json};
@@ -123,7 +123,11 @@ fn render(kind: &str, diagnostic: &Diagnostic) -> String {
 }
 
 /// The header: version, sizes, settings; no wider than the terminal.
-pub(crate) fn header<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>, output: &str) -> String {
+pub(crate) fn header<S: ReportSpace>(
+    case: &Case<S>,
+    problem: &ContactProblem<S>,
+    (output, memory): (&str, f64),
+) -> String {
     let mut text = format!("nndd {}   {}\n", env!("CARGO_PKG_VERSION"), case.file_name());
     if !case.title.is_empty() {
         let _ = writeln!(text, "  {}", one_line(&case.title));
@@ -168,7 +172,7 @@ pub(crate) fn header<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>
             S::moment_unit(units)
         );
     }
-    let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
+    let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory));
     text += &solver_lines(case, problem, output);
     if let Some(adapt) = &case.adapt {
         let what = match adapt.target {

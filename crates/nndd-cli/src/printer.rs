@@ -47,12 +47,12 @@ impl Printer {
 
     /// Prints what is known before the run begins.
     ///
-    /// * `notes`: on the case, see [`nndd_report::run::build`], and on the state it resumes from.
+    /// * `memory`: the estimate, bytes; `notes`: on the case, see [`nndd_report::run::build`], and on the state it resumes from.
     pub(crate) fn begin<S: ReportSpace>(
         &mut self,
         case: &Case<S>,
         problem: &ContactProblem<S>,
-        output: &str,
+        (output, memory): (&str, f64),
         notes: [&[String]; 2],
     ) -> Result<(), Failure> {
         self.said = notes::of_case(case, notes[0]);
@@ -68,7 +68,7 @@ impl Printer {
         }
         match self.format {
             _ if self.quiet => Ok(()),
-            Format::Human => Ok(console::print(&console::header(case, problem, output))?),
+            Format::Human => Ok(console::print(&console::header(case, problem, (output, memory)))?),
             Format::Json => self.event(&json!({
                 "event": "started",
                 "case": case.file_name(),

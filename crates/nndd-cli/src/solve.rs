@@ -6,8 +6,9 @@ use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
 use case_io::Case;
 use case_io::case::{AnyCase, Criterion};
+use nndd_report::memory::Plan;
 use nndd_report::memory_limit;
-use nndd_report::{Event, Failure, Host, ReportSpace, RunDirectory, Stopwatch, check, files, memory, run};
+use nndd_report::{Event, Failure, Host, ReportSpace, RunDirectory, Stopwatch, check, files, run};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
 
@@ -31,14 +32,14 @@ fn solve<S: ReportSpace>(
     let (mut problem, notes) = run::build(case, &machine)?;
     run::begins(case, "the question whether the bodies are held", &machine);
     check::held(case, &mut problem)?;
-    let memory_estimate = memory::estimate(&problem).round();
+    let memory_estimate = Plan::new(case, &problem, &machine).estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut place = match options.resume {
         true => RunDirectory::resume(case, &path)?,
         false => RunDirectory::open(case, &path, options.run.force)?,
     };
     let mut printer = Printer::new(options, case, machine.started);
-    printer.begin(case, &problem, &path.display().to_string(), [&notes, place.notes()])?;
+    printer.begin(case, &problem, (&path.display().to_string(), memory_estimate), [&notes, place.notes()])?;
     let stop = &case.solver.stop;
     let goal = Goal {
         ratio: (stop.criterion == Criterion::Estimator).then_some(stop.ratio),

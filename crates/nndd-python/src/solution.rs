@@ -6,12 +6,13 @@ use case_io::Case;
 use case_io::case::AnyCase;
 use case_io::table::ContactRow;
 use mesh_io::vtu::{VtuArray, VtuData, VtuMesh};
+use nndd_report::memory::Plan;
 use nndd_report::memory_limit;
 use nndd_report::notes::of_problem;
 use nndd_report::run::{self, Source};
 use nndd_report::verdict::verdict;
 use nndd_report::view::Picture;
-use nndd_report::{Failure, Host, ReportSpace, RunDirectory, Solved, Stopwatch, check, files, memory, view};
+use nndd_report::{Failure, Host, ReportSpace, RunDirectory, Solved, Stopwatch, check, files, view};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -132,7 +133,8 @@ fn run_case<S: ReportSpace>(
     run::begins(&case, "the question whether the bodies are held", host);
     check::held(&case, &mut problem)?;
     let warnings = case.warnings().iter().map(ToString::to_string).collect();
-    about.insert("memory_estimate".into(), memory::estimate(&problem).round().into());
+    about
+        .insert("memory_estimate".into(), Plan::new(&case, &problem, host).estimate(&problem).round().into());
     let folder = tempfile::tempdir()?;
     let mut place = RunDirectory::open(&case, folder.path(), false)?;
     let solved = run::solve(&case, (problem, notes), &mut place, &mut watch, host)?;
@@ -263,5 +265,6 @@ fn check_case<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<Value, 
     notes.extend(of_problem(case, &problem));
     run::begins(case, "the checks of loads, supports and free motions", host);
     let bodies = nndd_report::check::check(case, &problem)?;
-    Ok(nndd_report::check::summary(case, &problem, &bodies, &notes))
+    let memory = Plan::new(case, &problem, host).estimate(&problem);
+    Ok(nndd_report::check::summary(case, &problem, &bodies, &notes, memory))
 }

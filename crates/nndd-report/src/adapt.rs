@@ -5,7 +5,7 @@ mod status;
 use crate::convert;
 use crate::failure::Failure;
 use crate::host::Event;
-use crate::memory;
+use crate::memory::{self, Plan};
 use crate::paraview;
 use crate::resume::{self, RunDirectory};
 use crate::run_observer::RunObserver;
@@ -78,6 +78,7 @@ pub(crate) fn solve<S: ReportSpace>(
         follower.tell(Event::EarlierStep(step, *seconds));
     }
     let mut steps = Steps {
+        plan: Plan::new(case, &problem, &*follower.host),
         follower,
         case,
         directory,
@@ -149,7 +150,7 @@ fn solve_all<S: ReportSpace>(
     let factors: Vec<StepFactors<'_>> =
         factors.map(|(factors, conditions)| StepFactors { conditions, gaps: gaps(factors) }).collect();
     let coulomb = case.coulomb_pair().map(|_| (convert::coulomb(case), convert::relaxation(case)));
-    let solver = convert::settings(case);
+    let solver = steps.plan.settings(case);
     let found = match (&coulomb, factors.as_slice()) {
         (None, []) => match checkpoint {
             Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, settings, steps),
@@ -242,6 +243,7 @@ impl<S: Space> Course<S> {
 pub(crate) struct Steps<'a, 'h, S: Dimension = Plane> {
     follower: RunObserver<'h>,
     case: &'a Case<S>,
+    plan: Plan,
     directory: &'a mut OutputDirectory,
     /// The error in writing that ends the run.
     failure: Option<Failure>,
@@ -291,7 +293,7 @@ impl<S: ReportSpace> Observer<S> for Steps<'_, '_, S> {
     fn fits_in_memory(&mut self, problem: &ContactProblem<S>) -> bool {
         self.memory = memory::no_room(
             self.case,
-            memory::estimate_finer(self.case, problem, self.nodes),
+            memory::estimate_finer((self.case, &self.plan), problem, self.nodes),
             &*self.follower.host,
         );
         self.memory.is_none()

@@ -1,7 +1,6 @@
 //! Every check of a case that needs no factorisation.
 
 use crate::failure::Failure;
-use crate::memory;
 use crate::motion::{member, moves};
 use crate::space::ReportSpace;
 use crate::words::ROUNDING;
@@ -201,12 +200,13 @@ pub fn facing<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>) -> Ve
 
 /// Makes one object of what a check found.
 ///
-/// * `notes`: about the case and the problem, see [`crate::run::build`] and [`crate::notes::of_problem`].
+/// * `notes`: about the case and the problem, see [`crate::run::build`] and [`crate::notes::of_problem`]; `memory`: see [`crate::memory::Plan::estimate`], bytes.
 pub fn summary<S: ReportSpace>(
     case: &Case<S>,
     problem: &ContactProblem<S>,
     bodies: &[CheckedBody<S>],
     notes: &[String],
+    memory: f64,
 ) -> Value {
     let body = |(k, body): (usize, &CheckedBody<S>)| {
         let mesh = problem.bodies[k].mesh();
@@ -250,7 +250,7 @@ pub fn summary<S: ReportSpace>(
         "contact": contact.collect::<Vec<_>>(),
         "facing": facing.collect::<Vec<_>>(),
         "resultant": resultant(problem, bodies).entries(),
-        "memory_bytes": memory::estimate(problem).round() as u64,
+        "memory_bytes": memory.round() as u64,
         "notes": notes,
         "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),
     })

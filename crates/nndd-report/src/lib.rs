@@ -8,7 +8,7 @@
 //! | to | use |
 //! |---|---|
 //! | read a case file with its meshes | [`run::read_case`] |
-//! | look at it without solving | [`run::build`], [`check::check`], [`notes`], [`memory::estimate`] |
+//! | look at it without solving | [`run::build`], [`check::check`], [`notes`], [`memory::Plan`] |
 //! | look at the sides of a mesh file, and which face each other | [`mesh_file::sides`] |
 //! | choose the directory, or resume an adaptive run | [`RunDirectory::open`], [`RunDirectory::resume`] |
 //! | solve, adaptively if the case has a target | [`run::solve`] |

@@ -1,12 +1,15 @@
-//! How much memory a solve needs, before it starts, and whether there is enough.
+//! How much memory a solve needs, before it starts, whether there is enough, and which way of solving fits.
 
+use crate::convert;
 use crate::failure::Failure;
 use crate::host::{Host, MemoryLimit};
 use crate::space::ReportSpace;
 use case_io::Case;
-use certified_contact::prefers_exact;
+use case_io::case::Subdomains;
+use certified_contact::{Settings, prefers_exact, subdomains_of_nodes};
 use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
+use fem_core::subdomains::may_be_cut;
 use nndd::flexibility_entries;
 
 /// Memory that must be available, over the estimate, which is right within 8 % in the plane, and within 10 % for large solids.
@@ -26,25 +29,106 @@ pub(crate) const BODY: f64 = 6e4;
 /// A contact line is named if it makes the need this many times as large.
 const LONG_LINE: f64 = 2.0;
 
-/// Estimates the memory of a solve from the number of nodes, bytes.
-///
-/// See [`ReportSpace::memory`] of each body; and the program itself.
-pub fn estimate<S: ReportSpace>(problem: &ContactProblem<S>) -> f64 {
-    of_sizes::<S>(&sizes(problem))
+/// Nodes of a subdomain where memory is short: fewer need less memory for their factors, and more for the coarse space.
+const SUBDOMAIN_NODES: usize = 350;
+
+/// How bodies are solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// See [`Settings::subdomains`].
+    subdomains: usize,
+    /// See [`Settings::subdomain_nodes`].
+    subdomain_nodes: usize,
+    /// See [`Settings::recomputes`].
+    recomputes: bool,
+}
+
+impl Plan {
+    /// Lists the ways to solve a case, the fastest first.
+    fn all<S: ReportSpace>(case: &Case<S>) -> Vec<Self> {
+        let (subdomains, subdomain_nodes) = match case.solver.subdomains {
+            Subdomains::Auto => (1, usize::MAX),
+            Subdomains::Count(count) => (count, usize::MAX),
+        };
+        let asked = Self { subdomains, subdomain_nodes, recomputes: false };
+        if case.adapt.is_some() {
+            // The meshes to come are not known.
+            return vec![asked];
+        }
+        let lean = |plan: Self| Self { recomputes: true, ..plan };
+        let cut = Self { subdomain_nodes: SUBDOMAIN_NODES, ..asked };
+        match case.solver.subdomains {
+            Subdomains::Auto => vec![asked, cut, lean(asked), lean(cut)],
+            Subdomains::Count(_) => vec![asked, lean(asked)],
+        }
+    }
+
+    /// Chooses the fastest way to solve a problem that fits in memory; the fastest one if none does.
+    pub fn new<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>, host: &dyn Host) -> Self {
+        let all = Self::all(case);
+        let fits = |plan: &&Self| {
+            plan.settings(case).subdomains_of(problem).is_ok()
+                && shortage(case, plan.estimate(problem), host).is_none()
+        };
+        *all.iter().find(fits).unwrap_or(&all[0])
+    }
+
+    /// Makes the settings of a solve.
+    pub fn settings<S: ReportSpace>(&self, case: &Case<S>) -> Settings<S> {
+        let mut settings = convert::settings(case);
+        settings.subdomains = self.subdomains;
+        (settings.subdomain_nodes, settings.recomputes) = (self.subdomain_nodes, self.recomputes);
+        settings
+    }
+
+    /// Estimates the memory of a solve from the number of nodes, bytes.
+    ///
+    /// See [`ReportSpace::memory`] of each body; and the program itself.
+    pub fn estimate<S: ReportSpace>(&self, problem: &ContactProblem<S>) -> f64 {
+        self.of_sizes::<S>(&sizes(problem))
+    }
+
+    fn of_sizes<S: ReportSpace>(&self, bodies: &[Size]) -> f64 {
+        let of_body = |body: &Size| {
+            let of_nodes = subdomains_of_nodes(body.nodes as usize, self.subdomain_nodes);
+            let subdomains = if body.may_be_cut { self.subdomains.max(of_nodes) } else { 1 };
+            S::memory((body.nodes, body.pairs), subdomains, self.recomputes)
+        };
+        bodies.iter().map(of_body).sum::<f64>() + PROGRAM
+    }
+
+    /// Says what the run does because memory is short; `None` if it does nothing.
+    pub fn note<S: ReportSpace>(&self, case: &Case<S>) -> Option<String> {
+        let asked = Self::all(case)[0];
+        let mut what = Vec::new();
+        if self.subdomain_nodes != asked.subdomain_nodes {
+            what.push(format!(
+                "bodies that their supports hold are cut into subdomains of up to {SUBDOMAIN_NODES} nodes"
+            ));
+        }
+        if self.recomputes {
+            what.push("the estimator computes its coefficients again in each sweep".to_owned());
+        }
+        if what.is_empty() {
+            return None;
+        }
+        let what = what.join(", and ");
+        Some(format!("since memory is short, {what}: the bounds are as strict, and the run takes longer"))
+    }
 }
 
 /// Estimates the memory of a solve on a finer mesh, while the solution on the mesh before is kept, bytes.
 ///
 /// * `before`: nodes of that mesh.
 pub(crate) fn estimate_finer<S: ReportSpace>(
-    case: &Case<S>,
+    (case, plan): (&Case<S>, &Plan),
     problem: &ContactProblem<S>,
     before: usize,
 ) -> f64 {
     let steps = case.increments().len().max(1);
     // Of each mesh the solutions of all load steps are kept.
     let kept = steps * before + (steps - 1) * problem.nodes();
-    estimate(problem) + KEPT_PER_NODE * kept as f64
+    plan.estimate(problem) + KEPT_PER_NODE * kept as f64
 }
 
 /// The sizes of a body that determine its memory.
@@ -52,50 +136,53 @@ struct Size {
     nodes: u64,
     /// Contact nodes.
     pairs: usize,
-}
-
-fn of_sizes<S: ReportSpace>(bodies: &[Size]) -> f64 {
-    bodies.iter().map(|body| S::memory(body.nodes, body.pairs)).sum::<f64>() + PROGRAM
+    may_be_cut: bool,
 }
 
 fn sizes<S: ReportSpace>(problem: &ContactProblem<S>) -> Vec<Size> {
     let of_body = |(body, sides): (&Body<S>, Vec<(usize, usize)>)| {
         let pairs = sides.into_iter().map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
-        Size { nodes: body.mesh().points().len() as u64, pairs }
+        Size { nodes: body.mesh().points().len() as u64, pairs, may_be_cut: may_be_cut(body) }
     };
     let mut sizes: Vec<Size> = problem.bodies.iter().zip(problem.sides()).map(of_body).collect();
     if prefers_exact(problem) {
         // The flexibility of all pairs together, with its factor.
-        sizes.push(Size { nodes: 0, pairs: flexibility_entries(&problem.contact_rows()).isqrt() });
+        let pairs = flexibility_entries(&problem.contact_rows()).isqrt();
+        sizes.push(Size { nodes: 0, pairs, may_be_cut: false });
     }
     sizes
 }
 
 /// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.
 pub(crate) fn check_counts<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<(), Failure> {
-    let sizes: Vec<Size> = case.node_counts().into_iter().map(|nodes| Size { nodes, pairs: 0 }).collect();
-    check(case, host, &sizes, None)
+    let size = |nodes: u64| Size { nodes, pairs: 0, may_be_cut: true };
+    let sizes: Vec<Size> = case.node_counts().into_iter().map(size).collect();
+    let all = Plan::all(case);
+    let fits = |plan: &&Plan| shortage(case, plan.of_sizes::<S>(&sizes), host).is_none();
+    check((case, all.iter().find(fits).unwrap_or(&all[0])), host, &sizes, None)
 }
 
-/// Refuses a problem that needs more memory than there may be.
+/// Refuses a problem that needs more memory than there may be; says how it is solved if that is not the fastest way.
 pub(crate) fn check_problem<S: ReportSpace>(
     case: &Case<S>,
     problem: &ContactProblem<S>,
     host: &dyn Host,
-) -> Result<(), Failure> {
-    check(case, host, &sizes(problem), Some(problem.node_pairs()))
+) -> Result<Option<String>, Failure> {
+    let plan = Plan::new(case, problem, host);
+    check((case, &plan), host, &sizes(problem), Some(problem.node_pairs()))?;
+    Ok(plan.note(case))
 }
 
 /// * `pairs`: of all contact lines, if they are known.
 fn check<S: ReportSpace>(
-    case: &Case<S>,
+    (case, plan): (&Case<S>, &Plan),
     host: &dyn Host,
     sizes: &[Size],
     pairs: Option<usize>,
 ) -> Result<(), Failure> {
-    let needed = of_sizes::<S>(sizes);
+    let needed = plan.of_sizes::<S>(sizes);
     let without: Vec<Size> = sizes.iter().map(|size| Size { pairs: 0, ..*size }).collect();
-    let line = pairs.filter(|_| needed > LONG_LINE * of_sizes::<S>(&without));
+    let line = pairs.filter(|_| needed > LONG_LINE * plan.of_sizes::<S>(&without));
     let Some((needed, MemoryLimit { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
         return Ok(());
     };
@@ -161,6 +248,8 @@ pub fn mebibytes(bytes: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use case_io::case::AnyCase;
+    use fem_core::space::Solid;
 
     struct Nowhere;
 
@@ -175,8 +264,8 @@ mod tests {
         let limit = [("limits.memory".to_owned(), "1MiB".to_owned())];
         let case = Case::parse(case_io::template::PAPER, "paper.toml", &limit).unwrap();
         let said = |nodes: [u64; 2], pairs: Option<usize>| {
-            let sizes = nodes.map(|nodes| Size { nodes, pairs: pairs.unwrap_or(0) });
-            check(&case, &Nowhere, &sizes, pairs).unwrap_err().message.unwrap()
+            let sizes = nodes.map(|nodes| Size { nodes, pairs: pairs.unwrap_or(0), may_be_cut: true });
+            check((&case, &Plan::all(&case)[0]), &Nowhere, &sizes, pairs).unwrap_err().message.unwrap()
         };
         let of_nodes = said([1000, 1000], Some(40));
         assert!(of_nodes.contains("for 2000 nodes; limits.memory is 1MiB, enough for about"), "{of_nodes}");
@@ -187,6 +276,26 @@ mod tests {
         );
         // Before there is a mesh the contact line is not known.
         assert!(said([1000, 1000], None).starts_with("at least about"));
+    }
+
+    #[test]
+    fn each_way_to_solve_large_solids_needs_less_memory_than_the_one_before() {
+        let text = case_io::template::SOLID.split("[adapt]").next().unwrap();
+        let AnyCase::Solid(case) = AnyCase::parse(text, "solid.toml", &[]).unwrap() else {
+            panic!("a plane case")
+        };
+        let need = |nodes: u64| {
+            let sizes = [nodes; 2].map(|nodes| Size { nodes, pairs: 2000, may_be_cut: true });
+            let of = |plan: Plan| plan.of_sizes::<Solid>(&sizes);
+            Plan::all(&case).into_iter().map(of).collect::<Vec<f64>>()
+        };
+        let of_mesh = need(100_000);
+        assert!(of_mesh.is_sorted_by(|a, b| a > b), "{of_mesh:?}");
+        // A factor grows as n^(4/3), subdomains as n.
+        let [ten, one] = [need(1_000_000), of_mesh];
+        assert!(ten[0] > 14.0 * one[0] && ten[3] < 12.0 * one[3], "{one:?} {ten:?}");
+        let notes: Vec<Option<String>> = Plan::all(&case).iter().map(|plan| plan.note(&case)).collect();
+        assert!(notes[0].is_none() && notes[1..].iter().all(Option::is_some));
     }
 
     #[test]

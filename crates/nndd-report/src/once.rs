@@ -3,20 +3,21 @@
 use crate::convert;
 use crate::failure::Failure;
 use crate::host::{Event, Host};
+use crate::memory::Plan;
 use crate::outcome;
 use crate::run_observer::RunObserver;
 use crate::solved::{RunResult, Solved};
+use crate::space::ReportSpace;
 use crate::stopwatch::Stopwatch;
 use case_io::Case;
-use case_io::case::Dimension;
 use case_io::output::Presence;
-use certified_contact::{ContactSpace, SolveError};
+use certified_contact::SolveError;
 use fem_core::interface::ContactProblem;
 
 /// Solves a case on its own mesh, with or without Coulomb friction, and judges the answer.
 ///
 /// * `output`: the directory that must stay until the end.
-pub(crate) fn solve<S: ContactSpace + Dimension>(
+pub(crate) fn solve<S: ReportSpace>(
     case: &Case<S>,
     problem: ContactProblem<S>,
     output: Presence,
@@ -28,13 +29,14 @@ pub(crate) fn solve<S: ContactSpace + Dimension>(
     Ok(Solved { longest_step: follower.longest, ..Solved::of(answer, status) })
 }
 
-fn answer<S: ContactSpace + Dimension>(
+fn answer<S: ReportSpace>(
     case: &Case<S>,
     problem: ContactProblem<S>,
     follower: &mut RunObserver<'_>,
 ) -> Result<RunResult<S>, SolveError<S>> {
     if case.coulomb_pair().is_none() {
-        let solution = certified_contact::solve(problem, &convert::settings(case), follower)?;
+        let settings = Plan::new(case, &problem, &*follower.host).settings(case);
+        let solution = certified_contact::solve(problem, &settings, follower)?;
         return Ok(RunResult::Certified(Box::new(solution)));
     }
     let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));

@@ -87,8 +87,8 @@ pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<AnyCase,
 pub fn build<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<(ContactProblem<S>, Notes), Failure> {
     begins(case, "making the bodies and their contact lines", host);
     memory::check_counts(case, host)?;
-    let (problem, notes) = case.build()?;
-    memory::check_problem(case, &problem, host)?;
+    let (problem, mut notes) = case.build()?;
+    notes.extend(memory::check_problem(case, &problem, host)?);
     Ok((problem, notes))
 }
 

@@ -30,10 +30,17 @@ use serde_json::Value;
 
 type Vector = <Solid as Space>::Vector;
 
-/// Bytes of the factor per n^(4/3); of mesh, fields and stars per unknown. Fitted to eight solves of two pressed blocks with 90 to 77,274
-/// nodes: within 10 % from 8,450 nodes on, and 30 % too little at 2,754.
+/// Bytes of the factor per n^(4/3); of mesh and fields per unknown; of the coefficients of the estimator per unknown. Fitted to eleven solves of two pressed
+/// blocks with 90 to 141,570 nodes: within 10 % from 8,450 nodes on, and 30 % too little at 2,754.
 const FACTOR: f64 = 190.0;
-const FIELDS: f64 = 8300.0;
+const FIELDS: f64 = 1300.0;
+const COEFFICIENTS: f64 = 7000.0;
+
+/// Bytes of the factors of subdomains per unknown and cube root of the unknowns of each; of the coarse space per subdomain; of mesh and fields per unknown.
+/// Fitted to four solves of these blocks with 61,250 and 141,570 nodes: within 4 %.
+const SUBDOMAIN_FACTOR: f64 = 500.0;
+const COARSE: f64 = 400e3;
+const SUBDOMAIN_FIELDS: f64 = 3300.0;
 
 impl ReportSpace for Solid {
     const INTERFACE: &'static str = "contact surface";
@@ -75,9 +82,15 @@ impl ReportSpace for Solid {
     }
 
     /// With n unknowns the factor of a nested dissection grows as n^(4/3).
-    fn memory(nodes: u64, pairs: usize) -> f64 {
+    fn memory((nodes, pairs): (u64, usize), subdomains: usize, recomputes: bool) -> f64 {
         let (n, pairs) = (3.0 * nodes.max(1) as f64, pairs as f64);
-        FACTOR * n * n.cbrt() + FIELDS * n + INTERFACE * pairs * pairs + BODY
+        let coefficients = if recomputes { 0.0 } else { COEFFICIENTS * n };
+        let count = subdomains as f64;
+        let other = match subdomains {
+            1 => FACTOR * n * n.cbrt() + FIELDS * n + INTERFACE * pairs * pairs,
+            _ => SUBDOMAIN_FACTOR * n * (n / count).cbrt() + SUBDOMAIN_FIELDS * n + COARSE * count,
+        };
+        other + coefficients + BODY
     }
 
     fn locks(case: &Case<Self>) -> bool {

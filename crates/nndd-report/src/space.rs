@@ -54,8 +54,8 @@ pub trait ReportSpace: ContactSpace + Dimension {
 
     /// Estimates the memory of a body in a solve, bytes.
     ///
-    /// * `pairs`: its contact nodes.
-    fn memory(nodes: u64, pairs: usize) -> f64;
+    /// * `counts`: its nodes and contact nodes; `subdomains`: how many it has; `recomputes`: whether coefficients of the estimator are computed again.
+    fn memory(counts: (u64, usize), subdomains: usize, recomputes: bool) -> f64;
     /// The need grows as this power of the number of nodes.
     const MEMORY_POWER: f64;
     /// What makes a problem with too many nodes smaller.

@@ -3,6 +3,7 @@
 use crate::convert;
 use crate::failure::Failure;
 use crate::host::{Event, Host};
+use crate::memory::Plan;
 use crate::outcome::{self, Ended};
 use crate::paraview;
 use crate::report::{contact_rows, step_summary};
@@ -30,6 +31,7 @@ pub(crate) fn solve<S: ReportSpace>(
 ) -> Result<Solved<S>, Failure> {
     let presence = place.presence();
     let mut follower = RunObserver::new(case, watch, host, presence);
+    let settings = Plan::new(case, &problem, &*follower.host).settings(case);
     let mut load_steps = LoadSteps::new(problem);
     let increments = case.increments();
     let of = |k: usize| format!("load step {k} of {}", increments.len());
@@ -40,12 +42,12 @@ pub(crate) fn solve<S: ReportSpace>(
         load_steps.scale_gaps((0..case.contacts.len()).map(|pair| case.gap_factor(factors, pair)).collect());
         let next = match case.coulomb_pair() {
             Some(_) => {
-                let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
-                let found = load_steps.solve_coulomb(factor, &settings, relaxation, &mut follower);
+                let (coulomb, relaxation) = (convert::coulomb(case), convert::relaxation(case));
+                let found = load_steps.solve_coulomb(factor, &coulomb, relaxation, &mut follower);
                 found.map(|result| RunResult::Coulomb(Box::new(result)))
             }
             None => {
-                let found = load_steps.solve(factor, &convert::settings(case), &mut follower);
+                let found = load_steps.solve(factor, &settings, &mut follower);
                 found.map(|solution| RunResult::Certified(Box::new(solution)))
             }
         };

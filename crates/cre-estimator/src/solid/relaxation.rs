@@ -7,13 +7,15 @@
 
 use super::cell::{CellMap, CellMoments, FACE, MOMENTS, order};
 use super::clusters::clusters;
-use super::energy::{EnergyMatrix, energies};
+use super::coefficients::Coefficients;
+use super::energy::EnergyMatrix;
 use super::potentials::{FaceSpace, condition, rims};
 use super::rings::Rings;
-use super::sweep::{Cluster, Sweep};
+use super::sweep::{Blocks, Cluster, Matrices, Sweep};
 use super::with_offset;
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;
+use crate::recovery::StarMemory;
 use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
 use crate::springs::relaxes;
 use fem_core::body::{Body, FacetCondition};
@@ -26,6 +28,7 @@ use fem_core::tensor::SymTensor3;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::collections::HashSet;
+use std::ops::Range;
 
 /// Cells, faces or edges handled by one task.
 const CHUNK: usize = 256;
@@ -37,27 +40,21 @@ const RESTARTED: f64 = 0.99;
 
 /// The edge stars of a body.
 pub struct EdgeStars<'a> {
-    body: &'a Body<Solid>,
-    spaces: Vec<FaceSpace>,
+    coefficients: Coefficients<'a>,
     /// See [`rims`].
     rims: HashSet<[NodeId; 2]>,
-    /// The length of the body, m.
-    length: f64,
-    /// The unit of energies of moments, 1/(Pa m): single precision has a small range.
-    unit: f64,
-    /// The energy matrices of all cells, over the unit, see [`matrices`]. Zeros of plain numbers come from the system: each thread touches its own
-    /// memory first.
-    energy: Vec<f32>,
     clusters: Vec<Cluster>,
+    /// The blocks of each; empty if they are computed again.
+    blocks: Vec<Blocks>,
     /// Clusters of one colour share no face.
     colours: Vec<Vec<u32>>,
 }
 
 /// Counts the bytes of the edge stars of a mesh and of the vectors of a relaxation.
 ///
-/// A cell has its energy matrix, an edge with `n` cells a block of `3 n + 6` unknowns in single precision; the conjugate gradients have six vectors of
+/// If coefficients are stored, a cell has its energy matrix, an edge with `n` cells a block of `3 n + 6` unknowns in single precision; the conjugate gradients have six vectors of
 /// the coordinates of all faces, and one of those of all cells.
-pub(crate) fn bytes(mesh: &TetMesh) -> usize {
+pub(crate) fn bytes(mesh: &TetMesh, stored: bool) -> usize {
     /// Of a face and of a cell of a ring.
     const RING: usize = 56;
     let (cells, faces) = (mesh.cells().len(), mesh.topology().facets().len());
@@ -65,47 +62,23 @@ pub(crate) fn bytes(mesh: &TetMesh) -> usize {
     // Euler's formula of a ball; each cell has six edges.
     let edges = (mesh.points().len() + faces).saturating_sub(cells + 1);
     let around = (6 * cells).div_ceil(edges.max(1));
-    cells * (size_of::<EnergyMatrix>() + MOMENTS * size_of::<f64>() + 6 * RING)
-        + edges * block(around + 1)
+    let matrix = if stored { size_of::<EnergyMatrix>() } else { 0 };
+    cells * (matrix + MOMENTS * size_of::<f64>() + 6 * RING)
+        + if stored { edges * block(around + 1) } else { 0 }
         + faces * (size_of::<FaceSpace>() + 6 * FACE * size_of::<f64>())
-}
-
-/// The energy matrix of each cell.
-fn matrices(energy: &[f32]) -> &[EnergyMatrix] {
-    energy.as_chunks().0.as_chunks().0
-}
-
-/// The same, to be written.
-fn matrices_mut(energy: &mut [f32]) -> &mut [EnergyMatrix] {
-    energy.as_chunks_mut().0.as_chunks_mut().0
-}
-
-/// Finds memory for the energy matrices of some cells: that of other stars if it suffices. What pads the rows is zero.
-fn energy_memory(cells: usize, used: Option<EdgeStars<'_>>) -> Vec<f32> {
-    let numbers = cells * size_of::<EnergyMatrix>() / size_of::<f32>();
-    match used {
-        Some(EdgeStars { mut energy, .. }) if energy.len() >= numbers => {
-            energy.truncate(numbers);
-            energy
-        }
-        used => {
-            drop(used);
-            vec![0.0; numbers]
-        }
-    }
 }
 
 impl<'a> EdgeStars<'a> {
     /// Assembles and inverts the blocks of all edges.
     ///
-    /// * `used`: stars whose memory may be reused.
+    /// * `memory`: of the coefficients.
     pub(crate) fn new(
         body: &'a Body<Solid>,
         conditions: &[FacetCondition<Solid>],
-        used: Option<EdgeStars<'_>>,
+        memory: StarMemory<EdgeStars<'_>>,
     ) -> Self {
         let mesh = body.mesh();
-        let (cells, faces) = (mesh.cells().len(), mesh.topology().facets().len());
+        let faces = mesh.topology().facets().len();
         let tension = SymTensor3 { xx: 1.0, ..SymTensor3::default() };
         let length = mesh.diagonal();
         let unit = body.material(0).complementary(tension, tension) / length;
@@ -114,51 +87,40 @@ impl<'a> EdgeStars<'a> {
             FaceSpace::new(mesh.facet_corners(face), condition(mesh, conditions, face), length)
         };
         let spaces: Vec<FaceSpace> = (0..faces).into_par_iter().with_min_len(CHUNK).map(face).collect();
-        let mut energy = energy_memory(cells, used);
-        matrices_mut(&mut energy).par_chunks_mut(CHUNK).enumerate().for_each(|(k, chunk)| {
-            let cells = k * CHUNK..k * CHUNK + chunk.len();
-            energies(body, &spaces, (length, unit), cells, chunk);
-        });
+        let memory = memory.map(|used| used.coefficients);
+        let coefficients = Coefficients::new(body, spaces, (length, unit), memory);
         let rims = rims(body);
         let rings = Rings::new(mesh);
         let (edges, colours) = clusters(mesh, &rings);
-        let clusters = each_task(edges.len(), |k| {
-            let mut cluster = Cluster::new(mesh, &rings, &edges[k], length);
-            cluster.prepare(mesh, (&spaces, &rims), length, matrices(&energy));
-            cluster
-        });
-        Self { body, spaces, rims, length, unit, energy, clusters, colours }
+        let clusters = each_task(edges.len(), |k| Cluster::new(mesh, &rings, &edges[k], length));
+        drop(rings);
+        let stored = if coefficients.are_stored() { clusters.len() } else { 0 };
+        let blocks = each_task(stored, |k| coefficients.blocks(&clusters[k], &rims, Blocks::default()));
+        Self { coefficients, rims, clusters, blocks, colours }
     }
 
     /// Prepares the stars for other conditions: only what is near a face whose reactions have other directions is computed again.
     pub(crate) fn restate(&mut self, conditions: &[FacetCondition<Solid>]) {
-        let Self { body, spaces, rims, length, unit, energy, clusters, .. } = self;
-        let (mesh, length) = (body.mesh(), *length);
+        let Self { coefficients, rims, clusters, blocks, .. } = self;
+        let (mesh, length) = (coefficients.body.mesh(), coefficients.length);
         let topology = mesh.topology();
         let mut changed: Vec<u32> = Vec::new();
         for face in topology.boundary_facets() {
             let condition = &conditions[topology.boundary_place(*face)];
-            let space = &spaces[face.index()];
+            let space = &mut coefficients.spaces[face.index()];
             if condition.reaction != space.reaction || relaxes(condition) != space.springs.is_some() {
-                spaces[face.index()] = FaceSpace::new(mesh.facet_corners(*face), Some(condition), length);
+                *space = FaceSpace::new(mesh.facet_corners(*face), Some(condition), length);
                 changed.push(topology.facet_cells()[*face][0]);
             }
         }
         changed.sort_unstable();
         changed.dedup();
-        let mut renewed = vec![[[0.0; 40]; MOMENTS]; changed.len()];
-        renewed.par_chunks_mut(CHUNK).zip(changed.par_chunks(CHUNK)).for_each(|(to, cells)| {
-            energies(body, spaces, (length, *unit), cells.iter().map(|cell| *cell as usize), to);
+        coefficients.renew(&changed);
+        let near = |cluster: &Cluster| cluster.cells().iter().any(|cell| changed.binary_search(cell).is_ok());
+        let all = blocks.par_iter_mut().zip(&*clusters).filter(|(_, cluster)| near(cluster));
+        all.for_each(|(blocks, cluster)| {
+            *blocks = coefficients.blocks(cluster, rims, std::mem::take(blocks));
         });
-        for (cell, matrix) in changed.iter().zip(renewed) {
-            matrices_mut(energy)[*cell as usize] = matrix;
-        }
-        let near =
-            |cluster: &&mut Cluster| cluster.cells().iter().any(|cell| changed.binary_search(cell).is_ok());
-        clusters
-            .par_iter_mut()
-            .filter(near)
-            .for_each(|cluster| cluster.prepare(mesh, (spaces, rims), length, matrices(energy)));
     }
 
     /// Relaxes a stress in place.
@@ -168,25 +130,26 @@ impl<'a> EdgeStars<'a> {
         relaxation: Relaxation,
     ) -> RelaxationReport {
         let of_cells = AtomicSlots::zeros(MOMENTS * self.cells());
-        let left = AtomicSlots::zeros(FACE * self.spaces.len());
-        let of_elements = stress.finite_element_energy(self.body);
-        let mut report = RelaxationReport::unrelaxed(stress.distance_squared(self.body));
+        let left = AtomicSlots::zeros(FACE * self.coefficients.spaces.len());
+        let of_elements = stress.finite_element_energy(self.body());
+        let mut report = RelaxationReport::unrelaxed(stress.distance_squared(self.body()));
         loop {
             let residual = AtomicSlots::zeros(left.len());
             self.residual(stress, &of_cells, &residual);
             let energies = [report.energy(), of_elements];
             let rest = relaxation.at_most(relaxation.max_steps() - report.steps);
-            let (x, part) = conjugate_gradients(rest, (residual, self.unit), energies, &|r, z, product| {
-                self.precondition((r, &left), z);
-                self.multiply((z, &of_cells), product);
-            });
+            let (x, part) =
+                conjugate_gradients(rest, (residual, self.coefficients.unit), energies, &|r, z, product| {
+                    self.precondition((r, &left), z);
+                    self.multiply((z, &of_cells), product);
+                });
             if part.steps == 0 {
                 report.stationary = part.stationary;
                 return report;
             }
             self.shift(stress, &x, 1.0);
             let [before, promised, found] =
-                [report.energy(), part.energy(), stress.distance_squared(self.body)];
+                [report.energy(), part.energy(), stress.distance_squared(self.body())];
             report.steps += part.steps;
             report.energy_history.extend(&part.energy_history[1..]);
             report.stationary = part.stationary;
@@ -195,10 +158,10 @@ impl<'a> EdgeStars<'a> {
             }
             // The energy along x is a parabola, of which the middle is a third value.
             self.shift(stress, &x, -0.5);
-            let curvature = 2.0 * (before + found - 2.0 * stress.distance_squared(self.body));
+            let curvature = 2.0 * (before + found - 2.0 * stress.distance_squared(self.body()));
             let best = (0.5 * (before - found + curvature) / curvature).clamp(0.0, 1.0);
             self.shift(stress, &x, if best.is_finite() { best - 0.5 } else { -0.5 });
-            let energy = stress.distance_squared(self.body);
+            let energy = stress.distance_squared(self.body());
             // What round-off promised was not gained.
             report.energy_history.iter_mut().for_each(|promised| *promised = promised.max(energy));
             if report.steps >= relaxation.max_steps() || !(energy < RESTARTED * before) {
@@ -218,15 +181,19 @@ impl<'a> EdgeStars<'a> {
         });
     }
 
+    fn body(&self) -> &'a Body<Solid> {
+        self.coefficients.body
+    }
+
     /// The number of cells.
     fn cells(&self) -> usize {
-        self.body.mesh().cells().len()
+        self.body().mesh().cells().len()
     }
 
     /// The moments of each unit coordinate of a face.
     fn columns(&self, face: usize) -> [[Vector3<f64>; 3]; FACE] {
-        let corners = self.body.mesh().facet_corners(FacetId::new(face));
-        self.spaces[face].columns(&corners, self.length)
+        let corners = self.body().mesh().facet_corners(FacetId::new(face));
+        self.coefficients.spaces[face].columns(&corners, self.coefficients.length)
     }
 
     /// Computes the coordinates `z` of one sweep over all edges and one back.
@@ -239,9 +206,24 @@ impl<'a> EdgeStars<'a> {
         z.update(|_, _| 0.0);
         let sweep = |colour: &Vec<u32>, back: bool| {
             for_each_task(colour.len(), &|k| {
-                let cluster = &self.clusters[colour[k] as usize];
-                let (mesh, energy) = (self.body.mesh(), matrices(&self.energy));
-                pulp::Arch::new().dispatch(Sweep { mesh, energy, cluster, back, left, z, scale });
+                let (number, mesh) = (colour[k] as usize, self.body().mesh());
+                let cluster = &self.clusters[number];
+                self.coefficients.with_cluster(
+                    (cluster, &self.rims),
+                    self.blocks.get(number),
+                    |energy, blocks| {
+                        pulp::Arch::new().dispatch(Sweep {
+                            mesh,
+                            energy,
+                            cluster,
+                            blocks,
+                            back,
+                            left,
+                            z,
+                            scale,
+                        });
+                    },
+                );
             });
         };
         self.colours.iter().for_each(|colour| sweep(colour, false));
@@ -253,7 +235,10 @@ impl<'a> EdgeStars<'a> {
     /// * `of_cells`: memory for the parts of the cells.
     fn multiply(&self, (p, of_cells): (&AtomicSlots, &AtomicSlots), to: &AtomicSlots) {
         for_each_task(self.cells().div_ceil(CHUNK), &|k| {
-            pulp::Arch::new().dispatch(Product { stars: self, first: k * CHUNK, p, of_cells });
+            let cells = k * CHUNK..self.cells().min((k + 1) * CHUNK);
+            self.coefficients.with(cells.clone(), |energy| {
+                pulp::Arch::new().dispatch(Product { stars: self, cells, energy, p, of_cells });
+            });
         });
         self.each_face(|face, slots| {
             for i in 0..FACE {
@@ -264,8 +249,8 @@ impl<'a> EdgeStars<'a> {
 
     /// Calls a function with each face and the first slots of its numbers in its cells.
     fn each_face(&self, of_face: impl Fn(usize, [Option<usize>; 2]) + Sync) {
-        let topology = self.body.mesh().topology();
-        let faces = self.spaces.len();
+        let topology = self.body().mesh().topology();
+        let faces = self.coefficients.spaces.len();
         for_each_task(faces.div_ceil(CHUNK), &|k| {
             for face in k * CHUNK..faces.min((k + 1) * CHUNK) {
                 let slot = |cell: u32| {
@@ -286,12 +271,12 @@ impl<'a> EdgeStars<'a> {
         face: usize,
         moments: [Vector3<f64>; 3],
     ) -> [Vector3<f64>; 3] {
-        if self.spaces[face].springs.is_none() {
+        if self.coefficients.spaces[face].springs.is_none() {
             return moments;
         }
-        let (face, topology) = (FacetId::new(face), self.body.mesh().topology());
+        let (face, topology) = (FacetId::new(face), self.body().mesh().topology());
         let springs = &stress.conditions[topology.boundary_place(face)].springs;
-        let strained = springs.strained(&stress.spring_defect(self.body, face, springs));
+        let strained = springs.strained(&stress.spring_defect(self.body(), face, springs));
         std::array::from_fn(|k| moments[k] - strained[k])
     }
 
@@ -301,8 +286,8 @@ impl<'a> EdgeStars<'a> {
     fn residual(&self, stress: &EquilibratedStress<Solid>, of_cells: &AtomicSlots, to: &AtomicSlots) {
         for_each_task(self.cells().div_ceil(CHUNK), &|k| {
             for cell in k * CHUNK..self.cells().min((k + 1) * CHUNK) {
-                let work = gradient(self.body, stress, cell);
-                for (k, (places, sign)) in order(self.body, cell).into_iter().enumerate() {
+                let work = gradient(self.body(), stress, cell);
+                for (k, (places, sign)) in order(self.body(), cell).into_iter().enumerate() {
                     for (place, work) in places.into_iter().zip(work[k]) {
                         let slot = MOMENTS * cell + FACE * k + 3 * place;
                         (0..3).for_each(|axis| of_cells.set(slot + axis, -sign * work[axis]));
@@ -319,7 +304,7 @@ impl<'a> EdgeStars<'a> {
             let moments = self.less_springs(stress, face, moments);
             for (k, column) in self.columns(face).iter().enumerate() {
                 let product: f64 = column.iter().zip(&moments).map(|(unit, moment)| unit.dot(moment)).sum();
-                to.set(FACE * face + k, product / self.unit);
+                to.set(FACE * face + k, product / self.coefficients.unit);
             }
         });
     }
@@ -328,7 +313,8 @@ impl<'a> EdgeStars<'a> {
 /// The product of the energy matrices of some cells with the coordinates of their faces.
 struct Product<'a> {
     stars: &'a EdgeStars<'a>,
-    first: usize,
+    cells: Range<usize>,
+    energy: Matrices<'a>,
     p: &'a AtomicSlots,
     of_cells: &'a AtomicSlots,
 }
@@ -338,11 +324,12 @@ impl pulp::NullaryFnOnce for Product<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { stars, first, p, of_cells } = self;
-        let (facets, energy) = (stars.body.mesh().topology().cell_facets(), matrices(&stars.energy));
-        for cell in first..stars.cells().min(first + CHUNK) {
+        let Self { stars, cells, energy, p, of_cells } = self;
+        let facets = stars.body().mesh().topology().cell_facets();
+        for (place, cell) in cells.enumerate() {
             let mut sums = [0.0; 40];
-            for (face, rows) in facets[cell].iter().zip(energy[cell].chunks_exact(FACE)) {
+            let matrix = energy.of(cell as u32, place);
+            for (face, rows) in facets[cell].iter().zip(matrix.chunks_exact(FACE)) {
                 for (i, row) in rows.iter().enumerate() {
                     let amount = p.get(FACE * face.index() + i);
                     for (sum, h) in sums.iter_mut().zip(row) {

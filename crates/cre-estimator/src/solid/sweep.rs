@@ -35,8 +35,6 @@ struct Star {
     /// How many there are.
     faces: u32,
     cells: u32,
-    /// Its place in [`Cluster::bases`].
-    basis: Option<u32>,
 }
 
 /// A face of a ring.
@@ -54,7 +52,7 @@ struct StarCell {
     sides: [(u8, u32); 2],
 }
 
-/// Edges that are swept one after the other, with all they need, in this order.
+/// Edges that are swept one after the other, in this order.
 #[derive(Default)]
 pub(crate) struct Cluster {
     /// The cells around the edges, ascending.
@@ -64,10 +62,44 @@ pub(crate) struct Cluster {
     stars: Vec<Star>,
     star_faces: Vec<StarFace>,
     star_cells: Vec<StarCell>,
+    /// Rows of the inverses.
+    rows: usize,
+}
+
+/// The blocks of the edges of a cluster.
+#[derive(Default)]
+pub(crate) struct Blocks {
     /// The wrenches of edges with restricted ones, as columns.
     bases: Vec<Matrix6<f64>>,
-    /// The inverses of the blocks: eight rows after eight rows, column by column.
+    /// The place there of each edge.
+    basis_of: Vec<Option<u32>>,
+    /// The inverses: eight rows after eight rows, column by column.
     inverses: Vec<Rows>,
+}
+
+impl Blocks {
+    #[inline(always)]
+    fn basis(&self, star: usize) -> Option<&Matrix6<f64>> {
+        self.basis_of[star].map(|basis| &self.bases[basis as usize])
+    }
+}
+
+/// Energy matrices over the unit: of all cells of a body, or of those of a cluster.
+#[derive(Clone, Copy)]
+pub(crate) enum Matrices<'a> {
+    OfBody(&'a [EnergyMatrix]),
+    OfCells(&'a [EnergyMatrix]),
+}
+
+impl<'a> Matrices<'a> {
+    /// * `place`: of the cell in the cluster.
+    #[inline(always)]
+    pub(crate) fn of(self, cell: u32, place: usize) -> &'a EnergyMatrix {
+        match self {
+            Self::OfBody(all) => &all[cell as usize],
+            Self::OfCells(own) => &own[place],
+        }
+    }
 }
 
 impl Star {
@@ -112,7 +144,7 @@ impl StarFace {
 }
 
 impl Cluster {
-    /// Collects the stars of some edges, without bases and inverses.
+    /// Collects the stars of some edges.
     ///
     /// * `length`: of the body.
     pub(crate) fn new(mesh: &TetMesh, rings: &Rings, edges: &[u32], length: f64) -> Self {
@@ -142,11 +174,11 @@ impl Cluster {
                 cluster.star_cells.push(StarCell { cell, sides: [side(0), side(1)] });
             }
             let (faces, cells) = (ring.faces.len() as u32, ring.cells.len() as u32);
-            let star = Star { nodes: ring.nodes, first, faces, cells, basis: None };
+            let star = Star { nodes: ring.nodes, first, faces, cells };
             place = star.of_inverse().end as u32;
             cluster.stars.push(star);
         }
-        cluster.inverses = vec![Rows::default(); place as usize];
+        cluster.rows = place as usize;
         let mut faces: Vec<(FacetId, u32)> = Vec::with_capacity(4 * cluster.cells.len());
         for cell in &cluster.cells {
             faces.extend(topology.cell_facets()[*cell as usize].map(|face| (face, *cell)));
@@ -165,30 +197,36 @@ impl Cluster {
     }
 
     /// Restricts the wrenches as the faces with conditions demand, and inverts the blocks.
-    pub(crate) fn prepare(
-        &mut self,
+    ///
+    /// * `blocks`: others, whose memory is used again.
+    pub(crate) fn blocks(
+        &self,
         mesh: &TetMesh,
         (spaces, rims): (&[FaceSpace], &HashSet<[NodeId; 2]>),
         length: f64,
-        energy: &[EnergyMatrix],
-    ) {
-        self.bases.clear();
-        for star in &mut self.stars {
+        energy: Matrices<'_>,
+        mut found: Blocks,
+    ) -> Blocks {
+        found.bases.clear();
+        found.basis_of.clear();
+        found.inverses.resize(self.rows, Rows::default());
+        for star in &self.stars {
             let faces = self.star_faces[star.of_faces()].iter().map(|face| face.face);
             let limits: Vec<_> = faces
                 .map(|face| (face, spaces[face.index()].reaction))
                 .filter(|(_, reaction)| !reaction.is_all())
                 .map(|(face, reaction)| (mesh.facet_corners(face), reaction))
                 .collect();
-            star.basis = None;
-            if rims.contains(&star.nodes) {
-                star.basis = Some(self.bases.len() as u32);
-                self.bases.push(Matrix6::zeros());
+            let basis = if rims.contains(&star.nodes) {
+                Some(Matrix6::zeros())
             } else if !limits.is_empty() {
                 let [i, j] = star.nodes.map(|n| mesh.points()[n]);
-                star.basis = Some(self.bases.len() as u32);
-                self.bases.push(carried(&limits, ((i + j) / 2.0, norm(j - i)), length));
-            }
+                Some(carried(&limits, ((i + j) / 2.0, norm(j - i)), length))
+            } else {
+                None
+            };
+            found.basis_of.push(basis.is_some().then_some(found.bases.len() as u32));
+            found.bases.extend(basis);
         }
         let mut order: Vec<usize> = (0..self.stars.len()).collect();
         order.sort_by_key(|k| self.stars[*k].faces);
@@ -202,14 +240,14 @@ impl Cluster {
                 for (lane, k) in group.iter().enumerate() {
                     block.clear();
                     block.resize(entries, 0.0);
-                    let assembly =
-                        Assembly { cluster: self, star: &self.stars[*k], energy, block: &mut block };
+                    let (star, basis) = (&self.stars[*k], found.basis(*k));
+                    let assembly = Assembly { cluster: self, star, basis, energy, block: &mut block };
                     pulp::Arch::new().dispatch(assembly);
                     blocks.iter_mut().zip(&block).for_each(|(row, entry)| row[lane] = *entry);
                 }
                 invert(&mut blocks, size, DEPENDENT, &mut columns);
                 for (lane, k) in group.iter().enumerate() {
-                    let rows = &mut self.inverses[self.stars[*k].of_inverse()];
+                    let rows = &mut found.inverses[self.stars[*k].of_inverse()];
                     for (i, columns) in rows.chunks_exact_mut(size).enumerate() {
                         for (j, column) in columns.iter_mut().enumerate() {
                             for (row, entry) in (8 * i..size).zip(column) {
@@ -220,6 +258,7 @@ impl Cluster {
                 }
             }
         }
+        found
     }
 }
 
@@ -227,7 +266,8 @@ impl Cluster {
 struct Assembly<'a> {
     cluster: &'a Cluster,
     star: &'a Star,
-    energy: &'a [EnergyMatrix],
+    basis: Option<&'a Matrix6<f64>>,
+    energy: Matrices<'a>,
     block: &'a mut [f64],
 }
 
@@ -236,11 +276,12 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { cluster, star, energy, block } = self;
+        let Self { cluster, star, basis, energy, block } = self;
         let faces = &cluster.star_faces[star.of_faces()];
         let (mut wrenches, mut squares) = ([[0.0; WRENCH]; WRENCH], [0.0; WRENCH]);
         for around in &cluster.star_cells[star.of_cells()] {
-            let matrix = &energy[cluster.cells[around.cell as usize] as usize];
+            let place = around.cell as usize;
+            let matrix = energy.of(cluster.cells[place], place);
             // The energy of unit wrenches and all coordinates of both faces.
             let mut of_wrenches = [[0.0; 2 * FACE]; WRENCH];
             for (local, place) in around.sides {
@@ -295,8 +336,7 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
             wrenches[k][k] += if rest > 0.0 { ROUNDING * size * (size / rest) } else { 0.0 };
         }
         let mut own = Matrix6::from_fn(|i, j| wrenches[i][j]);
-        if let Some(basis) = star.basis {
-            let basis = &cluster.bases[basis as usize];
+        if let Some(basis) = basis {
             own = basis.tr_mul(&own) * basis;
             for row in WRENCH..star.size() {
                 let entries = &mut block[packed(row, 0)..][..WRENCH];
@@ -339,8 +379,9 @@ struct Work {
 /// A sweep over a cluster.
 pub(crate) struct Sweep<'a> {
     pub(crate) mesh: &'a TetMesh,
-    pub(crate) energy: &'a [EnergyMatrix],
+    pub(crate) energy: Matrices<'a>,
     pub(crate) cluster: &'a Cluster,
+    pub(crate) blocks: &'a Blocks,
     pub(crate) back: bool,
     /// The residual that is left, over `scale`.
     pub(crate) left: &'a AtomicSlots,
@@ -358,7 +399,7 @@ impl pulp::NullaryFnOnce for Sweep<'_> {
         let stars = &self.cluster.stars;
         for k in 0..stars.len() {
             let k = if self.back { stars.len() - 1 - k } else { k };
-            self.improve(&stars[k], &mut work);
+            self.improve(&stars[k], self.blocks.basis(k), &mut work);
         }
         self.store(&work.left);
     }
@@ -398,11 +439,10 @@ impl Sweep<'_> {
     /// Adds the best wrench and bars of an edge to `z`, and takes their part from the residual.
     // Loops, not closures, which would be compiled without the vectors of the processor.
     #[inline(always)]
-    fn improve(&self, star: &Star, work: &mut Work) {
+    fn improve(&self, star: &Star, basis: Option<&Matrix6<f64>>, work: &mut Work) {
         let Self { cluster, z, scale, .. } = self;
         let Work { left, sums, products, amounts } = work;
         let (faces, cells) = (&cluster.star_faces[star.of_faces()], &cluster.star_cells[star.of_cells()]);
-        let basis = star.basis.map(|basis| &cluster.bases[basis as usize]);
         sums.clear();
         sums.resize(faces.len(), [0.0; FACE]);
         for around in cells {
@@ -433,7 +473,7 @@ impl Sweep<'_> {
         for (product, x) in of_wrench.iter_mut().zip(&wrench) {
             *product = *x as f32;
         }
-        let inverse = &cluster.inverses[star.of_inverse()];
+        let inverse = &self.blocks.inverses[star.of_inverse()];
         amounts.clear();
         for columns in inverse.chunks_exact(products.len()) {
             let mut rows = Rows::default();
@@ -462,8 +502,8 @@ impl Sweep<'_> {
             }
         }
         for around in cells {
-            let mut own = left[around.cell as usize];
-            let matrix = &self.energy[cluster.cells[around.cell as usize] as usize];
+            let place = around.cell as usize;
+            let (mut own, matrix) = (left[place], self.energy.of(cluster.cells[place], place));
             for (local, place) in around.sides {
                 let rows = &matrix[FACE * usize::from(local)..][..FACE];
                 for (row, amount) in rows.iter().zip(&sums[place as usize]) {
@@ -472,7 +512,7 @@ impl Sweep<'_> {
                     }
                 }
             }
-            left[around.cell as usize] = own;
+            left[place] = own;
         }
     }
 }

@@ -149,7 +149,8 @@ fn wrenches_pass_between_two_clamped_sides() {
     for (n, effectivities) in [(3, [1.0275, 1.0014]), (4, [1.0174, 1.0007])] {
         let body = held_cube(n, &["bottom", "top"]);
         let (mut by_stars, mut stress) = (recovered(&body), recovered(&body));
-        EdgeStars::new(&body, body.facet_conditions(), None).relax(&mut by_stars, Relaxation::Steps(100));
+        EdgeStars::new(&body, body.facet_conditions(), StarMemory::Stored(None))
+            .relax(&mut by_stars, Relaxation::Steps(100));
         let report = relax(&body, &mut stress, Relaxation::Steps(100));
         let [stars, best] = [&by_stars, &stress].map(|stress| stress.distance_squared(&body).sqrt());
         assert_eq!(report.columns, 6);
@@ -243,7 +244,8 @@ fn neither_threads_nor_units_change_a_step() {
     assert_eq!(report.steps, 2);
 }
 
-/// A block on the floor, held below or on rollers: stars of the one, prepared for the other, are those of the other.
+/// A block on the floor, held below or on rollers: stars of the one, prepared for the other, are those of the other, whether their coefficients are stored
+/// or computed again.
 #[test]
 fn stars_serve_again_under_other_conditions() {
     let body = |conditions: BoundaryConditions<Solid>| {
@@ -253,15 +255,17 @@ fn stars_serve_again_under_other_conditions() {
     };
     let held = body(BoundaryConditions::default().fix("bottom"));
     let rolling = body(BoundaryConditions::default().roller("bottom", 0.0));
-    let mut stars = EdgeStars::new(&rolling, held.facet_conditions(), None);
-    for body in [&rolling, &held, &rolling] {
-        stars.restate(body.facet_conditions());
-        let mut first = recovered(body);
-        let mut second = first.clone();
-        let report = stars.relax(&mut first, Relaxation::Steps(2));
-        assert_eq!(report, relax(body, &mut second, Relaxation::Steps(2)));
-        assert_eq!(first.facet_moments, second.facet_moments);
-        assert!(imbalance(body, &first) < 1e-13);
+    for memory in [StarMemory::Stored(None), StarMemory::Recomputed] {
+        let mut stars = EdgeStars::new(&rolling, held.facet_conditions(), memory);
+        for body in [&rolling, &held, &rolling] {
+            stars.restate(body.facet_conditions());
+            let mut first = recovered(body);
+            let mut second = first.clone();
+            let report = stars.relax(&mut first, Relaxation::Steps(2));
+            assert_eq!(report, relax(body, &mut second, Relaxation::Steps(2)));
+            assert_eq!(first.facet_moments, second.facet_moments);
+            assert!(imbalance(body, &first) < 1e-13);
+        }
     }
 }
 

@@ -124,33 +124,28 @@ impl pulp::NullaryFnOnce for Product<'_> {
     }
 }
 
-/// Computes `Lᵀ x` for every column `x`, with the columns of `L` from `start`.
-pub(super) struct TransposedProduct<'a, 'x> {
+/// Computes `Lᵀ x`, with the columns of `L` from `start`.
+pub(super) struct TransposedProduct<'a> {
     pub(super) factor: &'a Cholesky,
     /// The entries from `start`; on exit those of the product.
-    pub(super) columns: &'a mut [&'x mut [f64]],
+    pub(super) x: &'a mut [f64],
     pub(super) start: usize,
 }
 
-impl pulp::WithSimd for TransposedProduct<'_, '_> {
+impl pulp::WithSimd for TransposedProduct<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { factor, columns, start } = self;
-        let mut tails = vec![Vec::new(); columns.len()];
+        let Self { factor, x, start } = self;
+        let mut tail = Vec::new();
         for (panel, skipped) in factor.panels_from(start) {
-            for (x, tail) in columns.iter().zip(&mut tails) {
-                tail.clear();
-                tail.extend(panel.below.iter().map(|&row| x[row as usize - start]));
-            }
+            tail.clear();
+            tail.extend(panel.below.iter().map(|&row| x[row as usize - start]));
             for k in skipped..panel.width {
                 let (pivot, inside, below) = panel.column(k);
-                for (x, tail) in columns.iter_mut().zip(&tails) {
-                    let (own, later) = x[panel.first + k - start..].split_at_mut(1);
-                    let later = dot(simd, inside, &later[..inside.len()]);
-                    own[0] = pivot * own[0] + later + dot(simd, below, tail);
-                }
+                let (own, later) = x[panel.first + k - start..].split_at_mut(1);
+                own[0] = pivot * own[0] + dot(simd, inside, &later[..inside.len()]) + dot(simd, below, &tail);
             }
         }
     }

@@ -94,16 +94,15 @@ impl InterfaceOperator {
         self.check("the trace", v);
         self.check("the reaction", r);
         let mut y = v.to_vec();
-        self.factor.transposed_products(&mut [&mut y], v.len());
+        self.factor.transposed_product(&mut y);
         r.copy_from_slice(&self.factor.product(&y));
     }
 
-    /// Computes `L_CCᵀ v` of several traces in place: scalar products of the results are those with `S`.
+    /// Computes `VᵀS V` of several traces, column-major, both triangles, N/m.
     ///
-    /// * `traces`: one after the other.
-    pub fn weigh(&self, traces: &mut [f64]) {
-        let mut columns: Vec<&mut [f64]> = traces.chunks_exact_mut(self.len().max(1)).collect();
-        self.factor.transposed_products(&mut columns, self.len());
+    /// * `traces`: `V`, column-major, m.
+    pub fn energies(&self, traces: &[f64]) -> Vec<f64> {
+        triangular::energies(&self.trailing_factor(), self.len(), traces)
     }
 
     /// Computes the trace of a correction under a normal force, `w = S⁻¹ r` (m), by two triangular solves.

@@ -84,6 +84,24 @@ fn times_transpose(triangle: &[f64], n: usize, [structure, transposed]: [BlockSt
     square
 }
 
+/// Computes `VᵀL LᵀV`, both triangles.
+///
+/// * `factor`: L, `n` rows and columns, lower triangle; `columns`: V, column-major.
+pub(crate) fn energies(factor: &[f64], n: usize, columns: &[f64]) -> Vec<f64> {
+    let count = columns.len() / n.max(1);
+    let (mut product, mut energies) = (vec![0.0; n * count], vec![0.0; count * count]);
+    let (upper, whole) = (BlockStructure::TriangularUpper, BlockStructure::Rectangular);
+    let [l, v] = [(factor, n), (columns, count)].map(|(m, k)| MatRef::from_column_major_slice(m, n, k));
+    let x = MatMut::from_column_major_slice_mut(&mut product, n, count);
+    triangular::matmul(x, whole, Accum::Replace, l.transpose(), upper, v, whole, 1.0, Par::Seq);
+    let x = MatRef::from_column_major_slice(&product, n, count);
+    let (to, lower) =
+        (MatMut::from_column_major_slice_mut(&mut energies, count, count), BlockStructure::TriangularLower);
+    triangular::matmul(to, lower, Accum::Replace, x.transpose(), whole, x, whole, 1.0, Par::Seq);
+    mirror(&mut energies, count);
+    energies
+}
+
 /// Overwrites the upper triangle of a matrix with the transpose of its lower one.
 ///
 /// # Panics

@@ -44,6 +44,24 @@ fn a_limit_of_the_address_space_ends_a_run_with_8_and_leaves_nothing() {
 }
 
 #[test]
+fn where_memory_is_short_coefficients_are_computed_again_and_the_bound_is_the_same() {
+    let temp = tempfile::tempdir().unwrap();
+    let whole = ["--set", "solver.subdomains=1"];
+    let runs = [("plenty", "4GiB", false), ("short", "45MiB", true)].map(|(name, limit, is_short)| {
+        let out = temp.path().join(name);
+        let limit = format!("limits.memory=\"{limit}\"");
+        let more = [&whole[..], &["--set", &limit]].concat();
+        let output = solve(&cases().join("solid/subdomains.toml"), &out, &more);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        assert_eq!(said(&output).contains("since memory is short"), is_short, "{}", said(&output));
+        let report = std::fs::read_to_string(out.join("report.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        [report["certificate"].to_string(), report["iterations"].to_string()]
+    });
+    assert_eq!(runs[0], runs[1]);
+}
+
+#[test]
 fn a_generous_memory_limit_does_not_hide_what_the_machine_has() {
     let temp = tempfile::tempdir().unwrap();
     let cells = ["body.0.generator.cells=[11000,11000]", "body.1.generator.cells=[11000,11000]"];

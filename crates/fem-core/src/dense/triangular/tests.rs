@@ -81,3 +81,16 @@ fn an_inverse_times_its_matrix_is_the_identity() {
     }
     assert!(square(&[], 0).is_empty() && invert(&[], 0).is_empty());
 }
+
+#[test]
+fn energies_are_products_with_the_square() {
+    for (n, count) in [(1, 1), (5, 0), (17, 3), (65, 40), (200, 7)] {
+        let l = lower(n);
+        let a = nalgebra::DMatrix::from_vec(n, n, square(&l, n));
+        let columns: Vec<f64> = (0..n * count).map(|k| value(k, 5)).collect();
+        let v = nalgebra::DMatrix::from_vec(n, count, columns.clone());
+        let expected = v.transpose() * a * v;
+        let found = nalgebra::DMatrix::from_vec(count, count, energies(&l, n, &columns));
+        assert!((found - &expected).amax() <= 1e-12 * expected.amax(), "{n}, {count}");
+    }
+}
