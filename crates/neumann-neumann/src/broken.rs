@@ -263,16 +263,20 @@ impl<'a> Broken<'a> {
         sum
     }
 
-    /// Lists the columns of the coarse space in all unknowns, sparse: all rigid motions of every body, held or not, and of the obstacles.
+    /// Lists the columns of the coarse space in all unknowns, sparse: all rigid motions of every body, held or not, independent of each other, and of the
+    /// obstacles.
     pub fn motions(&self) -> Vec<Sparse> {
         let mut found = Vec::new();
         let mut push = |start: usize, values: &[f64]| {
             let column = values.iter().enumerate().filter(|(_, value)| **value != 0.0);
             found.push(column.map(|(k, value)| (start + k, *value)).collect());
         };
-        for (b, part) in self.parts.iter().enumerate() {
-            part.basis.column_iter().for_each(|q| push(part.unknowns.start, q.as_slice()));
-            self.system.rigid[b].iter().for_each(|motion| push(part.unknowns.start, motion));
+        for (part, rigid) in self.parts.iter().zip(&self.system.rigid) {
+            let all = [part.basis.as_slice(), &rigid.concat()].concat();
+            // The free motions of a body that supports hold in part are among its rigid ones.
+            let motions = IndependentRows::new(&all, &vec![0.0; part.basis.ncols() + rigid.len()]).rows;
+            let size = part.unknowns.len().max(1);
+            motions.chunks_exact(size).for_each(|motion| push(part.unknowns.start, motion));
         }
         (0..self.len()).filter(|k| self.is_obstacle(*k)).for_each(|k| push(k, &[1.0]));
         found
