@@ -58,7 +58,8 @@ impl Plan {
         let lean = |plan: Self| Self { recomputes: true, ..plan };
         let cut = Self { subdomain_nodes: SUBDOMAIN_NODES, ..asked };
         match case.solver.subdomains {
-            Subdomains::Auto => vec![asked, cut, lean(asked), lean(cut)],
+            // The last one is for bodies that cannot be cut, and for small ones.
+            Subdomains::Auto => vec![asked, cut, lean(cut), lean(asked)],
             Subdomains::Count(_) => vec![asked, lean(asked)],
         }
     }
@@ -279,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn each_way_to_solve_large_solids_needs_less_memory_than_the_one_before() {
+    fn each_way_to_solve_large_solids_in_subdomains_needs_less_memory_than_the_one_before() {
         let text = case_io::template::SOLID.split("[adapt]").next().unwrap();
         let AnyCase::Solid(case) = AnyCase::parse(text, "solid.toml", &[]).unwrap() else {
             panic!("a plane case")
@@ -290,10 +291,10 @@ mod tests {
             Plan::all(&case).into_iter().map(of).collect::<Vec<f64>>()
         };
         let of_mesh = need(100_000);
-        assert!(of_mesh.is_sorted_by(|a, b| a > b), "{of_mesh:?}");
+        assert!(of_mesh[..3].is_sorted_by(|a, b| a > b) && of_mesh[3] < of_mesh[0], "{of_mesh:?}");
         // A factor grows as n^(4/3), subdomains as n.
         let [ten, one] = [need(1_000_000), of_mesh];
-        assert!(ten[0] > 14.0 * one[0] && ten[3] < 12.0 * one[3], "{one:?} {ten:?}");
+        assert!(ten[0] > 14.0 * one[0] && ten[2] < 12.0 * one[2], "{one:?} {ten:?}");
         let notes: Vec<Option<String>> = Plan::all(&case).iter().map(|plan| plan.note(&case)).collect();
         assert!(notes[0].is_none() && notes[1..].iter().all(Option::is_some));
     }
