@@ -71,7 +71,7 @@ pub struct Settings<S: Space = Plane> {
     pub subdomains: usize,
     /// Such a body is cut into more subdomains if each would have more nodes than this: a power of two, since halves are compact.
     pub subdomain_nodes: usize,
-    /// The estimator of solids computes its coefficients again in each sweep: about a fifth of the memory, and several times the time, see
+    /// The estimator of solids computes its coefficients again in each sweep: about a fifth of their memory, and two to three times the time of an estimate, see
     /// [`StarMemory`](cre_estimator::StarMemory).
     pub recomputes: bool,
     /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.

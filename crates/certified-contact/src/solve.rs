@@ -13,7 +13,7 @@ use crate::solution::{CertifiedSolution, RoleReason};
 use crate::space::ContactSpace;
 use crate::state::state_of;
 use crate::stopping::{EstimatorStop, enough, rounding};
-use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
+use cre_estimator::{Estimate, Estimator, ROUND_OFF_SHARE};
 use fem_core::boundary::ScalarData;
 use fem_core::interface::{Bonds, ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{FactorisedBody, PrepareError, PreparedProblem, Stage};
@@ -247,9 +247,8 @@ fn corrected<S: ContactSpace>(
     let Some(Corrected { iterate, fields }) = found else { return Ok(None) };
     let high = fields.iter().map(|field| field.high.as_slice()).collect();
     let state = state_of(problem, &iterate, high);
-    let Ok(better) = estimate_with(problem, &state, settings.relaxation) else {
-        return Ok(None);
-    };
+    let mut estimator = Estimator::new(problem, settings.relaxation).recomputing(settings.recomputes);
+    let Ok(better) = estimator.estimate(&state) else { return Ok(None) };
     let gains = better.unchecked().e_cre < estimate.unchecked().e_cre
         || better.unchecked().eta_nndd < estimate.unchecked().eta_nndd;
     Ok(gains.then_some(Better {

@@ -49,6 +49,8 @@ pub(crate) struct Columns<S: Space> {
     jumps: Option<Jumps<S>>,
     /// Facet moments, orthonormal in the complementary norm.
     moments: Option<Vec<FacetMoments<S>>>,
+    /// Whether stars of their own compute their coefficients again, see [`StarMemory`].
+    pub(crate) recomputes: bool,
 }
 
 /// Counts the holes of a mesh, in space those that go through: from its boundary alone.
@@ -115,7 +117,8 @@ impl<S: Recovery> Columns<S> {
         {
             return;
         }
-        let make = || make((body, factor), jumps, relaxation, stars).unwrap_or_default();
+        let recomputes = self.recomputes;
+        let make = || make((body, factor), jumps, relaxation, (stars, recomputes)).unwrap_or_default();
         let moments = self.moments.get_or_insert_with(make);
         if let Some(after) = minimise(body, stress, moments, before) {
             report.columns = moments.len();
@@ -169,7 +172,7 @@ fn make<'a, S: Recovery>(
     (body, factor): (&'a Body<S>, Option<&BodySolver<'_, S>>),
     jumps: &Jumps<S>,
     relaxation: Relaxation,
-    stars: &mut Option<S::Stars<'a>>,
+    (stars, recomputes): (&mut Option<S::Stars<'a>>, bool),
 ) -> Option<Vec<FacetMoments<S>>> {
     let fields = match factor {
         Some(factor) => each_task(jumps.len(), |k| field(body, factor, jumps, k)),
@@ -200,7 +203,8 @@ fn make<'a, S: Recovery>(
     let (body, mut stars) = (body.weightless(), None);
     let mut columns: Vec<_> = fields.into_iter().map(|field| recover(&body, field)).collect();
     for column in &mut columns {
-        S::relax_with(&body, column, relaxation, &mut stars, StarMemory::Stored(None));
+        let memory = if recomputes { StarMemory::Recomputed } else { StarMemory::Stored(None) };
+        S::relax_with(&body, column, relaxation, &mut stars, memory);
     }
     Some(keeping_cut_forces(whole, orthonormal(&body, columns)))
 }

@@ -35,8 +35,9 @@ impl Recovery for Plane {
         stars: &mut Option<StarRelaxation<'a>>,
         memory: StarMemory<StarRelaxation<'_>>,
     ) -> RelaxationReport {
-        let StarMemory::Stored(used) = memory else {
-            return relax_with_stars(body, stress, relaxation, stars, None);
+        let used = match memory {
+            StarMemory::Stored(used) => used,
+            StarMemory::Recomputed => None,
         };
         relax_with_stars(body, stress, relaxation, stars, used)
     }

@@ -13,7 +13,7 @@ use fem_core::space::Space;
 pub enum StarMemory<T> {
     /// In memory, that of other stars if they are given.
     Stored(Option<T>),
-    /// Those of solids are computed again in each sweep: about a fifth of the memory, and several times the time. The result is the same.
+    /// Those of solids are computed again in each sweep: about a fifth of their memory, and several times the time of a sweep. The result is the same.
     Recomputed,
 }
 

@@ -39,7 +39,8 @@ impl Relaxation {
     /// EET alone.
     pub const NONE: Self = Self::Steps(0);
 
-    pub(crate) fn max_steps(self) -> usize {
+    /// Returns the largest number of steps.
+    pub fn max_steps(self) -> usize {
         match self {
             Self::Steps(steps) => steps,
             Self::Tolerance { max_steps, .. } => max_steps,

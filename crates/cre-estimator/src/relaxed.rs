@@ -119,6 +119,7 @@ fn relax_bodies<'a, S: Recovery>(
             false => StarMemory::Stored(used),
         };
         let (body, stress) = (&problem.bodies[b], &mut fields.equilibrated);
+        columns.recomputes = recomputes;
         let before = stress.facet_moments.clone();
         fields.relaxation = S::relax_with(body, stress, columns.leave_room(body, relaxation), stars, memory);
         let of_body = (body, Some(&solvers.bodies()[b]));

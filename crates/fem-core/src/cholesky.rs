@@ -115,12 +115,18 @@ impl Cholesky {
         })
     }
 
+    /// Returns the first of the last columns of `L`.
+    fn first_of_last(&self, count: usize) -> usize {
+        assert!(count <= self.dimension(), "{count} entries for {} unknowns", self.dimension());
+        self.dimension() - count
+    }
+
     /// Solves `L y = x` in place: of a shorter `x` with the last columns of `L` alone.
     ///
     /// # Panics
     /// If `x` is longer than the dimension.
     pub fn forward(&self, x: &mut [f64]) {
-        let start = self.dimension() - x.len();
+        let start = self.first_of_last(x.len());
         pulp::Arch::new().dispatch(substitution::Forward { factor: self, columns: &mut [x], start });
     }
 
@@ -138,15 +144,16 @@ impl Cholesky {
     /// # Panics
     /// If `x` is longer than the dimension.
     pub(crate) fn backward(&self, x: &mut [f64], given: usize) {
-        let (start, end) = (self.dimension() - x.len(), self.dimension() - given);
+        let (start, end) = (self.first_of_last(x.len()), self.dimension() - given);
         pulp::Arch::new().dispatch(substitution::Backward { factor: self, x, start, end });
     }
 
     /// Solves `K x = b` in place.
     ///
     /// # Panics
-    /// If `x` is longer than the dimension.
+    /// If `x` has not one entry per unknown.
     pub fn solve(&self, x: &mut [f64]) {
+        assert!(x.len() == self.dimension(), "{} entries for {} unknowns", x.len(), self.dimension());
         self.forward(x);
         self.backward(x, 0);
     }
@@ -156,7 +163,7 @@ impl Cholesky {
     /// # Panics
     /// If `x` is longer than the dimension.
     pub(crate) fn product(&self, x: &[f64]) -> Vec<f64> {
-        let (start, mut product) = (self.dimension() - x.len(), vec![0.0; x.len()]);
+        let (start, mut product) = (self.first_of_last(x.len()), vec![0.0; x.len()]);
         pulp::Arch::new().dispatch(substitution::Product { factor: self, x, product: &mut product, start });
         product
     }
@@ -166,7 +173,7 @@ impl Cholesky {
     /// # Panics
     /// If `x` is longer than the dimension.
     pub(crate) fn transposed_product(&self, x: &mut [f64]) {
-        let start = self.dimension() - x.len();
+        let start = self.first_of_last(x.len());
         pulp::Arch::new().dispatch(substitution::TransposedProduct { factor: self, x, start });
     }
 

@@ -195,6 +195,8 @@ impl<S: Space> CondensedBody<S> {
     /// # Panics
     /// If there is not one force per unknown.
     pub fn forward(&self, mut forces: Vec<f64>, loads: bool) -> Vec<f64> {
+        let (found, expected) = (forces.len(), self.dofs.len());
+        assert!(found == expected, "{found} forces on {expected} unknowns");
         self.factor.forward(&mut forces);
         if loads {
             forces.iter_mut().zip(&self.forward_load).for_each(|(y, f)| *y += f);

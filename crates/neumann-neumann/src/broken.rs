@@ -18,6 +18,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// Numbers with their values, ascending.
 pub type Sparse = Vec<(usize, f64)>;
 
+/// A rigid motion of length 1 that keeps less than this beside the others depends on them.
+const DEPENDENT: f64 = 1e-8;
+
 /// All bodies, with the opening `o = c − B x` of each row.
 pub struct Broken<'a> {
     system: Cow<'a, ContactSystem<'a>>,
@@ -272,11 +275,18 @@ impl<'a> Broken<'a> {
             found.push(column.map(|(k, value)| (start + k, *value)).collect());
         };
         for (part, rigid) in self.parts.iter().zip(&self.system.rigid) {
-            let all = [part.basis.as_slice(), &rigid.concat()].concat();
+            let mut own: Vec<DVector<f64>> = part.basis.column_iter().map(|q| q.clone_owned()).collect();
             // The free motions of a body that supports hold in part are among its rigid ones.
-            let motions = IndependentRows::new(&all, &vec![0.0; part.basis.ncols() + rigid.len()]).rows;
-            let size = part.unknowns.len().max(1);
-            motions.chunks_exact(size).for_each(|motion| push(part.unknowns.start, motion));
+            for motion in rigid.iter().map(|motion| DVector::from_column_slice(motion)) {
+                let mut rest = &motion / motion.norm();
+                for _ in 0..2 {
+                    own.iter().for_each(|q| rest -= q * q.dot(&rest));
+                }
+                if rest.norm() > DEPENDENT {
+                    own.push(rest.normalize());
+                }
+            }
+            own.iter().for_each(|motion| push(part.unknowns.start, motion.as_slice()));
         }
         (0..self.len()).filter(|k| self.is_obstacle(*k)).for_each(|k| push(k, &[1.0]));
         found

@@ -4,7 +4,7 @@ use crate::broken::{Broken, Sparse, Traces};
 use crate::error::BalancingError;
 use crate::skeleton::{Skeleton, sum};
 use contact_qp::SparseFactor;
-use fem_core::cholesky::{Cholesky, Front};
+use fem_core::cholesky::{Cholesky, Front, SymbolicCholesky};
 use fem_core::each_body;
 use fem_core::ordering::ROOT;
 use fem_core::sparse::SymmetricCsc;
@@ -19,6 +19,9 @@ const RESISTED: f64 = 1e-13;
 
 /// From this many columns on, dense fronts are faster than a sparse factor.
 const MANY: usize = 500;
+
+/// A factor with more than this many values per entry of `C` has a bad order: bodies are not numbered as they lie.
+const FILL: usize = 30;
 
 /// Columns that are not cut further.
 const FRONT: usize = 96;
@@ -140,8 +143,11 @@ impl Factor {
     fn new(size: usize, entries: Vec<(usize, usize, f64)>) -> Result<Self, BalancingError> {
         if size >= MANY {
             let (order, fronts) = dissection(size, &entries);
-            let factor = Cholesky::new(&reordered(&order, &entries), &fronts);
-            if let Some(factor) = factor.ok().filter(|factor| factor.smallest_pivot().1 > RANK) {
+            let matrix = reordered(&order, &entries);
+            let structure = SymbolicCholesky::analyse(&matrix, &fronts).ok();
+            let structure = structure.filter(|found| found.stored_values() <= FILL * entries.len());
+            let factor = structure.and_then(|found| Cholesky::factorise(Arc::new(found), &matrix).ok());
+            if let Some(factor) = factor.filter(|factor| factor.smallest_pivot().1 > RANK) {
                 return Ok(Self::Definite(order, factor));
             }
         }

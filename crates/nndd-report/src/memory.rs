@@ -8,9 +8,9 @@ use case_io::Case;
 use case_io::case::Subdomains;
 use certified_contact::{Settings, prefers_exact, subdomains_of_nodes};
 use fem_core::body::Body;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{Bonds, ContactProblem};
 use fem_core::subdomains::may_be_cut;
-use nndd::flexibility_entries;
+use nndd::{Method, flexibility_entries};
 
 /// Memory that must be available, over the estimate, which is right within 8 % in the plane, and within 10 % for large solids.
 const MARGIN: f64 = 1.1;
@@ -44,34 +44,53 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Lists the ways to solve a case, the fastest first.
+    /// Returns the way that the case asks for.
+    fn asked<S: ReportSpace>(case: &Case<S>) -> Self {
+        let subdomains = convert::settings(case).subdomains;
+        Self { subdomains, subdomain_nodes: usize::MAX, recomputes: false }
+    }
+
+    /// Lists the ways to solve a case: the one that it asks for, then what is tried where memory is short. The last one is for bodies that cannot be cut, and
+    /// for small ones.
     fn all<S: ReportSpace>(case: &Case<S>) -> Vec<Self> {
-        let (subdomains, subdomain_nodes) = match case.solver.subdomains {
-            Subdomains::Auto => (1, usize::MAX),
-            Subdomains::Count(count) => (count, usize::MAX),
-        };
-        let asked = Self { subdomains, subdomain_nodes, recomputes: false };
-        if case.adapt.is_some() {
-            // The meshes to come are not known.
+        let asked = Self::asked(case);
+        // The meshes to come of an adaptive run are not known.
+        if case.adapt.is_some() || case.coulomb_pair().is_some() || convert::relaxation(case).max_steps() == 0
+        {
             return vec![asked];
         }
         let lean = |plan: Self| Self { recomputes: true, ..plan };
         let cut = Self { subdomain_nodes: SUBDOMAIN_NODES, ..asked };
         match case.solver.subdomains {
-            // The last one is for bodies that cannot be cut, and for small ones.
             Subdomains::Auto => vec![asked, cut, lean(cut), lean(asked)],
             Subdomains::Count(_) => vec![asked, lean(asked)],
         }
     }
 
-    /// Chooses the fastest way to solve a problem that fits in memory; the fastest one if none does.
+    /// Chooses the first way to solve a problem that fits in memory, or the one that needs least if none does.
     pub fn new<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>, host: &dyn Host) -> Self {
-        let all = Self::all(case);
-        let fits = |plan: &&Self| {
-            plan.settings(case).subdomains_of(problem).is_ok()
-                && shortage(case, plan.estimate(problem), host).is_none()
+        let bonds = Bonds::new(problem).ok().flatten();
+        let joined = bonds.as_ref().map_or(problem, |bonds| &bonds.joined);
+        let asked = Self::asked(case);
+        // An exact solution has no subdomains.
+        let newton_nn = matches!(asked.settings(case).method_for(joined), Method::NewtonNn(_));
+        let counts = |plan: &Self| plan.settings(case).subdomains_of(joined).ok();
+        let differs = |plan: &Self| {
+            let cuts = plan.subdomain_nodes != asked.subdomain_nodes;
+            !cuts || newton_nn && counts(plan).is_some_and(|counts| counts.iter().any(|count| *count > 1))
         };
-        *all.iter().find(fits).unwrap_or(&all[0])
+        let most = asked.estimate(problem);
+        let mut all = vec![(asked, most)];
+        let others = Self::all(case).into_iter().skip(1).filter(differs);
+        all.extend(others.map(|plan| (plan, plan.estimate(problem))).filter(|(_, need)| *need < most));
+        Self::choose(case, &all, host)
+    }
+
+    /// * `all`: with what they need, bytes.
+    fn choose<S: ReportSpace>(case: &Case<S>, all: &[(Self, f64)], host: &dyn Host) -> Self {
+        let fits = |(_, need): &&(Self, f64)| shortage(case, *need, host).is_none();
+        let least = || all.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        all.iter().find(fits).or_else(least).map_or(Self::asked(case), |(plan, _)| *plan)
     }
 
     /// Makes the settings of a solve.
@@ -86,7 +105,8 @@ impl Plan {
     ///
     /// See [`ReportSpace::memory`] of each body; and the program itself.
     pub fn estimate<S: ReportSpace>(&self, problem: &ContactProblem<S>) -> f64 {
-        self.of_sizes::<S>(&sizes(problem))
+        let bonds = Bonds::new(problem).ok().flatten();
+        self.of_sizes::<S>(&sizes(bonds.as_ref().map_or(problem, |bonds| &bonds.joined)))
     }
 
     fn of_sizes<S: ReportSpace>(&self, bodies: &[Size]) -> f64 {
@@ -100,11 +120,11 @@ impl Plan {
 
     /// Says what the run does because memory is short; `None` if it does nothing.
     pub fn note<S: ReportSpace>(&self, case: &Case<S>) -> Option<String> {
-        let asked = Self::all(case)[0];
+        let asked = Self::asked(case);
         let mut what = Vec::new();
         if self.subdomain_nodes != asked.subdomain_nodes {
             what.push(format!(
-                "bodies that their supports hold are cut into subdomains of up to {SUBDOMAIN_NODES} nodes"
+                "bodies that their supports hold are cut into subdomains of about {SUBDOMAIN_NODES} nodes or fewer"
             ));
         }
         if self.recomputes {
@@ -155,21 +175,28 @@ fn sizes<S: ReportSpace>(problem: &ContactProblem<S>) -> Vec<Size> {
 }
 
 /// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.
-pub(crate) fn check_counts<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<(), Failure> {
+///
+/// * `planned`: whether it is solved in whatever way fits, or in the one that it asks for.
+pub(crate) fn check_counts<S: ReportSpace>(
+    case: &Case<S>,
+    planned: bool,
+    host: &dyn Host,
+) -> Result<(), Failure> {
     let size = |nodes: u64| Size { nodes, pairs: 0, may_be_cut: true };
     let sizes: Vec<Size> = case.node_counts().into_iter().map(size).collect();
-    let all = Plan::all(case);
-    let fits = |plan: &&Plan| shortage(case, plan.of_sizes::<S>(&sizes), host).is_none();
-    check((case, all.iter().find(fits).unwrap_or(&all[0])), host, &sizes, None)
+    let all = if planned { Plan::all(case) } else { vec![Plan::asked(case)] };
+    let all: Vec<(Plan, f64)> = all.into_iter().map(|plan| (plan, plan.of_sizes::<S>(&sizes))).collect();
+    check((case, &Plan::choose(case, &all, host)), host, &sizes, None)
 }
 
 /// Refuses a problem that needs more memory than there may be; says how it is solved if that is not the fastest way.
 pub(crate) fn check_problem<S: ReportSpace>(
     case: &Case<S>,
     problem: &ContactProblem<S>,
+    planned: bool,
     host: &dyn Host,
 ) -> Result<Option<String>, Failure> {
-    let plan = Plan::new(case, problem, host);
+    let plan = if planned { Plan::new(case, problem, host) } else { Plan::asked(case) };
     check((case, &plan), host, &sizes(problem), Some(problem.node_pairs()))?;
     Ok(plan.note(case))
 }

@@ -85,10 +85,19 @@ pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<AnyCase,
 /// # Errors
 /// A problem that makes no sense, or that needs too much memory.
 pub fn build<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<(ContactProblem<S>, Notes), Failure> {
+    build_for(case, true, host)
+}
+
+/// * `planned`: whether it is solved in whatever way fits in memory, or in the one that it asks for.
+fn build_for<S: ReportSpace>(
+    case: &Case<S>,
+    planned: bool,
+    host: &dyn Host,
+) -> Result<(ContactProblem<S>, Notes), Failure> {
     begins(case, "making the bodies and their contact lines", host);
-    memory::check_counts(case, host)?;
+    memory::check_counts(case, planned, host)?;
     let (problem, mut notes) = case.build()?;
-    notes.extend(memory::check_problem(case, &problem, host)?);
+    notes.extend(memory::check_problem(case, &problem, planned, host)?);
     Ok((problem, notes))
 }
 
@@ -105,7 +114,7 @@ pub fn build_last<S: ReportSpace>(
     case: &Case<S>,
     host: &dyn Host,
 ) -> Result<(ContactProblem<S>, Notes), Failure> {
-    let (problem, notes) = build(case, host)?;
+    let (problem, notes) = build_for(case, false, host)?;
     let Some(factors) = case.step_ends().pop() else { return Ok((problem, notes)) };
     Ok((check::with_factors(case, &problem, &factors)?, notes))
 }

@@ -55,9 +55,8 @@ impl<'a> RowOperators<'a> {
 
     /// Returns the diagonal of `S_s`, N/m².
     pub(crate) fn diagonal(&self) -> DVector<f64> {
-        let entry = |k: usize| self.condensed.schur()[k * (self.condensed.len() + 1)];
-        let diagonal = self.unknowns.iter().map(|(k, a)| entry(*k) / (a * a));
-        DVector::from_iterator(self.unknowns.len(), diagonal)
+        let diagonal = self.condensed.diagonal();
+        DVector::from_iterator(self.unknowns.len(), self.unknowns.iter().map(|(k, a)| diagonal[*k] / (a * a)))
     }
 
     /// Computes `S_s⁻¹ f`, m.

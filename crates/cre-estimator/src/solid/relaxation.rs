@@ -69,7 +69,7 @@ pub(crate) fn bytes(mesh: &TetMesh, stored: bool) -> usize {
 }
 
 impl<'a> EdgeStars<'a> {
-    /// Assembles and inverts the blocks of all edges.
+    /// Assembles and inverts the blocks of all edges, if they are stored.
     ///
     /// * `memory`: of the coefficients.
     pub(crate) fn new(

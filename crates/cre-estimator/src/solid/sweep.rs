@@ -62,7 +62,7 @@ pub(crate) struct Cluster {
     stars: Vec<Star>,
     star_faces: Vec<StarFace>,
     star_cells: Vec<StarCell>,
-    /// Rows of the inverses.
+    /// Entries of the inverses.
     rows: usize,
 }
 
@@ -198,7 +198,7 @@ impl Cluster {
 
     /// Restricts the wrenches as the faces with conditions demand, and inverts the blocks.
     ///
-    /// * `blocks`: others, whose memory is used again.
+    /// * `found`: others, whose memory is used again.
     pub(crate) fn blocks(
         &self,
         mesh: &TetMesh,
