@@ -110,7 +110,7 @@ pub use recovered_pressure::recovered_pressure;
 pub use results::{
     BondResults, CutResults, FrictionResults, PairResults, PatchResults, PeakStress, PrincipalStress, Results,
 };
-pub use settings::{Criterion, Imposed, Settings, prefers_exact, subdomains_of_nodes, suits_iteration};
+pub use settings::{Criterion, Imposed, Settings, prefers_exact, subdomains, suits_iteration};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
 pub use solve_coulomb::solve_coulomb;

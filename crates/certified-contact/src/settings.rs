@@ -125,14 +125,16 @@ impl<S: Space> Settings<S> {
     }
 
     fn subdomains_of_body(&self, body: &Body<S>) -> usize {
-        let of_nodes = subdomains_of_nodes(body.mesh().points().len(), self.subdomain_nodes);
-        if may_be_cut(body) { self.subdomains.max(of_nodes) } else { 1 }
+        let nodes = body.mesh().points().len();
+        if may_be_cut(body) { subdomains(nodes, self.subdomains, self.subdomain_nodes) } else { 1 }
     }
 }
 
-/// Computes the least power of two of subdomains that have at most the given number of nodes each, in the mean.
-pub fn subdomains_of_nodes(nodes: usize, most: usize) -> usize {
-    nodes.div_ceil(most.max(1)).next_power_of_two()
+/// Computes the number of subdomains of a body that may be cut.
+///
+/// * `least`, `most`: see [`Settings::subdomains`] and [`Settings::subdomain_nodes`], in the mean.
+pub fn subdomains(nodes: usize, least: usize, most: usize) -> usize {
+    nodes.div_ceil(most.max(1)).next_power_of_two().max(least)
 }
 
 /// Up to this many rows of a body, in the mean, the exact solution of an assembly is faster than Newton's method with Neumann-Neumann steps

@@ -49,7 +49,7 @@ pub(crate) struct Columns<S: Space> {
     jumps: Option<Jumps<S>>,
     /// Facet moments, orthonormal in the complementary norm.
     moments: Option<Vec<FacetMoments<S>>>,
-    /// Whether stars of their own compute their coefficients again, see [`StarMemory`].
+    /// True if stars of their own compute their coefficients again, see [`StarMemory`].
     pub(crate) recomputes: bool,
 }
 
@@ -203,8 +203,7 @@ fn make<'a, S: Recovery>(
     let (body, mut stars) = (body.weightless(), None);
     let mut columns: Vec<_> = fields.into_iter().map(|field| recover(&body, field)).collect();
     for column in &mut columns {
-        let memory = if recomputes { StarMemory::Recomputed } else { StarMemory::Stored(None) };
-        S::relax_with(&body, column, relaxation, &mut stars, memory);
+        S::relax_with(&body, column, relaxation, &mut stars, StarMemory::new(recomputes, None));
     }
     Some(keeping_cut_forces(whole, orthonormal(&body, columns)))
 }

@@ -9,7 +9,7 @@ use fem_core::material::LinearElastic;
 use fem_core::mesh::Mesh;
 use fem_core::space::Space;
 
-/// Where the coefficients of the relaxation of a body are.
+/// The memory of the coefficients of the relaxation of a body.
 pub enum StarMemory<T> {
     /// In memory, that of other stars if they are given.
     Stored(Option<T>),
@@ -18,6 +18,11 @@ pub enum StarMemory<T> {
 }
 
 impl<T> StarMemory<T> {
+    /// * `used`: stars whose memory is used again, or released.
+    pub(crate) fn new(recomputes: bool, used: Option<T>) -> Self {
+        if recomputes { Self::Recomputed } else { Self::Stored(used) }
+    }
+
     pub(crate) fn map<U>(self, of: impl FnOnce(T) -> U) -> StarMemory<U> {
         match self {
             Self::Stored(used) => StarMemory::Stored(used.map(of)),

@@ -65,7 +65,7 @@ pub(crate) struct KeptStars<'a, S: Recovery> {
     columns: Vec<Columns<S>>,
     /// True after the first estimate.
     estimated: bool,
-    /// Whether coefficients are computed again, see [`StarMemory`].
+    /// True if coefficients are computed again, see [`StarMemory`].
     pub(crate) recomputes: bool,
 }
 
@@ -111,13 +111,7 @@ fn relax_bodies<'a, S: Recovery>(
     kept.columns.resize_with(problem.bodies.len(), Columns::default);
     // Relaxes one body with its stars and columns, which are made if they are missing.
     let relax = |b: usize, fields: &mut AdmissibleBody<S>, (stars, columns): Of<'_, 'a, S>, used| {
-        let memory = match recomputes {
-            true => {
-                drop(used);
-                StarMemory::Recomputed
-            }
-            false => StarMemory::Stored(used),
-        };
+        let memory = StarMemory::new(recomputes, used);
         let (body, stress) = (&problem.bodies[b], &mut fields.equilibrated);
         columns.recomputes = recomputes;
         let before = stress.facet_moments.clone();

@@ -3,6 +3,7 @@
 //! What the plane has in [`crate::eet`], [`crate::johnson_mercier`] and [`crate::star_relaxation`] is here for tetrahedra: face moments in equilibrium,
 //! a stress of four parts in each cell, and corrections along bars and wrenches.
 
+mod blocks;
 mod cell;
 mod clusters;
 mod coefficients;

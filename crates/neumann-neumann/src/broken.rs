@@ -221,7 +221,7 @@ impl<'a> Broken<'a> {
         &self.parts[body].basis
     }
 
-    /// Computes `VᵀS V` of some traces of a body, N/m. If there are rows, what was computed last is kept: most bodies have the same traces on the next set
+    /// Computes `VᵀS V` of some traces of a body, N/m. If there are rows, the last result is kept: most bodies have the same traces on the next set
     /// of closed ones.
     ///
     /// * `traces`: `V` by row, column, entry, m; `count`: its columns.

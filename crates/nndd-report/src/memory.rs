@@ -6,7 +6,7 @@ use crate::host::{Host, MemoryLimit};
 use crate::space::ReportSpace;
 use case_io::Case;
 use case_io::case::Subdomains;
-use certified_contact::{Settings, prefers_exact, subdomains_of_nodes};
+use certified_contact::{Settings, prefers_exact, subdomains};
 use fem_core::body::Body;
 use fem_core::interface::{Bonds, ContactProblem};
 use fem_core::subdomains::may_be_cut;
@@ -29,7 +29,7 @@ pub(crate) const BODY: f64 = 6e4;
 /// A contact line is named if it makes the need this many times as large.
 const LONG_LINE: f64 = 2.0;
 
-/// Nodes of a subdomain where memory is short: fewer need less memory for their factors, and more for the coarse space.
+/// Nodes of a subdomain if memory is short: fewer need less memory for their factors, and more for the coarse space.
 const SUBDOMAIN_NODES: usize = 350;
 
 /// How bodies are solved.
@@ -50,7 +50,7 @@ impl Plan {
         Self { subdomains, subdomain_nodes: usize::MAX, recomputes: false }
     }
 
-    /// Lists the ways to solve a case: the one that it asks for, then what is tried where memory is short. The last one is for bodies that cannot be cut, and
+    /// Lists the ways to solve a case: the one that it asks for, then those that are tried if memory is short. The last one is for bodies that cannot be cut, and
     /// for small ones.
     fn all<S: ReportSpace>(case: &Case<S>) -> Vec<Self> {
         let asked = Self::asked(case);
@@ -79,10 +79,12 @@ impl Plan {
             let cuts = plan.subdomain_nodes != asked.subdomain_nodes;
             !cuts || newton_nn && counts(plan).is_some_and(|counts| counts.iter().any(|count| *count > 1))
         };
-        let most = asked.estimate(problem);
+        let sizes = sizes(joined);
+        let need = |plan: &Self| plan.of_sizes::<S>(&sizes);
+        let most = need(&asked);
         let mut all = vec![(asked, most)];
         let others = Self::all(case).into_iter().skip(1).filter(differs);
-        all.extend(others.map(|plan| (plan, plan.estimate(problem))).filter(|(_, need)| *need < most));
+        all.extend(others.map(|plan| (plan, need(&plan))).filter(|(_, need)| *need < most));
         Self::choose(case, &all, host)
     }
 
@@ -105,15 +107,16 @@ impl Plan {
     ///
     /// See [`ReportSpace::memory`] of each body; and the program itself.
     pub fn estimate<S: ReportSpace>(&self, problem: &ContactProblem<S>) -> f64 {
-        let bonds = Bonds::new(problem).ok().flatten();
-        self.of_sizes::<S>(&sizes(bonds.as_ref().map_or(problem, |bonds| &bonds.joined)))
+        self.of_sizes::<S>(&joined_sizes(problem))
     }
 
     fn of_sizes<S: ReportSpace>(&self, bodies: &[Size]) -> f64 {
         let of_body = |body: &Size| {
-            let of_nodes = subdomains_of_nodes(body.nodes as usize, self.subdomain_nodes);
-            let subdomains = if body.may_be_cut { self.subdomains.max(of_nodes) } else { 1 };
-            S::memory((body.nodes, body.pairs), subdomains, self.recomputes)
+            let count = match body.may_be_cut {
+                true => subdomains(body.nodes as usize, self.subdomains, self.subdomain_nodes),
+                false => 1,
+            };
+            S::memory((body.nodes, body.pairs), count, self.recomputes)
         };
         bodies.iter().map(of_body).sum::<f64>() + PROGRAM
     }
@@ -160,6 +163,12 @@ struct Size {
     may_be_cut: bool,
 }
 
+/// Lists the sizes after bonds have joined bodies.
+fn joined_sizes<S: ReportSpace>(problem: &ContactProblem<S>) -> Vec<Size> {
+    let bonds = Bonds::new(problem).ok().flatten();
+    sizes(bonds.as_ref().map_or(problem, |bonds| &bonds.joined))
+}
+
 fn sizes<S: ReportSpace>(problem: &ContactProblem<S>) -> Vec<Size> {
     let of_body = |(body, sides): (&Body<S>, Vec<(usize, usize)>)| {
         let pairs = sides.into_iter().map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
@@ -197,7 +206,7 @@ pub(crate) fn check_problem<S: ReportSpace>(
     host: &dyn Host,
 ) -> Result<Option<String>, Failure> {
     let plan = if planned { Plan::new(case, problem, host) } else { Plan::asked(case) };
-    check((case, &plan), host, &sizes(problem), Some(problem.node_pairs()))?;
+    check((case, &plan), host, &joined_sizes(problem), Some(problem.node_pairs()))?;
     Ok(plan.note(case))
 }
 

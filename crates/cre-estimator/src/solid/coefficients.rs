@@ -1,9 +1,10 @@
 //! The energy matrices of the cells of a body: stored, or computed again when a sweep needs them.
 
+use super::blocks::Blocks;
 use super::cell::MOMENTS;
 use super::energy::{EnergyMatrix, energies};
 use super::potentials::FaceSpace;
-use super::sweep::{Blocks, Cluster, Matrices};
+use super::sweep::{Cluster, Matrices};
 use crate::recovery::StarMemory;
 use fem_core::body::Body;
 use fem_core::mesh::id::NodeId;
@@ -26,7 +27,7 @@ pub(super) struct Coefficients<'a> {
     /// Of all cells, over the unit; `None` if they are computed again. Zeros of plain numbers come from the system: each thread touches its own memory
     /// first.
     stored: Option<Vec<f32>>,
-    /// Memory of what was computed again, for the next one.
+    /// Memory of matrices and blocks that were computed again, for the next ones.
     spare: Mutex<Vec<Vec<f32>>>,
     spare_blocks: Mutex<Vec<Blocks>>,
 }
@@ -128,9 +129,16 @@ impl<'a> Coefficients<'a> {
     ///
     /// * `used`: others, whose memory is used again.
     pub(super) fn blocks(&self, cluster: &Cluster, rims: &HashSet<[NodeId; 2]>, used: Blocks) -> Blocks {
-        self.with(cells_of(cluster), |energy| {
-            cluster.blocks(self.body.mesh(), (&self.spaces, rims), self.length, energy, used)
-        })
+        self.with(cells_of(cluster), |energy| self.blocks_of((cluster, rims), energy, used))
+    }
+
+    fn blocks_of(
+        &self,
+        (cluster, rims): (&Cluster, &HashSet<[NodeId; 2]>),
+        energy: Matrices<'_>,
+        used: Blocks,
+    ) -> Blocks {
+        cluster.blocks(self.body.mesh(), (&self.spaces, rims), self.length, energy, used)
     }
 
     /// Calls a function with the matrices and the blocks of a cluster.
@@ -147,7 +155,7 @@ impl<'a> Coefficients<'a> {
                 return then(energy, blocks);
             }
             let used = locked(&self.spare_blocks).pop().unwrap_or_default();
-            let own = cluster.blocks(self.body.mesh(), (&self.spaces, rims), self.length, energy, used);
+            let own = self.blocks_of((cluster, rims), energy, used);
             then(energy, &own);
             locked(&self.spare_blocks).push(own);
         });

@@ -5,13 +5,14 @@
 //! of its ring. Energy matrices, inverses and what a sweep leaves of the residual are in single precision; coordinates are not, and those of one
 //! wrench go through all its faces, so equilibrium is exact.
 
+use super::blocks::Blocks;
 use super::cell::{CellMap, CellMoments, FACE, MOMENTS, order};
 use super::clusters::clusters;
 use super::coefficients::Coefficients;
 use super::energy::EnergyMatrix;
 use super::potentials::{FaceSpace, condition, rims};
 use super::rings::Rings;
-use super::sweep::{Blocks, Cluster, Matrices, Sweep};
+use super::sweep::{Cluster, Matrices, Sweep};
 use super::with_offset;
 use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;

@@ -41,7 +41,7 @@ impl InterfaceOperator {
     }
 
     /// Returns `L_CC`, column-major, with zeros above the diagonal.
-    pub fn trailing_factor(&self) -> Vec<f64> {
+    fn trailing_factor(&self) -> Vec<f64> {
         self.factor.trailing_block(self.len())
     }
 

@@ -44,7 +44,7 @@ fn a_limit_of_the_address_space_ends_a_run_with_8_and_leaves_nothing() {
 }
 
 #[test]
-fn where_memory_is_short_coefficients_are_computed_again_and_the_bound_is_the_same() {
+fn if_memory_is_short_coefficients_are_computed_again_and_the_bound_is_the_same() {
     let temp = tempfile::tempdir().unwrap();
     let whole = ["--set", "solver.subdomains=1"];
     let runs = [("plenty", "4GiB", false), ("short", "45MiB", true)].map(|(name, limit, is_short)| {
