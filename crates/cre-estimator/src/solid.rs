@@ -14,6 +14,7 @@ mod forces;
 mod potentials;
 mod relaxation;
 mod rings;
+mod stars;
 mod sweep;
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use super::cell::FACE;
 use super::energy::EnergyMatrix;
 use super::potentials::{FaceSpace, carried};
-use super::sweep::{Cluster, Matrices, Rows, Star, StarCell, StarFace, WRENCH};
+use super::stars::{Cluster, Matrices, Rows, Star, StarCell, StarFace, WRENCH};
 use crate::inverse::{invert, packed};
 use crate::lanes::{LaneRow, MOST_LANES};
 use fem_core::geometry::norm;

@@ -4,7 +4,7 @@ use super::blocks::Blocks;
 use super::cell::MOMENTS;
 use super::energy::{EnergyMatrix, energies};
 use super::potentials::FaceSpace;
-use super::sweep::{Cluster, Matrices};
+use super::stars::{Cluster, Matrices};
 use crate::recovery::StarMemory;
 use fem_core::body::Body;
 use fem_core::mesh::id::NodeId;
