@@ -1,6 +1,6 @@
 //! Bodies cut into subdomains: the fields, the iteration and the bounds are those of the bodies in one piece.
 
-use certified_contact::{Criterion, Settings, Silent, solve};
+use certified_contact::{CertifiedSolution, Criterion, Settings, Silent, solve};
 use cre_estimator::Relaxation;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
@@ -12,7 +12,7 @@ use fem_core::prepared::PreparedProblem;
 use fem_core::space::{Plane, Solid};
 use neumann_neumann::{Balancing, BodySolvers, Broken, Skeleton};
 use std::borrow::Cow;
-use tests::solids::{cube, half_open};
+use tests::solids::{cube, half_open, of_case};
 
 /// A block on a roller and a spring, heavy and pulled.
 fn plane_body() -> ContactProblem<Plane> {
@@ -78,16 +78,39 @@ fn the_iterations_of_a_cube_in_eight_boxes_are_the_printed_ones() {
     }
 }
 
+/// Solves a problem to convergence.
+fn converged(
+    problem: ContactProblem<Solid>,
+    count: usize,
+    relaxation: Relaxation,
+) -> CertifiedSolution<Solid> {
+    let mut settings = Settings::<Solid>::default();
+    settings.criterion = Criterion::EtaNndd { tolerance: 1e-12 };
+    (settings.relaxation, settings.subdomains, settings.exact) = (relaxation, count, None);
+    let found = solve(problem, &settings, &mut Silent).unwrap();
+    assert!(found.is_certified(), "{:?} {:?}", found.no_estimate, found.nndd.status);
+    found
+}
+
+#[test]
+fn the_bound_of_a_curved_pair_does_not_depend_on_the_number_of_subdomains() {
+    let solved =
+        |count: usize| converged(of_case("press_fit.toml", 2, 12).unwrap(), count, Relaxation::Steps(3));
+    let whole = solved(1);
+    assert!(whole.problem.contacts[0].interface.has_bent_facets());
+    for count in [2, 8] {
+        let found = solved(count);
+        let [a, b] = [&found, &whole].map(|of| of.estimate.as_ref().unwrap().unchecked().e_cre);
+        assert!((a / b - 1.0).abs() < 1e-8, "{count}: {a} {b}");
+        let off = found.last().contact_force() / whole.last().contact_force() - 1.0;
+        assert!(off.abs() < 1e-9, "{count}: {off}");
+        assert_eq!(found.last().contact.active.as_slice(), whole.last().contact.active.as_slice());
+    }
+}
+
 #[test]
 fn the_bound_at_convergence_does_not_depend_on_the_number_of_subdomains() {
-    let solved = |count: usize, relaxation: Relaxation| {
-        let mut settings = Settings::<Solid>::default();
-        settings.criterion = Criterion::EtaNndd { tolerance: 1e-12 };
-        (settings.relaxation, settings.subdomains, settings.exact) = (relaxation, count, None);
-        let found = solve(half_open(4).unwrap(), &settings, &mut Silent).unwrap();
-        assert!(found.is_certified(), "{:?} {:?}", found.no_estimate, found.nndd.status);
-        found
-    };
+    let solved = |count: usize, relaxation: Relaxation| converged(half_open(4).unwrap(), count, relaxation);
     // The relaxation rounds its coefficients to single precision: its bounds differ by that.
     for (relaxation, tolerance) in [(Relaxation::NONE, 1e-11), (Relaxation::Steps(3), 1e-8)] {
         let whole = solved(1, relaxation);

@@ -41,7 +41,7 @@ impl IndependentRows {
             (0..m).map(|k| (rows[k * n..(k + 1) * n].to_vec(), unit(k))).collect();
         let mut lengths: Vec<f64> = left.iter().map(|(row, _)| norm(row)).collect();
         let longest = lengths.iter().copied().fold(0.0, f64::max);
-        let mut found = Self::default();
+        let mut found = Self { rows: Vec::with_capacity(rows.len()), ..Self::default() };
         while let Some(place) = (0..left.len()).max_by(|a, b| lengths[*a].total_cmp(&lengths[*b])) {
             if !(lengths[place] > DEPENDENT * longest) {
                 break;
@@ -65,9 +65,6 @@ impl IndependentRows {
                     }
                 }
             }
-            let terms = combination.iter().zip(right_side).map(|(a, b)| (a * b).abs()).sum::<f64>();
-            let value = dot(&combination, right_side);
-            found.right_side.push(if value.abs() > ROUNDING * terms { value } else { 0.0 });
             found.rows.extend(row);
             found.combinations.push(combination);
         }
@@ -82,7 +79,18 @@ impl IndependentRows {
             combination.iter_mut().for_each(|x| *x /= length);
             found.kernel.push(combination);
         }
+        found.right_side = found.right_side_of(right_side);
         found
+    }
+
+    /// Computes the right-hand sides of [`Self::rows`] for other ones of the given rows.
+    pub fn right_side_of(&self, right_side: &[f64]) -> Vec<f64> {
+        let of = |combination: &Vec<f64>| {
+            let terms = combination.iter().zip(right_side).map(|(a, b)| (a * b).abs()).sum::<f64>();
+            let value = dot(combination, right_side);
+            if value.abs() > ROUNDING * terms { value } else { 0.0 }
+        };
+        self.combinations.iter().map(of).collect()
     }
 
     /// Returns the multipliers of the given rows for multipliers of [`Self::rows`]: `Tᵀ a`, without a part in the kernel.

@@ -35,7 +35,7 @@ pub fn admissible_pair<S: Recovery>(
     check_state(prepared, state)?;
     let solvers = BodySolvers::new(prepared)?;
     let mut pair = recovered_pair(&solvers, state, Accuracy::Double)?;
-    relax_bodies(&solvers, &mut pair, relaxation, &mut KeptStars::default(), &|_, _, _| None);
+    relax_bodies(&solvers, &mut pair, (relaxation, None), &mut KeptStars::default());
     Ok(pair)
 }
 
@@ -50,10 +50,7 @@ pub(crate) fn pair_and_frozen<'a, S: Recovery>(
     kept: &mut KeptStars<'a, S>,
 ) -> Result<(AdmissiblePair<S>, FrozenStresses<S>), EstimatorError> {
     let mut pair = recovered_pair(solvers, state, accuracy)?;
-    let frozen = relax_bodies(solvers, &mut pair, relaxation, kept, &|b, fields, found| {
-        let counts = freezes_lambda(solvers, b);
-        counts.then(|| frozen_stress((solvers, b, fields), (relaxation, accuracy), Some(found)))
-    });
+    let frozen = relax_bodies(solvers, &mut pair, (relaxation, Some(accuracy)), kept);
     Ok((pair, frozen))
 }
 
@@ -89,20 +86,17 @@ const SMALL: usize = 2048;
 pub(crate) type Found<'s, 'b, S> =
     (&'s mut Option<<S as Recovery>::Stars<'b>>, &'s mut Columns<S>, FacetMoments<S>);
 
-/// The function that [`relax_bodies`] calls with a body and its stars.
-type Then<'t, 'a, S> =
-    dyn Fn(usize, &AdmissibleBody<S>, Found<'_, 'a, S>) -> Option<EquilibratedStress<S>> + Sync + 't;
-
 /// The stars of a body, if they are known, and its columns.
 type Of<'s, 'b, S> = (&'s mut Option<<S as Recovery>::Stars<'b>>, &'s mut Columns<S>);
 
-/// Relaxes the stresses of each body, and calls `then` with it. Large bodies follow one after the other, each in parallel.
+/// Relaxes the stresses of each body. Large bodies follow one after the other, each in parallel.
+///
+/// * `accuracy`: of the stresses for a frozen λ, if they are asked for.
 fn relax_bodies<'a, S: Recovery>(
     solvers: &BodySolvers<'a, S>,
     pair: &mut AdmissiblePair<S>,
-    relaxation: Relaxation,
+    (relaxation, accuracy): (Relaxation, Option<Accuracy>),
     kept: &mut KeptStars<'a, S>,
-    then: &Then<'_, 'a, S>,
 ) -> FrozenStresses<S> {
     let problem = solvers.problem();
     let recomputes = kept.recomputes;
@@ -114,15 +108,16 @@ fn relax_bodies<'a, S: Recovery>(
         let memory = StarMemory::new(recomputes, used);
         let (body, stress) = (&problem.bodies[b], &mut fields.equilibrated);
         columns.recomputes = recomputes;
-        let before = stress.facet_moments.clone();
+        let accuracy = accuracy.filter(|_| freezes_lambda(solvers, b));
+        let before = accuracy.map(|accuracy| (accuracy, stress.facet_moments.clone()));
         fields.relaxation = S::relax_with(body, stress, columns.leave_room(body, relaxation), stars, memory);
         let of_body = (body, Some(&solvers.bodies()[b]));
         columns.lower(of_body, (stress, &mut fields.relaxation), relaxation, stars);
-        let mut added = before;
+        let (accuracy, mut added) = before?;
         let moments = added.iter_mut().flat_map(|of| of.as_mut());
         let now = fields.equilibrated.facet_moments.iter().flat_map(|of| of.as_ref());
         moments.zip(now).for_each(|(m, now)| *m = *now - *m);
-        then(b, fields, (stars, columns, added))
+        Some(frozen_stress((solvers, b, fields), (relaxation, accuracy), Some((stars, columns, added))))
     };
     let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).zip(&mut kept.columns).enumerate();
     let small = bodies.map(

@@ -75,7 +75,7 @@ impl<S: Space> CutBody<S> {
     /// A subdomain without unknowns or with overflowing data; a stiffness that is not positive definite.
     pub(crate) fn new(body: &Body<S>, side: &InterfaceSide<S>, count: usize) -> Result<Self, FactorError> {
         let cells = body.mesh().subdomains(count);
-        let nodes: Vec<Vec<NodeId>> = cells.iter().map(|cells| nodes_of(body, cells)).collect();
+        let nodes: Vec<Vec<NodeId>> = cells.iter().map(|cells| body.mesh().nodes_of(cells)).collect();
         let count = body.mesh().points().len();
         let (mut homes, mut uses) = (vec![(u32::MAX, NodeId::default()); count], vec![0u32; count]);
         for (k, nodes) in nodes.iter().enumerate() {
@@ -204,14 +204,6 @@ pub(crate) fn rigid_motions<S: Space>(body: &Body<S>, dofs: &DofMap<S>, free: us
         dofs.interface_components(|node| translation + S::turned(spin, points[node] - centre))
     };
     (0..S::COMPONENTS).map(of).collect()
-}
-
-/// Lists the nodes of some cells, ascending.
-fn nodes_of<S: Space>(body: &Body<S>, cells: &[u32]) -> Vec<NodeId> {
-    let mut nodes: Vec<NodeId> = cells.iter().flat_map(|t| body.mesh().cells()[*t as usize]).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    nodes
 }
 
 /// Directions block by block, each with its number in the block of the body.

@@ -55,21 +55,19 @@ struct Part<'a> {
     condensed: &'a InterfaceOperator,
     /// Its unknowns.
     unknowns: Range<usize>,
-    /// The numbers of its motions, and `Q`.
+    /// The numbers of its motions, what makes them independent, and `Q`.
     numbers: Vec<usize>,
-    /// The motions, one after the other.
-    columns: Vec<f64>,
     motions: IndependentRows,
     basis: DMatrix<f64>,
     /// `S_s Q`, and `(Qᵀ S_s Q)⁻¹`.
     moved: DMatrix<f64>,
     inverse: DMatrix<f64>,
-    /// An orthonormal basis of all its free motions, column after column: those that the pairs do not resist keep their springs.
-    free: Vec<f64>,
+    /// An orthonormal basis of all its free motions, column after column, if it is not `Q`: those that the pairs do not resist keep their springs.
+    free: Option<Vec<f64>>,
     /// `S_s⁻¹`, if it was asked for.
     matrix: OnceLock<Vec<f64>>,
     /// The last traces of [`Broken::energies`], and what they gave.
-    energies: Mutex<Option<(Traces, Arc<DMatrix<f64>>)>>,
+    energies: Mutex<Option<(Traces, Arc<[f64]>)>>,
 }
 
 /// Entries of a sparse matrix of traces by row and column, m.
@@ -221,11 +219,11 @@ impl<'a> Broken<'a> {
         &self.parts[body].basis
     }
 
-    /// Computes `VᵀS V` of some traces of a body, N/m. If there are rows, the last result is kept: most bodies have the same traces on the next set
+    /// Computes the upper triangle of `VᵀS V` of some traces of a body, column after column, N/m. If there are rows, the last result is kept: most bodies have the same traces on the next set
     /// of closed ones.
     ///
     /// * `traces`: `V` by row, column, entry, m; `count`: its columns.
-    pub fn energies(&self, body: usize, traces: Traces, count: usize) -> Arc<DMatrix<f64>> {
+    pub fn energies(&self, body: usize, traces: Traces, count: usize) -> Arc<[f64]> {
         let part = &self.parts[body];
         let mut last = part.energies.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, energies)) = last.as_ref().filter(|(known, _)| *known == traces) {
@@ -233,7 +231,9 @@ impl<'a> Broken<'a> {
         }
         let mut columns = DMatrix::zeros(part.unknowns.len(), count);
         traces.iter().for_each(|(row, column, value)| columns[(*row as usize, *column as usize)] += value);
-        let energies = Arc::new(part.energies_of(&columns));
+        let energies = part.energies_of(&columns);
+        let upper = (0..count).flat_map(|column| energies.column(column).into_iter().take(column + 1));
+        let energies: Arc<[f64]> = upper.copied().collect();
         if !self.rows.is_empty() {
             *last = Some((traces, energies.clone()));
         }
@@ -313,7 +313,8 @@ impl<'a> Broken<'a> {
     pub fn without_motions(&self, body: usize, forces: &mut [f64]) {
         let part = &self.parts[body];
         let own = &mut forces[part.unknowns.clone()];
-        for motion in part.free.chunks_exact(own.len().max(1)) {
+        let free = part.free.as_deref().unwrap_or(part.basis.as_slice());
+        for motion in free.chunks_exact(own.len().max(1)) {
             let along = dot(motion, own);
             own.iter_mut().zip(motion).for_each(|(force, moved)| *force -= along * moved);
         }
@@ -360,39 +361,29 @@ impl<'a> Part<'a> {
         let condensed = system.bodies[body];
         let own = &system.subdomains[body];
         let (mut numbers, mut columns, mut loads) = (Vec::new(), own.free.concat(), own.loads.clone());
-        let (mut all, mut count) = (columns.clone(), loads.len());
         let of_body = |(_, of): &(usize, &RowMotion)| of.partner == Partner::Body(system.body_of[body]);
-        for (number, of) in system.rows.motions.iter().enumerate().filter(of_body) {
-            all.extend_from_slice(&system.free[number]);
-            count += 1;
-            if resisted.contains(&number) {
-                numbers.push(number);
-                columns.extend_from_slice(&system.free[number]);
-                loads.push(of.load);
-            }
+        let of_body: Vec<(usize, &RowMotion)> =
+            system.rows.motions.iter().enumerate().filter(of_body).collect();
+        for (number, of) in of_body.iter().filter(|(number, _)| resisted.contains(number)) {
+            numbers.push(*number);
+            columns.extend_from_slice(&system.free[*number]);
+            loads.push(of.load);
         }
-        let free = IndependentRows::new(&all, &vec![0.0; count]).rows;
-        let motions = IndependentRows::new(&columns, &loads);
-        let basis = DMatrix::from_column_slice(unknowns.len(), motions.right_side.len(), &motions.rows);
+        let free = (numbers.len() < of_body.len()).then(|| {
+            let mut all = own.free.concat();
+            of_body.iter().for_each(|(number, _)| all.extend_from_slice(&system.free[*number]));
+            IndependentRows::new(&all, &vec![0.0; own.free.len() + of_body.len()]).rows
+        });
+        let mut motions = IndependentRows::new(&columns, &loads);
+        let rows = std::mem::take(&mut motions.rows);
+        let basis = DMatrix::from_vec(unknowns.len(), motions.right_side.len(), rows);
         let mut moved = DMatrix::zeros(basis.nrows(), basis.ncols());
         for (q, mut to) in basis.column_iter().zip(moved.column_iter_mut()) {
             condensed.apply_schur(q.as_slice(), to.as_mut_slice());
         }
         let inverse = basis.tr_mul(&moved).try_inverse()?;
         let (matrix, energies) = (OnceLock::new(), Mutex::new(None));
-        Some(Self {
-            condensed,
-            unknowns,
-            numbers,
-            columns,
-            motions,
-            basis,
-            moved,
-            inverse,
-            free,
-            matrix,
-            energies,
-        })
+        Some(Self { condensed, unknowns, numbers, motions, basis, moved, inverse, free, matrix, energies })
     }
 
     fn stiffness(&self, x: &[f64]) -> Vec<f64> {
@@ -429,7 +420,7 @@ impl<'a> Part<'a> {
     ///
     /// * `along`: the loads of its motions, N/m.
     fn load(&self, load: &[f64], along: &[f64]) -> Vec<f64> {
-        self.balanced_load(load, &IndependentRows::new(&self.columns, along).right_side)
+        self.balanced_load(load, &self.motions.right_side_of(along))
     }
 
     /// * `along`: the loads of the columns of `Q`, N/m.

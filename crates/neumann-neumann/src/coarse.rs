@@ -8,7 +8,6 @@ use fem_core::cholesky::{Cholesky, Front, SymbolicCholesky};
 use fem_core::each_body;
 use fem_core::ordering::ROOT;
 use fem_core::sparse::SymmetricCsc;
-use nalgebra::DMatrix;
 use std::sync::Arc;
 
 /// A column of the coarse space that keeps less than this fraction of its energy beside the others depends on them.
@@ -59,9 +58,8 @@ impl CoarseSpace {
             let mut entries: Sparse = Vec::new();
             for (b, place) in &by_column[j] {
                 let Part { columns, energies } = &parts[*b];
-                entries.extend(
-                    columns[..=*place].iter().zip(energies.column(*place)).map(|(i, entry)| (*i, *entry)),
-                );
+                let energies = &energies[place * (place + 1) / 2..];
+                entries.extend(columns[..=*place].iter().zip(energies).map(|(i, entry)| (*i, *entry)));
             }
             sum(entries)
         });
@@ -102,8 +100,8 @@ impl CoarseSpace {
 struct Part {
     /// The columns that move it, ascending.
     columns: Vec<usize>,
-    /// Their energies, both triangles.
-    energies: Arc<DMatrix<f64>>,
+    /// Their energies: the upper triangle, column after column.
+    energies: Arc<[f64]>,
 }
 
 impl Part {
@@ -125,6 +123,8 @@ impl Part {
         for (_, i, _) in &mut traces {
             *i = columns.partition_point(|of| *of < *i as usize) as u32;
         }
+        // They are kept.
+        traces.shrink_to_fit();
         let energies = broken.energies(body, traces, columns.len());
         Self { columns, energies }
     }

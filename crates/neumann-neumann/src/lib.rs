@@ -26,6 +26,7 @@ mod broken;
 mod coarse;
 mod error;
 mod fixed_traces;
+mod lists;
 mod skeleton;
 mod vector;
 

@@ -7,6 +7,7 @@
 //! and an open one has two unknowns with weight 1. Rows that depend on those before them leave the set.
 
 use crate::broken::{Broken, Sparse};
+use crate::lists::Lists;
 use fem_core::dense::pseudo_inverse;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
@@ -34,16 +35,16 @@ pub struct Skeleton {
     /// `x₀`, m.
     constant: Vec<f64>,
     /// `N`, by unknown.
-    terms: Vec<Vec<(usize, f64)>>,
+    terms: Lists,
     /// `Nᵀ`, by λ.
-    columns: Vec<Sparse>,
+    columns: Lists,
     /// `K`, N/m².
     stiffness: Vec<f64>,
     /// `(Nᵀ K N)⁻¹`: of unknowns that no other one meets, and of groups.
     inverse: Vec<f64>,
     groups: Vec<(Vec<usize>, DMatrix<f64>)>,
     /// The group of each λ, and its place there.
-    place: Vec<Option<(usize, usize)>>,
+    place: Vec<Option<(u32, u32)>>,
 }
 
 impl Skeleton {
@@ -54,8 +55,8 @@ impl Skeleton {
         let mut found = Self {
             steps: Vec::with_capacity(order.len()),
             constant: vec![0.0; broken.len()],
-            terms: vec![Vec::new(); broken.len()],
-            columns: Vec::new(),
+            terms: Lists::default(),
+            columns: Lists::default(),
             stiffness: broken.diagonal.clone(),
             inverse: Vec::new(),
             groups: Vec::new(),
@@ -65,8 +66,8 @@ impl Skeleton {
         for row in order {
             found.close(broken, row, &mut solved);
         }
-        let mut count = 0;
-        for (unknown, terms) in found.terms.iter_mut().enumerate() {
+        let (mut terms, mut count): (Vec<Sparse>, _) = (vec![Vec::new(); broken.len()], 0);
+        for (unknown, terms) in terms.iter_mut().enumerate() {
             if solved[unknown].is_none() && broken.leader(unknown) == unknown {
                 terms.push((count, 1.0));
                 count += 1;
@@ -77,22 +78,16 @@ impl Skeleton {
             let (mut constant, mut sum) = (*right, BTreeMap::new());
             for (unknown, a) in others {
                 constant -= a * found.constant[*unknown];
-                found.terms[*unknown]
-                    .iter()
-                    .for_each(|(j, n)| *sum.entry(*j).or_insert(0.0) -= a * n / factor);
+                terms[*unknown].iter().for_each(|(j, n)| *sum.entry(*j).or_insert(0.0) -= a * n / factor);
             }
             found.constant[*pivot] = constant / factor;
-            found.terms[*pivot] = sum.into_iter().filter(|(_, n)| *n != 0.0).collect();
+            terms[*pivot] = sum.into_iter().filter(|(_, n)| *n != 0.0).collect();
         }
-        for unknown in (0..found.terms.len()).filter(|k| broken.leader(*k) != *k) {
-            let leader = broken.leader(unknown);
-            found.constant[unknown] = found.constant[leader];
-            found.terms[unknown] = found.terms[leader].clone();
+        for unknown in (0..terms.len()).filter(|k| broken.leader(*k) != *k) {
+            found.constant[unknown] = found.constant[broken.leader(unknown)];
         }
-        found.columns = vec![Vec::new(); count];
-        for (unknown, terms) in found.terms.iter().enumerate() {
-            terms.iter().for_each(|(j, n)| found.columns[*j].push((unknown, *n)));
-        }
+        found.terms = (0..terms.len()).map(|unknown| &*terms[broken.leader(unknown)]).collect();
+        found.columns = found.terms.transposed(count);
         found.weigh();
         found
     }
@@ -128,13 +123,13 @@ impl Skeleton {
     /// Computes `(Nᵀ K N)⁻¹`, group by group.
     fn weigh(&mut self) {
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (k, leader) in leaders(self.len(), &self.terms).into_iter().enumerate() {
+        for (k, leader) in leaders(self.len(), self.terms.iter()).into_iter().enumerate() {
             members.entry(leader).or_default().push(k);
         }
         let groups: Vec<Vec<usize>> = members.into_values().filter(|members| members.len() > 1).collect();
-        let mut place: Vec<Option<(usize, usize)>> = vec![None; self.len()];
+        let mut place: Vec<Option<(u32, u32)>> = vec![None; self.len()];
         for (g, members) in groups.iter().enumerate() {
-            members.iter().enumerate().for_each(|(i, k)| place[*k] = Some((g, i)));
+            members.iter().enumerate().for_each(|(i, k)| place[*k] = Some((g as u32, i as u32)));
         }
         let mut sums = vec![0.0; self.len()];
         let mut matrices: Vec<DMatrix<f64>> =
@@ -145,7 +140,7 @@ impl Skeleton {
                     None => sums[*p] += k * a * a,
                     Some((g, i)) => terms.iter().for_each(|(q, b)| {
                         let j = place[*q].map_or(i, |(_, j)| j);
-                        matrices[g][(i, j)] += k * a * b;
+                        matrices[g as usize][(i as usize, j as usize)] += k * a * b;
                     }),
                 }
             }
@@ -171,7 +166,7 @@ impl Skeleton {
 
     /// Computes the diagonal entry of `Nᵀ K N` of a λ, N/m².
     pub fn stiffness_of(&self, lambda: usize) -> f64 {
-        self.columns[lambda].iter().map(|(k, n)| n * n * self.stiffness[*k]).sum()
+        self.columns.get(lambda).iter().map(|(k, n)| n * n * self.stiffness[*k]).sum()
     }
 
     /// Computes `N λ`, m.
@@ -180,13 +175,13 @@ impl Skeleton {
     }
 
     /// Returns the row of `N` of an unknown.
-    pub fn terms(&self, unknown: usize) -> &Sparse {
-        &self.terms[unknown]
+    pub fn terms(&self, unknown: usize) -> &[(usize, f64)] {
+        self.terms.get(unknown)
     }
 
     /// Tells whether the closed rows fix an unknown: no λ moves it.
     pub fn is_fixed(&self, unknown: usize) -> bool {
-        self.terms[unknown].is_empty()
+        self.terms.get(unknown).is_empty()
     }
 
     /// Returns `x₀`, m.
@@ -217,7 +212,7 @@ impl Skeleton {
 
     /// Sums up few forces by cluster, N/m.
     pub fn gather_sparse(&self, forces: &Sparse) -> Sparse {
-        sum(forces.iter().flat_map(|(k, value)| self.terms[*k].iter().map(move |(j, n)| (*j, n * value))))
+        sum(forces.iter().flat_map(|(k, value)| self.terms.get(*k).iter().map(move |(j, n)| (*j, n * value))))
     }
 
     /// Computes the mean traces of the clusters if few unknowns move, m.
@@ -226,8 +221,12 @@ impl Skeleton {
         let of_lambda = |(j, f): (usize, f64)| match self.place[j] {
             None => vec![(j, self.inverse[j] * f)],
             Some((group, column)) => {
-                let (members, inverse) = &self.groups[group];
-                members.iter().zip(inverse.column(column).iter()).map(|(k, value)| (*k, f * value)).collect()
+                let (members, inverse) = &self.groups[group as usize];
+                members
+                    .iter()
+                    .zip(inverse.column(column as usize).iter())
+                    .map(|(k, value)| (*k, f * value))
+                    .collect()
             }
         };
         sum(self.gather_sparse(&weighted).into_iter().flat_map(of_lambda))
@@ -277,7 +276,7 @@ impl Skeleton {
 }
 
 /// Finds the groups of numbers that lists of terms tie: of each number the smallest one of its group.
-pub fn leaders<'a>(count: usize, terms: impl IntoIterator<Item = &'a Sparse>) -> Vec<usize> {
+pub fn leaders<'a>(count: usize, terms: impl IntoIterator<Item = &'a [(usize, f64)]>) -> Vec<usize> {
     let mut leader: Vec<usize> = (0..count).collect();
     let find = |leader: &mut [usize], mut k: usize| {
         while leader[k] != k {

@@ -6,7 +6,8 @@ use crate::machine::Machine;
 use case_io::Case;
 use case_io::case::AnyCase;
 use nndd_report::failure::NOT_CERTIFIED;
-use nndd_report::{Failure, ReportSpace, certify, run};
+use nndd_report::run::{self, Built};
+use nndd_report::{Failure, ReportSpace, certify};
 
 pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let machine = Machine::start(options.format != Format::Human);
@@ -18,7 +19,7 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
 
 fn certified<S: ReportSpace>(options: &Certify, case: &Case<S>, machine: &Machine) -> Result<u8, Failure> {
     let for_people = options.format == Format::Human;
-    let (problem, notes) = run::build_last(case, machine)?;
+    let Built { problem, notes, .. } = run::build_last(case, machine)?;
     run::begins(case, "the certificate of the field", machine);
     let found = certify::certify(case, &problem, &options.displacement)?;
     machine.has_result();

@@ -8,9 +8,10 @@ use case_io::case::AnyCase;
 use fem_core::geometry::Coordinates;
 use fem_core::interface::ContactProblem;
 use nndd_report::check::{CheckedBody, resultant, summary};
-use nndd_report::memory::{Plan, mebibytes};
+use nndd_report::memory::mebibytes;
+use nndd_report::run::{self, Built};
 use nndd_report::words::{components, counted, one_line, seven};
-use nndd_report::{Failure, ReportSpace, run};
+use nndd_report::{Failure, ReportSpace};
 use std::fmt::Write as _;
 
 /// Writes what a body consists of.
@@ -82,14 +83,13 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
 }
 
 fn check<S: ReportSpace>(options: &Check, case: &Case<S>, machine: &Machine) -> Result<u8, Failure> {
-    let (problem, mut notes) = run::build(case, machine)?;
+    let Built { problem, mut notes, memory, .. } = run::build(case, machine)?;
     console::warnings(&case.warnings());
     notes.extend(nndd_report::notes::of_problem(case, &problem));
     console::notes(&notes);
     run::begins(case, "the checks of loads, supports and free motions", machine);
     let bodies = nndd_report::check::check(case, &problem)?;
     machine.has_result();
-    let memory = Plan::new(case, &problem, machine).estimate(&problem);
     if options.format == Format::Json {
         console::print_json(&summary(case, &problem, &bodies, &notes, memory))?;
         return Ok(0);

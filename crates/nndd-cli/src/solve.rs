@@ -6,7 +6,6 @@ use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
 use case_io::Case;
 use case_io::case::{AnyCase, Criterion};
-use nndd_report::memory::Plan;
 use nndd_report::memory_limit;
 use nndd_report::{Event, Failure, Host, ReportSpace, RunDirectory, Stopwatch, check, files, run};
 use serde_json::{Map, Value};
@@ -29,17 +28,22 @@ fn solve<S: ReportSpace>(
     mut watch: Stopwatch,
     started: &str,
 ) -> Result<u8, Failure> {
-    let (mut problem, notes) = run::build(case, &machine)?;
+    let mut built = run::build(case, &machine)?;
     run::begins(case, "the question whether the bodies are held", &machine);
-    check::held(case, &mut problem)?;
-    let memory_estimate = Plan::new(case, &problem, &machine).estimate(&problem).round();
+    check::held(case, &mut built.problem)?;
+    let memory_estimate = built.memory.round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut place = match options.resume {
         true => RunDirectory::resume(case, &path)?,
         false => RunDirectory::open(case, &path, options.run.force)?,
     };
     let mut printer = Printer::new(options, case, machine.started);
-    printer.begin(case, &problem, (&path.display().to_string(), memory_estimate), [&notes, place.notes()])?;
+    printer.begin(
+        case,
+        &built.problem,
+        (&path.display().to_string(), memory_estimate),
+        [&built.notes, place.notes()],
+    )?;
     let stop = &case.solver.stop;
     let goal = Goal {
         ratio: (stop.criterion == Criterion::Estimator).then_some(stop.ratio),
@@ -51,7 +55,7 @@ fn solve<S: ReportSpace>(
         Ok(())
     };
     let mut host = Showing { machine, show };
-    let solved = run::solve(case, (problem, notes), &mut place, &mut watch, &mut host)?;
+    let solved = run::solve(case, built, &mut place, &mut watch, &mut host)?;
     let Showing { machine, .. } = host;
     drop(progress);
     let mut about = describe(options);

@@ -162,7 +162,7 @@ fn certified<S: ReportSpace>(
     mut pressures: Option<Vec<Vec<f64>>>,
     host: &mut job::Caller,
 ) -> Result<(Value, Densities), Failure> {
-    let (problem, _) = run::build_last(case, host)?;
+    let problem = run::build_last(case, host)?.problem;
     let mut fields = fields.iter().map(Rows::vectors::<S>).collect::<Result<Vec<_>, _>>()?;
     let bodies = (0..).zip(&mut fields);
     bodies.for_each(|(body, field)| source::to_mesh(case, body, field, S::Vector::default()));

@@ -6,10 +6,9 @@ use case_io::Case;
 use case_io::case::AnyCase;
 use case_io::table::ContactRow;
 use mesh_io::vtu::{VtuArray, VtuData, VtuMesh};
-use nndd_report::memory::Plan;
 use nndd_report::memory_limit;
 use nndd_report::notes::of_problem;
-use nndd_report::run::{self, Source};
+use nndd_report::run::{self, Built, Source};
 use nndd_report::verdict::verdict;
 use nndd_report::view::Picture;
 use nndd_report::{Failure, Host, ReportSpace, RunDirectory, Solved, Stopwatch, check, files, view};
@@ -129,15 +128,14 @@ fn run_case<S: ReportSpace>(
     mut watch: Stopwatch,
     host: &mut dyn Host,
 ) -> Result<Run<S>, Failure> {
-    let (mut problem, notes) = run::build(&case, host)?;
+    let mut built = run::build(&case, host)?;
     run::begins(&case, "the question whether the bodies are held", host);
-    check::held(&case, &mut problem)?;
+    check::held(&case, &mut built.problem)?;
     let warnings = case.warnings().iter().map(ToString::to_string).collect();
-    about
-        .insert("memory_estimate".into(), Plan::new(&case, &problem, host).estimate(&problem).round().into());
+    about.insert("memory_estimate".into(), built.memory.round().into());
     let folder = tempfile::tempdir()?;
     let mut place = RunDirectory::open(&case, folder.path(), false)?;
-    let solved = run::solve(&case, (problem, notes), &mut place, &mut watch, host)?;
+    let solved = run::solve(&case, built, &mut place, &mut watch, host)?;
     about.insert("memory_peak".into(), memory_limit::peak().into());
     let mut report = files::report(&case, &solved, about.clone());
     report.timings = watch.read(host.elapsed());
@@ -261,10 +259,9 @@ pub(crate) fn check(source: &dyn Source, set: &[String], host: &dyn Host) -> Res
 }
 
 fn check_case<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<Value, Failure> {
-    let (problem, mut notes) = run::build(case, host)?;
+    let Built { problem, mut notes, memory, .. } = run::build(case, host)?;
     notes.extend(of_problem(case, &problem));
     run::begins(case, "the checks of loads, supports and free motions", host);
     let bodies = nndd_report::check::check(case, &problem)?;
-    let memory = Plan::new(case, &problem, host).estimate(&problem);
     Ok(nndd_report::check::summary(case, &problem, &bodies, &notes, memory))
 }

@@ -61,7 +61,7 @@ pub fn without_bound(step: &Step) -> Value {
 
 /// Solves an adaptive case.
 pub(crate) fn solve<S: ReportSpace>(
-    (case, adapt): (&Case<S>, &Adapt),
+    (case, adapt, plan): (&Case<S>, &Adapt, Plan),
     problem: ContactProblem<S>,
     mut follower: RunObserver<'_>,
     place: &mut RunDirectory,
@@ -78,7 +78,7 @@ pub(crate) fn solve<S: ReportSpace>(
         follower.tell(Event::EarlierStep(step, *seconds));
     }
     let mut steps = Steps {
-        plan: Plan::new(case, &problem, &*follower.host),
+        plan,
         follower,
         case,
         directory,

@@ -7,10 +7,13 @@ use crate::space::ReportSpace;
 use case_io::Case;
 use case_io::case::Subdomains;
 use certified_contact::{Settings, prefers_exact, subdomains};
-use fem_core::body::Body;
 use fem_core::interface::{Bonds, ContactProblem};
+use fem_core::mesh::Mesh;
 use fem_core::subdomains::may_be_cut;
 use nndd::{Method, flexibility_entries};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// Memory that must be available, over the estimate, which is right within 8 % in the plane, and within 10 % for large solids.
 const MARGIN: f64 = 1.1;
@@ -68,9 +71,13 @@ impl Plan {
     }
 
     /// Chooses the first way to solve a problem that fits in memory, or the one that needs least if none does.
-    pub fn new<S: ReportSpace>(case: &Case<S>, problem: &ContactProblem<S>, host: &dyn Host) -> Self {
-        let bonds = Bonds::new(problem).ok().flatten();
-        let joined = bonds.as_ref().map_or(problem, |bonds| &bonds.joined);
+    ///
+    /// * `joined`: after bonds have joined bodies; `sizes`: of these.
+    fn new<S: ReportSpace>(
+        case: &Case<S>,
+        (joined, sizes): (&ContactProblem<S>, &[Size<'_, S>]),
+        host: &dyn Host,
+    ) -> Self {
         let asked = Self::asked(case);
         // An exact solution has no subdomains.
         let newton_nn = matches!(asked.settings(case).method_for(joined), Method::NewtonNn(_));
@@ -79,8 +86,7 @@ impl Plan {
             let cuts = plan.subdomain_nodes != asked.subdomain_nodes;
             !cuts || newton_nn && counts(plan).is_some_and(|counts| counts.iter().any(|count| *count > 1))
         };
-        let sizes = sizes(joined);
-        let need = |plan: &Self| plan.of_sizes::<S>(&sizes);
+        let need = |plan: &Self| plan.of_sizes(sizes);
         let most = need(&asked);
         let mut all = vec![(asked, most)];
         let others = Self::all(case).into_iter().skip(1).filter(differs);
@@ -107,16 +113,17 @@ impl Plan {
     ///
     /// See [`ReportSpace::memory`] of each body; and the program itself.
     pub fn estimate<S: ReportSpace>(&self, problem: &ContactProblem<S>) -> f64 {
-        self.of_sizes::<S>(&joined_sizes(problem))
+        let bonds = Bonds::new(problem).ok().flatten();
+        self.of_sizes(&sizes(bonds.as_ref().map_or(problem, |bonds| &bonds.joined)))
     }
 
-    fn of_sizes<S: ReportSpace>(&self, bodies: &[Size]) -> f64 {
-        let of_body = |body: &Size| {
+    fn of_sizes<S: ReportSpace>(&self, bodies: &[Size<'_, S>]) -> f64 {
+        let of_body = |body: &Size<'_, S>| {
             let count = match body.may_be_cut {
                 true => subdomains(body.nodes as usize, self.subdomains, self.subdomain_nodes),
                 false => 1,
             };
-            S::memory((body.nodes, body.pairs), count, self.recomputes)
+            S::memory((body.nodes, body.pairs), &body.subdomains(count), self.recomputes)
         };
         bodies.iter().map(of_body).sum::<f64>() + PROGRAM
     }
@@ -155,30 +162,70 @@ pub(crate) fn estimate_finer<S: ReportSpace>(
     plan.estimate(problem) + KEPT_PER_NODE * kept as f64
 }
 
+/// Subdomains of the same size.
+pub struct Pieces {
+    /// How many.
+    pub count: f64,
+    /// The nodes of each.
+    pub nodes: f64,
+    /// Its nodes that others have as well.
+    pub shared: f64,
+}
+
 /// The sizes of a body that determine its memory.
-struct Size {
+#[derive(Clone)]
+struct Size<'p, S: ReportSpace> {
     nodes: u64,
     /// Contact nodes.
     pairs: usize,
     may_be_cut: bool,
+    /// Its mesh, if there is one already.
+    mesh: Option<&'p Mesh<S>>,
+    /// What [`Self::subdomains`] found for some counts.
+    known: RefCell<BTreeMap<usize, Rc<[Pieces]>>>,
 }
 
-/// Lists the sizes after bonds have joined bodies.
-fn joined_sizes<S: ReportSpace>(problem: &ContactProblem<S>) -> Vec<Size> {
-    let bonds = Bonds::new(problem).ok().flatten();
-    sizes(bonds.as_ref().map_or(problem, |bonds| &bonds.joined))
+impl<'p, S: ReportSpace> Size<'p, S> {
+    fn new(nodes: u64, pairs: usize, may_be_cut: bool, mesh: Option<&'p Mesh<S>>) -> Self {
+        Self { nodes, pairs, may_be_cut, mesh, known: RefCell::default() }
+    }
+
+    /// Returns the sizes of its subdomains, without a mesh at least; none if the body is in one piece.
+    fn subdomains(&self, count: usize) -> Rc<[Pieces]> {
+        if count == 1 {
+            return Rc::new([]);
+        }
+        let find = || -> Rc<[Pieces]> {
+            match self.mesh {
+                Some(mesh) => {
+                    let of =
+                        |(nodes, shared)| Pieces { count: 1.0, nodes: nodes as f64, shared: shared as f64 };
+                    mesh.shared_nodes(count).into_iter().map(of).collect()
+                }
+                None => {
+                    let (count, nodes) = (count as f64, self.nodes as f64 / count as f64);
+                    // Four of the six sides of a cube.
+                    let shared = nodes.min(4.0 * nodes.powf(2.0 / 3.0));
+                    Rc::new([Pieces { count, nodes, shared }])
+                }
+            }
+        };
+        self.known.borrow_mut().entry(count).or_insert_with(find).clone()
+    }
 }
 
-fn sizes<S: ReportSpace>(problem: &ContactProblem<S>) -> Vec<Size> {
-    let of_body = |(body, sides): (&Body<S>, Vec<(usize, usize)>)| {
-        let pairs = sides.into_iter().map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
-        Size { nodes: body.mesh().points().len() as u64, pairs, may_be_cut: may_be_cut(body) }
-    };
-    let mut sizes: Vec<Size> = problem.bodies.iter().zip(problem.sides()).map(of_body).collect();
+fn sizes<S: ReportSpace>(problem: &ContactProblem<S>) -> Vec<Size<'_, S>> {
+    let bodies = problem.bodies.iter().zip(problem.sides());
+    let mut sizes: Vec<Size<'_, S>> = bodies
+        .map(|(body, sides)| {
+            let pairs = sides.into_iter().map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
+            Size::new(body.mesh().points().len() as u64, pairs, may_be_cut(body), Some(body.mesh()))
+        })
+        .collect();
     if prefers_exact(problem) {
         // The flexibility of all pairs together, with its factor.
         let pairs = flexibility_entries(&problem.contact_rows()).isqrt();
-        sizes.push(Size { nodes: 0, pairs, may_be_cut: false });
+        sizes.push(Size::new(0, pairs, false, None));
     }
     sizes
 }
@@ -191,35 +238,38 @@ pub(crate) fn check_counts<S: ReportSpace>(
     planned: bool,
     host: &dyn Host,
 ) -> Result<(), Failure> {
-    let size = |nodes: u64| Size { nodes, pairs: 0, may_be_cut: true };
-    let sizes: Vec<Size> = case.node_counts().into_iter().map(size).collect();
+    let size = |nodes: u64| Size::new(nodes, 0, true, None);
+    let sizes: Vec<Size<'_, S>> = case.node_counts().into_iter().map(size).collect();
     let all = if planned { Plan::all(case) } else { vec![Plan::asked(case)] };
-    let all: Vec<(Plan, f64)> = all.into_iter().map(|plan| (plan, plan.of_sizes::<S>(&sizes))).collect();
+    let all: Vec<(Plan, f64)> = all.into_iter().map(|plan| (plan, plan.of_sizes(&sizes))).collect();
     check((case, &Plan::choose(case, &all, host)), host, &sizes, None)
 }
 
-/// Refuses a problem that needs more memory than there may be; says how it is solved if that is not the fastest way.
-pub(crate) fn check_problem<S: ReportSpace>(
+/// Decides how a problem is solved, and estimates the memory of that, bytes; refuses one that needs more than there may be.
+pub(crate) fn plan<S: ReportSpace>(
     case: &Case<S>,
     problem: &ContactProblem<S>,
     planned: bool,
     host: &dyn Host,
-) -> Result<Option<String>, Failure> {
-    let plan = if planned { Plan::new(case, problem, host) } else { Plan::asked(case) };
-    check((case, &plan), host, &joined_sizes(problem), Some(problem.node_pairs()))?;
-    Ok(plan.note(case))
+) -> Result<(Plan, f64), Failure> {
+    let bonds = Bonds::new(problem).ok().flatten();
+    let joined = bonds.as_ref().map_or(problem, |bonds| &bonds.joined);
+    let sizes = sizes(joined);
+    let plan = if planned { Plan::new(case, (joined, &sizes), host) } else { Plan::asked(case) };
+    check((case, &plan), host, &sizes, Some(problem.node_pairs()))?;
+    Ok((plan, plan.of_sizes(&sizes)))
 }
 
 /// * `pairs`: of all contact lines, if they are known.
 fn check<S: ReportSpace>(
     (case, plan): (&Case<S>, &Plan),
     host: &dyn Host,
-    sizes: &[Size],
+    sizes: &[Size<'_, S>],
     pairs: Option<usize>,
 ) -> Result<(), Failure> {
-    let needed = plan.of_sizes::<S>(sizes);
-    let without: Vec<Size> = sizes.iter().map(|size| Size { pairs: 0, ..*size }).collect();
-    let line = pairs.filter(|_| needed > LONG_LINE * plan.of_sizes::<S>(&without));
+    let needed = plan.of_sizes(sizes);
+    let without: Vec<Size<'_, S>> = sizes.iter().map(|size| Size { pairs: 0, ..size.clone() }).collect();
+    let line = pairs.filter(|_| needed > LONG_LINE * plan.of_sizes(&without));
     let Some((needed, MemoryLimit { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
         return Ok(());
     };
@@ -286,7 +336,7 @@ pub fn mebibytes(bytes: f64) -> String {
 mod tests {
     use super::*;
     use case_io::case::AnyCase;
-    use fem_core::space::Solid;
+    use fem_core::space::{Plane, Solid};
 
     struct Nowhere;
 
@@ -301,7 +351,7 @@ mod tests {
         let limit = [("limits.memory".to_owned(), "1MiB".to_owned())];
         let case = Case::parse(case_io::template::PAPER, "paper.toml", &limit).unwrap();
         let said = |nodes: [u64; 2], pairs: Option<usize>| {
-            let sizes = nodes.map(|nodes| Size { nodes, pairs: pairs.unwrap_or(0), may_be_cut: true });
+            let sizes = nodes.map(|nodes| Size::<Plane>::new(nodes, pairs.unwrap_or(0), true, None));
             check((&case, &Plan::all(&case)[0]), &Nowhere, &sizes, pairs).unwrap_err().message.unwrap()
         };
         let of_nodes = said([1000, 1000], Some(40));
@@ -322,8 +372,8 @@ mod tests {
             panic!("a plane case")
         };
         let need = |nodes: u64| {
-            let sizes = [nodes; 2].map(|nodes| Size { nodes, pairs: 2000, may_be_cut: true });
-            let of = |plan: Plan| plan.of_sizes::<Solid>(&sizes);
+            let sizes = [nodes; 2].map(|nodes| Size::<Solid>::new(nodes, 2000, true, None));
+            let of = |plan: Plan| plan.of_sizes(&sizes);
             Plan::all(&case).into_iter().map(of).collect::<Vec<f64>>()
         };
         let of_mesh = need(100_000);

@@ -18,25 +18,25 @@ use fem_core::interface::ContactProblem;
 ///
 /// * `output`: the directory that must stay until the end.
 pub(crate) fn solve<S: ReportSpace>(
-    case: &Case<S>,
+    (case, plan): (&Case<S>, &Plan),
     problem: ContactProblem<S>,
     output: Presence,
     (watch, host): (&mut Stopwatch, &mut dyn Host),
 ) -> Result<Solved<S>, Failure> {
     let mut follower = RunObserver::new(case, watch, host, output);
-    let answer = answer(case, problem, &mut follower).map_err(|error| follower.failure(case, &error))?;
+    let answer =
+        answer((case, plan), problem, &mut follower).map_err(|error| follower.failure(case, &error))?;
     let status = outcome::judge_answer(case, &answer, follower.ended);
     Ok(Solved { longest_step: follower.longest, ..Solved::of(answer, status) })
 }
 
 fn answer<S: ReportSpace>(
-    case: &Case<S>,
+    (case, plan): (&Case<S>, &Plan),
     problem: ContactProblem<S>,
     follower: &mut RunObserver<'_>,
 ) -> Result<RunResult<S>, SolveError<S>> {
     if case.coulomb_pair().is_none() {
-        let settings = Plan::new(case, &problem, &*follower.host).settings(case);
-        let solution = certified_contact::solve(problem, &settings, follower)?;
+        let solution = certified_contact::solve(problem, &plan.settings(case), follower)?;
         return Ok(RunResult::Certified(Box::new(solution)));
     }
     let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));

@@ -5,7 +5,7 @@ use crate::corners;
 use crate::curves;
 use crate::figures::NamedRows;
 use crate::figures::{self, Picture};
-use crate::memory::{BODY, INTERFACE};
+use crate::memory::{BODY, INTERFACE, Pieces};
 use crate::notes::LOCKING_RATIO;
 use crate::solved::Fields;
 use crate::space::{DrawnFacets, ReportSpace};
@@ -56,7 +56,7 @@ impl ReportSpace for Plane {
     /// With n unknowns the factor of a nested dissection grows as n log₂ n; the mesh with its topology, the fields
     /// of the estimator and its stars as n; then three dense interface matrices. The two numbers are
     /// fitted to what was measured from 2·10⁵ to 3.3·10⁶ unknowns: within 8 %, rather too much than too little.
-    fn memory((nodes, pairs): (u64, usize), _: usize, _: bool) -> f64 {
+    fn memory((nodes, pairs): (u64, usize), _: &[Pieces], _: bool) -> f64 {
         let (n, pairs) = (2.0 * nodes.max(1) as f64, pairs as f64);
         FACTOR * n * n.log2() + FIELDS * n + INTERFACE * pairs * pairs + BODY
     }

@@ -4,7 +4,7 @@ use crate::adapt;
 use crate::check;
 use crate::failure::Failure;
 use crate::host::Host;
-use crate::memory;
+use crate::memory::{self, Plan};
 use crate::once;
 use crate::resume::RunDirectory;
 use crate::run_observer::RunObserver;
@@ -80,25 +80,34 @@ pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<AnyCase,
     CaseFile::open(file)?.read(overrides)
 }
 
-/// Makes the contact problem of a case, bodies in the file's order, if there is memory to solve it, and notes about it.
+/// The contact problem of a case, ready to be solved.
+pub struct Built<S: ReportSpace> {
+    /// Bodies in the file's order.
+    pub problem: ContactProblem<S>,
+    /// On the case and its meshes.
+    pub notes: Notes,
+    /// How it is solved in the memory that there is.
+    pub plan: Plan,
+    /// See [`Plan::estimate`], bytes.
+    pub memory: f64,
+}
+
+/// Makes the contact problem of a case, if there is memory to solve it.
 ///
 /// # Errors
 /// A problem that makes no sense, or that needs too much memory.
-pub fn build<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<(ContactProblem<S>, Notes), Failure> {
+pub fn build<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<Built<S>, Failure> {
     build_for(case, true, host)
 }
 
 /// * `planned`: whether it is solved in whatever way fits in memory, or in the one that it asks for.
-fn build_for<S: ReportSpace>(
-    case: &Case<S>,
-    planned: bool,
-    host: &dyn Host,
-) -> Result<(ContactProblem<S>, Notes), Failure> {
+fn build_for<S: ReportSpace>(case: &Case<S>, planned: bool, host: &dyn Host) -> Result<Built<S>, Failure> {
     begins(case, "making the bodies and their contact lines", host);
     memory::check_counts(case, planned, host)?;
     let (problem, mut notes) = case.build()?;
-    notes.extend(memory::check_problem(case, &problem, planned, host)?);
-    Ok((problem, notes))
+    let (plan, memory) = memory::plan(case, &problem, planned, host)?;
+    notes.extend(plan.note(case));
+    Ok(Built { problem, notes, plan, memory })
 }
 
 /// Tells the host that a step of a case begins that has no result to keep.
@@ -106,22 +115,21 @@ pub fn begins<S: Dimension>(case: &Case<S>, step: &'static str, host: &dyn Host)
     host.begins(step, case.limits.time.as_ref().map(|limit| limit.value));
 }
 
-/// Makes the contact problem of a case as [`build`] does, with the factors at the end of its last load step.
+/// Makes the contact problem of a case as [`build`] does, with the factors at the end of its last load step, to be solved as the case asks for.
 ///
 /// # Errors
 /// See [`build`]; conditions that contradict each other with these factors.
-pub fn build_last<S: ReportSpace>(
-    case: &Case<S>,
-    host: &dyn Host,
-) -> Result<(ContactProblem<S>, Notes), Failure> {
-    let (problem, notes) = build_for(case, false, host)?;
-    let Some(factors) = case.step_ends().pop() else { return Ok((problem, notes)) };
-    Ok((check::with_factors(case, &problem, &factors)?, notes))
+pub fn build_last<S: ReportSpace>(case: &Case<S>, host: &dyn Host) -> Result<Built<S>, Failure> {
+    let mut built = build_for(case, false, host)?;
+    if let Some(factors) = case.step_ends().pop() {
+        built.problem = check::with_factors(case, &built.problem, &factors)?;
+    }
+    Ok(built)
 }
 
 /// Solves a case: once, in load steps, or on meshes that become finer if it has a target.
 ///
-/// * `problem`, `notes`: the result of [`build`].
+/// * `built`: see [`build`].
 /// * `place`: where the meshes of an adaptive run are written to, and the state it resumes from.
 ///
 /// # Errors
@@ -129,17 +137,18 @@ pub fn build_last<S: ReportSpace>(
 /// ended is the status of the result.
 pub fn solve<S: ReportSpace>(
     case: &Case<S>,
-    (problem, notes): (ContactProblem<S>, Notes),
+    built: Built<S>,
     place: &mut RunDirectory,
     watch: &mut Stopwatch,
     host: &mut dyn Host,
 ) -> Result<Solved<S>, Failure> {
+    let Built { problem, notes, plan, .. } = built;
     let solved = match &case.adapt {
-        None if !case.steps.is_empty() => steps::solve(case, problem, place, watch, host)?,
-        None => once::solve(case, problem, place.presence(), (watch, host))?,
+        None if !case.steps.is_empty() => steps::solve((case, &plan), problem, place, watch, host)?,
+        None => once::solve((case, &plan), problem, place.presence(), (watch, host))?,
         Some(adapt) => {
             let follower = RunObserver::new(case, watch, host, place.presence());
-            adapt::solve((case, adapt), problem, follower, place)?
+            adapt::solve((case, adapt, plan), problem, follower, place)?
         }
     };
     Ok(Solved { case_notes: notes, ..solved })

@@ -2,7 +2,7 @@
 
 use crate::figures::NamedRows;
 use crate::figures::{self, Picture};
-use crate::memory::{BODY, INTERFACE};
+use crate::memory::{BODY, INTERFACE, Pieces};
 use crate::notes::LOCKING_RATIO;
 use crate::solved::Fields;
 use crate::space::{DrawnFacets, ReportSpace};
@@ -36,11 +36,11 @@ const FACTOR: f64 = 190.0;
 const FIELDS: f64 = 1300.0;
 const COEFFICIENTS: f64 = 7000.0;
 
-/// Bytes of the factors of subdomains per unknown and cube root of the unknowns of each; of the coarse space per subdomain; of mesh and fields per unknown.
-/// Fitted to four solves of these blocks with 61,250 and 141,570 nodes: within 4 %.
-const SUBDOMAIN_FACTOR: f64 = 500.0;
+/// Of subdomains: bytes of a factor without the part of its shared unknowns, per n^(4/3); of the coarse space per subdomain; of mesh and fields per unknown.
+/// Fitted to solves of these blocks with 61,250 to 465,794 nodes.
+const SUBDOMAIN_FACTOR: f64 = 78.0;
 const COARSE: f64 = 400e3;
-const SUBDOMAIN_FIELDS: f64 = 3300.0;
+const SUBDOMAIN_FIELDS: f64 = 3050.0;
 
 impl ReportSpace for Solid {
     const INTERFACE: &'static str = "contact surface";
@@ -81,14 +81,20 @@ impl ReportSpace for Solid {
         notes
     }
 
-    /// With n unknowns the factor of a nested dissection grows as n^(4/3).
-    fn memory((nodes, pairs): (u64, usize), subdomains: usize, recomputes: bool) -> f64 {
+    /// With n unknowns the factor of a nested dissection grows as n^(4/3). That of a subdomain has half a square of its shared unknowns.
+    fn memory((nodes, pairs): (u64, usize), subdomains: &[Pieces], recomputes: bool) -> f64 {
         let (n, pairs) = (3.0 * nodes.max(1) as f64, pairs as f64);
         let coefficients = if recomputes { 0.0 } else { COEFFICIENTS * n };
-        let count = subdomains as f64;
-        let other = match subdomains {
-            1 => FACTOR * n * n.cbrt() + FIELDS * n + INTERFACE * pairs * pairs,
-            _ => SUBDOMAIN_FACTOR * n * (n / count).cbrt() + SUBDOMAIN_FIELDS * n + COARSE * count,
+        let other = if subdomains.is_empty() {
+            FACTOR * n * n.cbrt() + FIELDS * n + INTERFACE * pairs * pairs
+        } else {
+            let of = |of: &Pieces| {
+                let (n, shared) = (3.0 * of.nodes, 3.0 * of.shared);
+                let factor =
+                    SUBDOMAIN_FACTOR * n * n.cbrt() + 0.5 * size_of::<f64>() as f64 * shared * shared;
+                of.count * (factor + COARSE)
+            };
+            SUBDOMAIN_FIELDS * n + subdomains.iter().map(of).sum::<f64>()
         };
         other + coefficients + BODY
     }

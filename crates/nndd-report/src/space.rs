@@ -1,6 +1,7 @@
 //! What reports of the plane and of solids have of their own. All else is written once.
 
 use crate::figures::{NamedRows, Picture};
+use crate::memory::Pieces;
 use crate::solved::Fields;
 use case_io::Case;
 use case_io::case::Dimension;
@@ -54,8 +55,8 @@ pub trait ReportSpace: ContactSpace + Dimension {
 
     /// Estimates the memory of a body in a solve, bytes.
     ///
-    /// * `counts`: its nodes and contact nodes; `subdomains`: how many it has; `recomputes`: whether coefficients of the estimator are computed again.
-    fn memory(counts: (u64, usize), subdomains: usize, recomputes: bool) -> f64;
+    /// * `counts`: its nodes and contact nodes; `subdomains`: of a body that is cut; `recomputes`: whether coefficients of the estimator are computed again.
+    fn memory(counts: (u64, usize), subdomains: &[Pieces], recomputes: bool) -> f64;
     /// The need grows as this power of the number of nodes.
     const MEMORY_POWER: f64;
     /// What makes a problem with too many nodes smaller.

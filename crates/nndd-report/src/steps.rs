@@ -23,7 +23,7 @@ use fem_core::interface::ContactProblem;
 
 /// Solves all increments, until one fails; earlier ones remain.
 pub(crate) fn solve<S: ReportSpace>(
-    case: &Case<S>,
+    (case, plan): (&Case<S>, &Plan),
     problem: ContactProblem<S>,
     place: &mut RunDirectory,
     watch: &mut Stopwatch,
@@ -31,7 +31,7 @@ pub(crate) fn solve<S: ReportSpace>(
 ) -> Result<Solved<S>, Failure> {
     let presence = place.presence();
     let mut follower = RunObserver::new(case, watch, host, presence);
-    let settings = Plan::new(case, &problem, &*follower.host).settings(case);
+    let settings = plan.settings(case);
     let mut load_steps = LoadSteps::new(problem);
     let increments = case.increments();
     let of = |k: usize| format!("load step {k} of {}", increments.len());

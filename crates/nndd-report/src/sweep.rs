@@ -6,7 +6,7 @@ use crate::host::{Event, Host};
 use crate::once;
 use crate::plot;
 use crate::report;
-use crate::run::{self, CaseFile, Source};
+use crate::run::{self, Built, CaseFile, Source};
 use crate::solved::Solved;
 use crate::space::ReportSpace;
 use crate::stopwatch::Stopwatch;
@@ -284,7 +284,8 @@ fn add_row<S: ReportSpace>(
         ));
     }
     let built = run::build_last(case, host);
-    let problem = built.map_err(|failure| failure.given_by("--over", &sweep.key, value))?.0;
+    let Built { problem, plan, .. } =
+        built.map_err(|failure| failure.given_by("--over", &sweep.key, value))?;
     case.refuse_coulomb(
         "a sweep compares eta_nndd and e_cre, which do not exist with Coulomb friction",
         "run the values one by one with `nndd solve --set`",
@@ -307,7 +308,7 @@ fn add_row<S: ReportSpace>(
         host.event(Event::Panel { name: &panel.name, sweep })?;
     }
     let mut watch = Stopwatch::start(host.elapsed());
-    let solved = once::solve(case, problem, output.clone(), (&mut watch, host))?;
+    let solved = once::solve((case, &plan), problem, output.clone(), (&mut watch, host))?;
     if host.interrupted().is_some() {
         return Ok(false);
     }

@@ -320,7 +320,7 @@ impl<'a> ForceQp<'a> {
         let ContactSystem { rows, of_body, bodies, .. } = self.system;
         let mut states = vec![BoundState::Free; rows.len()];
         for (of_body, body) in of_body.iter().zip(bodies) {
-            let leaders = leaders(body.len(), of_body.iter().map(|row| &row.terms));
+            let leaders = leaders(body.len(), of_body.iter().map(|row| &*row.terms));
             let (mut unknowns, mut crowds) = (vec![0; body.len()], vec![Vec::new(); body.len()]);
             leaders.iter().for_each(|leader| unknowns[*leader] += 1);
             // Rows between two bodies depend on each other in both, or not at all.

@@ -75,7 +75,9 @@ pub(crate) fn solve(
         hold(&mut nearest, &mut closed, &openings)?;
         search.see(&closed);
         // Clusters of unknowns, the weights D, and the coarse space of all motions.
-        let linear = Balancing::new(&broken, Skeleton::new(&broken, &closed, &openings))?;
+        let (set, before) = (closed.clone(), openings.clone());
+        let operators = || Balancing::new(&broken, Skeleton::new(&broken, &set, &before));
+        let mut linear = operators()?;
         // Step 1: λ imposed on both sides of closed rows (8), all bodies in balance.
         let mut inner = linear.step_1(&broken, &broken.load, &x);
         let free = balance.left_by(&linear.skeleton.held(closed.len()))?;
@@ -104,6 +106,8 @@ pub(crate) fn solve(
             (closed, openings, x) = (contact.next(), contact.openings.clone(), contact.x.clone());
             let number = (run.history.len() + 1, step);
             let last = contact.iterate((&broken, &bonds), (&balance, &mut nearest), &inner, number)?;
+            // An estimate of subdomains needs the memory of the operators.
+            let kept = (!broken.shares()).then_some(linear);
             // Stop, or give up?
             if let Some(status) = run.verdict(&last, gains || !is_right)? {
                 return Ok(run.ended(status, last));
@@ -122,6 +126,7 @@ pub(crate) fn solve(
                 }
                 break;
             }
+            linear = kept.map_or_else(operators, Ok)?;
         }
     }
 }

@@ -278,7 +278,7 @@ fn by_role(broken: &Broken<'_>, forces: &[f64], held: &[f64]) -> [Vec<f64>; 2] {
             broken.without_motions(b, &mut rest);
         }
         let rest = &rest[broken.of_body(b)];
-        let leaders = leaders(rest.len(), of_body.iter().map(|row| &row.terms));
+        let leaders = leaders(rest.len(), of_body.iter().map(|row| &*row.terms));
         let mut groups: BTreeMap<usize, Vec<&BodyRow>> = BTreeMap::new();
         for row in of_body.iter().filter(|row| !row.terms.is_empty()) {
             groups.entry(leaders[row.terms[0].0]).or_default().push(row);

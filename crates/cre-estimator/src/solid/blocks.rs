@@ -2,12 +2,11 @@
 
 use super::cell::FACE;
 use super::energy::EnergyMatrix;
-use super::potentials::{FaceSpace, carried};
+use super::potentials::{FaceSpaces, carried};
 use super::stars::{Cluster, Matrices, Rows, Star, StarCell, StarFace, WRENCH};
 use crate::inverse::{invert, packed};
 use crate::lanes::{LaneRow, MOST_LANES};
 use fem_core::geometry::norm;
-use fem_core::mesh::TetMesh;
 use fem_core::mesh::id::NodeId;
 use nalgebra::{Matrix6, Vector6};
 use std::collections::HashSet;
@@ -43,19 +42,18 @@ impl Cluster {
     /// * `found`: others, whose memory is used again.
     pub(crate) fn blocks(
         &self,
-        mesh: &TetMesh,
-        (spaces, rims): (&[FaceSpace], &HashSet<[NodeId; 2]>),
-        length: f64,
+        (spaces, rims): (&FaceSpaces<'_>, &HashSet<[NodeId; 2]>),
         energy: Matrices<'_>,
         mut found: Blocks,
     ) -> Blocks {
+        let (mesh, length) = (spaces.body.mesh(), spaces.length);
         found.bases.clear();
         found.basis_of.clear();
         found.inverses.resize(self.rows, Rows::default());
         for star in &self.stars {
             let faces = self.star_faces[star.of_faces()].iter().map(|face| face.face);
             let limits: Vec<_> = faces
-                .map(|face| (face, spaces[face.index()].reaction))
+                .map(|face| (face, spaces.reaction(face)))
                 .filter(|(_, reaction)| !reaction.is_all())
                 .map(|(face, reaction)| (mesh.facet_corners(face), reaction))
                 .collect();
@@ -126,11 +124,11 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
             let matrix = energy.of(cluster.cells[place], place);
             // The energy of unit wrenches and all coordinates of both faces.
             let mut of_wrenches = [[0.0; 2 * FACE]; WRENCH];
-            for (local, place) in around.sides {
+            for (local, place) in around.sides() {
                 let face = &faces[place as usize];
                 let mut rows = [[0.0; 2 * FACE]; WRENCH];
                 for (both, row) in rows.iter_mut().zip(&matrix[FACE * usize::from(local) + 3..]) {
-                    for (both, (other, _)) in both.chunks_exact_mut(FACE).zip(around.sides) {
+                    for (both, (other, _)) in both.chunks_exact_mut(FACE).zip(around.sides()) {
                         let row = &row[FACE * usize::from(other)..][..FACE];
                         for (x, entry) in both.iter_mut().zip(row) {
                             *x = f64::from(*entry);
@@ -147,7 +145,7 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
             }
             squares.iter_mut().zip(sizes(matrix, around, faces)).for_each(|(sum, size)| *sum += size * size);
             for (k, of_wrench) in of_wrenches.iter().enumerate() {
-                for ((_, place), of_face) in around.sides.into_iter().zip(of_wrench.chunks_exact(FACE)) {
+                for ((_, place), of_face) in around.sides().into_iter().zip(of_wrench.chunks_exact(FACE)) {
                     let place = place as usize;
                     if let [b0, b1, b2, f0, f1, f2, t0, t1, t2] = *of_face {
                         let gathered = faces[place].gathered([f0, f1, f2, t0, t1, t2]);
@@ -160,8 +158,8 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
                     }
                 }
             }
-            for (local, place) in around.sides {
-                for (other, column) in around.sides.into_iter().filter(|(_, column)| *column <= place) {
+            for (local, place) in around.sides() {
+                for (other, column) in around.sides().into_iter().filter(|(_, column)| *column <= place) {
                     for b in 0..3 {
                         let row = &matrix[FACE * usize::from(local) + b][FACE * usize::from(other)..][..3];
                         let first = packed(WRENCH + 3 * place as usize + b, WRENCH + 3 * column as usize);
@@ -195,7 +193,7 @@ impl pulp::NullaryFnOnce for Assembly<'_> {
 /// Bounds the square roots of the energies of unit wrenches in a cell, before parts of them cancel: their rounding is a fraction of these.
 fn sizes(matrix: &EnergyMatrix, around: &StarCell, faces: &[StarFace]) -> [f64; WRENCH] {
     let mut sizes = [0.0; WRENCH];
-    for (local, place) in around.sides {
+    for (local, place) in around.sides() {
         let first = FACE * usize::from(local) + 3;
         let [f0, f1, f2, t0, t1, t2] =
             std::array::from_fn(|i| f64::from(matrix[first + i][first + i]).max(0.0).sqrt());

@@ -3,12 +3,10 @@
 use super::blocks::Blocks;
 use super::cell::MOMENTS;
 use super::energy::{EnergyMatrix, energies};
-use super::potentials::FaceSpace;
+use super::potentials::FaceSpaces;
 use super::stars::{Cluster, Matrices};
 use crate::recovery::StarMemory;
-use fem_core::body::Body;
 use fem_core::mesh::id::NodeId;
-use fem_core::space::Solid;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -18,10 +16,7 @@ const CHUNK: usize = 256;
 
 /// The energy matrices of a body.
 pub(super) struct Coefficients<'a> {
-    pub(super) body: &'a Body<Solid>,
-    pub(super) spaces: Vec<FaceSpace>,
-    /// The length of the body, m.
-    pub(super) length: f64,
+    pub(super) spaces: FaceSpaces<'a>,
     /// The unit of energies of moments, 1/(Pa m): single precision has a small range.
     pub(super) unit: f64,
     /// Of all cells, over the unit; `None` if they are computed again. Zeros of plain numbers come from the system: each thread touches its own memory
@@ -62,26 +57,15 @@ fn memory(cells: usize, used: Option<Vec<f32>>) -> Vec<f32> {
 
 impl<'a> Coefficients<'a> {
     /// * `memory`: whether they are stored, and where.
-    pub(super) fn new(
-        body: &'a Body<Solid>,
-        spaces: Vec<FaceSpace>,
-        (length, unit): (f64, f64),
-        memory: StarMemory<Coefficients<'_>>,
-    ) -> Self {
-        let mut made = Self {
-            body,
-            spaces,
-            length,
-            unit,
-            stored: None,
-            spare: Mutex::default(),
-            spare_blocks: Mutex::default(),
-        };
+    pub(super) fn new(spaces: FaceSpaces<'a>, unit: f64, memory: StarMemory<Coefficients<'_>>) -> Self {
+        let mut made =
+            Self { spaces, unit, stored: None, spare: Mutex::default(), spare_blocks: Mutex::default() };
         if let StarMemory::Stored(used) = memory {
-            let mut stored = self::memory(body.mesh().cells().len(), used.and_then(|used| used.stored));
+            let mut stored =
+                self::memory(made.spaces.body.mesh().cells().len(), used.and_then(|used| used.stored));
             matrices_mut(&mut stored).par_chunks_mut(CHUNK).enumerate().for_each(|(k, to)| {
                 let cells = k * CHUNK..k * CHUNK + to.len();
-                energies(body, &made.spaces, (length, unit), cells, to);
+                energies((&made.spaces, unit), cells, to);
             });
             made.stored = Some(stored);
         }
@@ -92,11 +76,11 @@ impl<'a> Coefficients<'a> {
     ///
     /// * `changed`: cells whose faces have other spaces, ascending.
     pub(super) fn renew(&mut self, changed: &[u32]) {
-        let Self { body, spaces, length, unit, stored, .. } = self;
+        let Self { spaces, unit, stored, .. } = self;
         let Some(stored) = stored else { return };
         let mut renewed = vec![[[0.0; 40]; MOMENTS]; changed.len()];
         renewed.par_chunks_mut(CHUNK).zip(changed.par_chunks(CHUNK)).for_each(|(to, cells)| {
-            energies(body, spaces, (*length, *unit), cells.iter().map(|cell| *cell as usize), to);
+            energies((spaces, *unit), cells.iter().map(|cell| *cell as usize), to);
         });
         for (cell, matrix) in changed.iter().zip(renewed) {
             matrices_mut(stored)[*cell as usize] = matrix;
@@ -114,7 +98,7 @@ impl<'a> Coefficients<'a> {
         }
         let used = locked(&self.spare).pop();
         let mut own = memory(cells.len(), used);
-        energies(self.body, &self.spaces, (self.length, self.unit), cells, matrices_mut(&mut own));
+        energies((&self.spaces, self.unit), cells, matrices_mut(&mut own));
         let result = then(Matrices::OfCells(matrices(&own)));
         locked(&self.spare).push(own);
         result
@@ -138,7 +122,7 @@ impl<'a> Coefficients<'a> {
         energy: Matrices<'_>,
         used: Blocks,
     ) -> Blocks {
-        cluster.blocks(self.body.mesh(), (&self.spaces, rims), self.length, energy, used)
+        cluster.blocks((&self.spaces, rims), energy, used)
     }
 
     /// Calls a function with the matrices and the blocks of a cluster.

@@ -1,9 +1,9 @@
 //! The energy of the cells for the coordinates of their faces, several cells side by side.
 
 use super::cell::{BLOCK, CellMap, FACE, MOMENTS, PAIRS, Reference, order};
-use super::potentials::{FaceMoment, FaceSpace};
+use super::potentials::{FaceMoment, FaceSpaces};
 use crate::lanes::{LaneRow, Lanes, MOST_LANES};
-use fem_core::body::{Body, tractions};
+use fem_core::body::tractions;
 use fem_core::space::Solid;
 use pulp::Simd;
 
@@ -56,38 +56,35 @@ impl Batch {
 
 /// Computes the energy matrices of some cells, over `unit`.
 pub(crate) fn energies(
-    body: &Body<Solid>,
-    spaces: &[FaceSpace],
-    scales: (f64, f64),
+    (spaces, unit): (&FaceSpaces<'_>, f64),
     cells: impl Iterator<Item = usize>,
     to: &mut [EnergyMatrix],
 ) {
-    for (place, cell) in energies_of_cells(body, spaces, scales, cells, to) {
-        add_springs(body, spaces, scales, cell, &mut to[place]);
+    for (place, cell) in energies_of_cells((spaces, unit), cells, to) {
+        add_springs((spaces, unit), cell, &mut to[place]);
     }
 }
 
 /// Computes the energy matrices of some cells without springs, over `unit`; returns the places of cells on springs, and these.
 fn energies_of_cells(
-    body: &Body<Solid>,
-    spaces: &[FaceSpace],
-    (length, unit): (f64, f64),
+    (spaces, unit): (&FaceSpaces<'_>, f64),
     cells: impl Iterator<Item = usize>,
     to: &mut [EnergyMatrix],
 ) -> Vec<(usize, usize)> {
+    let body = spaces.body;
     let (mesh, mut batch, mut left) = (body.mesh(), Batch::default(), to);
     let mut on_springs = Vec::new();
     let mut cells = cells.enumerate().peekable();
     while let Some((place, cell)) = cells.next() {
         let map = CellMap::new(mesh.corners(cell));
         let faces = mesh.topology().cell_facets()[cell];
-        if faces.iter().any(|face| spaces[face.index()].springs.is_some()) {
+        if faces.iter().any(|face| spaces.springs(*face).is_some()) {
             on_springs.push((place, cell));
         }
         let order = order(body, cell);
         let columns = std::array::from_fn(|k| {
             let (places, sign) = order[k];
-            let columns = spaces[faces[k].index()].columns(&mesh.facet_corners(faces[k]), length);
+            let columns = spaces.columns(faces[k]);
             columns.map(|column| places.map(|place| sign * column[place]))
         });
         batch.enter(&map, map.factors(|stress| body.material(cell).strain(stress), unit), columns);
@@ -101,18 +98,11 @@ fn energies_of_cells(
 }
 
 /// Adds the energy `∫ t·K⁻¹ t` of the tractions on the faces on springs to the energy matrix of a cell, over `unit`.
-fn add_springs(
-    body: &Body<Solid>,
-    spaces: &[FaceSpace],
-    (length, unit): (f64, f64),
-    cell: usize,
-    matrix: &mut EnergyMatrix,
-) {
-    let mesh = body.mesh();
+fn add_springs((spaces, unit): (&FaceSpaces<'_>, f64), cell: usize, matrix: &mut EnergyMatrix) {
+    let mesh = spaces.body.mesh();
     for (k, face) in mesh.topology().cell_facets()[cell].into_iter().enumerate() {
-        let space = &spaces[face.index()];
-        let Some(springs) = &space.springs else { continue };
-        let columns = space.columns(&mesh.facet_corners(face), length);
+        let Some(springs) = spaces.springs(face) else { continue };
+        let columns = spaces.columns(face);
         let strained = columns.map(|of| springs.strained(&tractions::<Solid>(&of, mesh.facet_measure(face))));
         for (i, own) in columns.iter().enumerate() {
             for (j, other) in strained.iter().enumerate() {

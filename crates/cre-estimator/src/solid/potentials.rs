@@ -18,7 +18,6 @@ use crate::springs::relaxes;
 use fem_core::body::{Body, FacetCondition, FacetSprings};
 use fem_core::directions::Directions;
 use fem_core::geometry::norm;
-use fem_core::mesh::TetMesh;
 use fem_core::mesh::id::{FacetId, NodeId};
 use fem_core::space::{Solid, Space};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
@@ -27,40 +26,91 @@ use std::collections::HashSet;
 /// Moments on a face about its corners, N.
 pub(crate) type FaceMoment = [Vector3<f64>; 3];
 
+/// The faces of a body. Those of the boundary are kept, the spaces of the others follow from their corners.
+pub(crate) struct FaceSpaces<'a> {
+    pub(crate) body: &'a Body<Solid>,
+    /// The length of the body, m.
+    pub(crate) length: f64,
+    of_boundary: Vec<FaceSpace>,
+}
+
+impl<'a> FaceSpaces<'a> {
+    /// * `conditions`: of the faces of the boundary.
+    pub(crate) fn new(body: &'a Body<Solid>, conditions: &[FacetCondition<Solid>]) -> Self {
+        let mesh = body.mesh();
+        let length = mesh.diagonal();
+        let faces = mesh.topology().boundary_facets().iter().zip(conditions);
+        let space = |(face, condition): (&FacetId, _)| {
+            FaceSpace::new(mesh.facet_corners(*face), Some(condition), length)
+        };
+        Self { body, length, of_boundary: faces.map(space).collect() }
+    }
+
+    /// Takes other conditions; returns the cells at faces whose moments or springs have changed, ascending.
+    pub(crate) fn restate(&mut self, conditions: &[FacetCondition<Solid>]) -> Vec<u32> {
+        let (mesh, mut changed) = (self.body.mesh(), Vec::new());
+        let topology = mesh.topology();
+        let spaces = self.of_boundary.iter_mut().zip(conditions);
+        for (face, (space, condition)) in topology.boundary_facets().iter().zip(spaces) {
+            if condition.reaction != space.reaction || relaxes(condition) != space.springs.is_some() {
+                *space = FaceSpace::new(mesh.facet_corners(*face), Some(condition), self.length);
+                changed.push(topology.facet_cells()[*face][0]);
+            }
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        changed
+    }
+
+    fn on_boundary(&self, face: FacetId) -> Option<&FaceSpace> {
+        let topology = self.body.mesh().topology();
+        topology.is_boundary(face).then(|| &self.of_boundary[topology.boundary_place(face)])
+    }
+
+    /// Returns the directions in which a face has a reaction.
+    pub(crate) fn reaction(&self, face: FacetId) -> Directions<Solid> {
+        self.on_boundary(face).map_or(Directions::ALL, |space| space.reaction)
+    }
+
+    /// Returns the springs on a face, if the traction is unknown along them.
+    pub(crate) fn springs(&self, face: FacetId) -> Option<&FacetSprings<Solid>> {
+        self.on_boundary(face)?.springs.as_deref()
+    }
+
+    /// Computes the moments of each unit coordinate of a face.
+    pub(crate) fn columns(&self, face: FacetId) -> [FaceMoment; FACE] {
+        let corners = self.body.mesh().facet_corners(face);
+        match self.on_boundary(face) {
+            Some(space) => space.columns(&corners, self.length),
+            None => FaceSpace::new(corners, None, self.length).columns(&corners, self.length),
+        }
+    }
+}
+
 /// A singular value below this fraction of the largest one is round-off.
 const DEPENDENT: f64 = 1e-8;
 
 /// A face on which moments may change.
-pub(crate) struct FaceSpace {
+struct FaceSpace {
     /// `I⁺` times the length of the body, 1/m.
     inverse: Matrix3<f64>,
     /// The directions of P.
-    pub(crate) reaction: Directions<Solid>,
+    reaction: Directions<Solid>,
     /// The bars of a face with a condition on some directions; others have those along their edges.
     bars: Option<Vec<FaceMoment>>,
     /// The springs on the face, if the traction is unknown along them.
-    pub(crate) springs: Option<Box<FacetSprings<Solid>>>,
+    springs: Option<Box<FacetSprings<Solid>>>,
 }
 
 pub(crate) fn centroid([a, b, c]: &FaceMoment) -> Vector3<f64> {
     (a + b + c) / 3.0
 }
 
-/// Finds the condition on a face: none inside the body.
-pub(crate) fn condition<'a>(
-    mesh: &TetMesh,
-    conditions: &'a [FacetCondition<Solid>],
-    face: FacetId,
-) -> Option<&'a FacetCondition<Solid>> {
-    let topology = mesh.topology();
-    topology.is_boundary(face).then(|| &conditions[topology.boundary_place(face)])
-}
-
 impl FaceSpace {
     /// Finds the coordinates of a face.
     ///
     /// * `condition`: of a face of the boundary.
-    pub(crate) fn new(corners: FaceMoment, condition: Option<&FacetCondition<Solid>>, length: f64) -> Self {
+    fn new(corners: FaceMoment, condition: Option<&FacetCondition<Solid>>, length: f64) -> Self {
         let reaction = condition.map_or(Directions::ALL, |condition| condition.reaction);
         let springs = condition.filter(|condition| relaxes(condition)).map(|of| Box::new(of.springs));
         let middle = centroid(&corners);
@@ -83,7 +133,7 @@ impl FaceSpace {
     /// Computes the moments of each unit coordinate.
     ///
     /// * `length`: of the body.
-    pub(crate) fn columns(&self, corners: &FaceMoment, length: f64) -> [FaceMoment; FACE] {
+    fn columns(&self, corners: &FaceMoment, length: f64) -> [FaceMoment; FACE] {
         let mut columns = [[Vector3::zeros(); 3]; FACE];
         if self.reaction.is_none() {
             return columns;

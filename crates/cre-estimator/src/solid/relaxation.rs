@@ -6,11 +6,11 @@
 //! wrench go through all its faces, so equilibrium is exact.
 
 use super::blocks::Blocks;
-use super::cell::{CellMap, CellMoments, FACE, MOMENTS, order};
+use super::cell::{CellMap, CellMoments, FACE, order};
 use super::clusters::clusters;
 use super::coefficients::Coefficients;
 use super::energy::EnergyMatrix;
-use super::potentials::{FaceSpace, condition, rims};
+use super::potentials::{FaceSpaces, rims};
 use super::rings::Rings;
 use super::stars::{Cluster, Matrices};
 use super::sweep::Sweep;
@@ -19,7 +19,6 @@ use crate::atomic_slots::AtomicSlots;
 use crate::equilibrated::EquilibratedStress;
 use crate::recovery::StarMemory;
 use crate::relaxation::{Relaxation, RelaxationReport, conjugate_gradients};
-use crate::springs::relaxes;
 use fem_core::body::{Body, FacetCondition};
 use fem_core::mesh::TetMesh;
 use fem_core::mesh::id::{FacetId, NodeId};
@@ -54,8 +53,8 @@ pub struct EdgeStars<'a> {
 
 /// Counts the bytes of the edge stars of a mesh and of the vectors of a relaxation.
 ///
-/// If coefficients are stored, a cell has its energy matrix, an edge with `n` cells a block of `3 n + 6` unknowns in single precision; the conjugate gradients have six vectors of
-/// the coordinates of all faces, and one of those of all cells.
+/// If coefficients are stored, a cell has its energy matrix, an edge with `n` cells a block of `3 n + 6` unknowns in single precision; the conjugate gradients have seven
+/// vectors of the coordinates of all faces.
 pub(crate) fn bytes(mesh: &TetMesh, stored: bool) -> usize {
     /// Of a face and of a cell of a ring.
     const RING: usize = 56;
@@ -65,9 +64,9 @@ pub(crate) fn bytes(mesh: &TetMesh, stored: bool) -> usize {
     let edges = (mesh.points().len() + faces).saturating_sub(cells + 1);
     let around = (6 * cells).div_ceil(edges.max(1));
     let matrix = if stored { size_of::<EnergyMatrix>() } else { 0 };
-    cells * (matrix + MOMENTS * size_of::<f64>() + 6 * RING)
+    cells * (matrix + 6 * RING)
         + if stored { edges * block(around + 1) } else { 0 }
-        + faces * (size_of::<FaceSpace>() + 6 * FACE * size_of::<f64>())
+        + faces * 7 * FACE * size_of::<f64>()
 }
 
 impl<'a> EdgeStars<'a> {
@@ -80,17 +79,12 @@ impl<'a> EdgeStars<'a> {
         memory: StarMemory<EdgeStars<'_>>,
     ) -> Self {
         let mesh = body.mesh();
-        let faces = mesh.topology().facets().len();
         let tension = SymTensor3 { xx: 1.0, ..SymTensor3::default() };
-        let length = mesh.diagonal();
+        let spaces = FaceSpaces::new(body, conditions);
+        let length = spaces.length;
         let unit = body.material(0).complementary(tension, tension) / length;
-        let face = |face: usize| {
-            let face = FacetId::new(face);
-            FaceSpace::new(mesh.facet_corners(face), condition(mesh, conditions, face), length)
-        };
-        let spaces: Vec<FaceSpace> = (0..faces).into_par_iter().with_min_len(CHUNK).map(face).collect();
         let memory = memory.map(|used| used.coefficients);
-        let coefficients = Coefficients::new(body, spaces, (length, unit), memory);
+        let coefficients = Coefficients::new(spaces, unit, memory);
         let rims = rims(body);
         let rings = Rings::new(mesh);
         let (edges, colours) = clusters(mesh, &rings);
@@ -104,19 +98,7 @@ impl<'a> EdgeStars<'a> {
     /// Prepares the stars for other conditions: only what is near a face whose reactions have other directions is computed again.
     pub(crate) fn restate(&mut self, conditions: &[FacetCondition<Solid>]) {
         let Self { coefficients, rims, clusters, blocks, .. } = self;
-        let (mesh, length) = (coefficients.body.mesh(), coefficients.length);
-        let topology = mesh.topology();
-        let mut changed: Vec<u32> = Vec::new();
-        for face in topology.boundary_facets() {
-            let condition = &conditions[topology.boundary_place(*face)];
-            let space = &mut coefficients.spaces[face.index()];
-            if condition.reaction != space.reaction || relaxes(condition) != space.springs.is_some() {
-                *space = FaceSpace::new(mesh.facet_corners(*face), Some(condition), length);
-                changed.push(topology.facet_cells()[*face][0]);
-            }
-        }
-        changed.sort_unstable();
-        changed.dedup();
+        let changed = coefficients.spaces.restate(conditions);
         coefficients.renew(&changed);
         let near = |cluster: &Cluster| cluster.cells().iter().any(|cell| changed.binary_search(cell).is_ok());
         let all = blocks.par_iter_mut().zip(&*clusters).filter(|(_, cluster)| near(cluster));
@@ -131,20 +113,18 @@ impl<'a> EdgeStars<'a> {
         stress: &mut EquilibratedStress<Solid>,
         relaxation: Relaxation,
     ) -> RelaxationReport {
-        let of_cells = AtomicSlots::zeros(MOMENTS * self.cells());
-        let left = AtomicSlots::zeros(FACE * self.coefficients.spaces.len());
         let of_elements = stress.finite_element_energy(self.body());
+        let second = AtomicSlots::zeros(FACE * self.faces());
         let mut report = RelaxationReport::unrelaxed(stress.distance_squared(self.body()));
         loop {
-            let residual = AtomicSlots::zeros(left.len());
-            self.residual(stress, &of_cells, &residual);
+            let residual = self.residual(stress, &second);
             let energies = [report.energy(), of_elements];
             let rest = relaxation.at_most(relaxation.max_steps() - report.steps);
-            let (x, part) =
-                conjugate_gradients(rest, (residual, self.coefficients.unit), energies, &|r, z, product| {
-                    self.precondition((r, &left), z);
-                    self.multiply((z, &of_cells), product);
-                });
+            let operator = (residual, self.coefficients.unit);
+            let (x, part) = conjugate_gradients(rest, operator, energies, &|r, z, product| {
+                self.precondition((r, product), z);
+                self.multiply(z, (product, &second));
+            });
             if part.steps == 0 {
                 report.stationary = part.stationary;
                 return report;
@@ -176,7 +156,7 @@ impl<'a> EdgeStars<'a> {
     fn shift(&self, stress: &mut EquilibratedStress<Solid>, x: &AtomicSlots, factor: f64) {
         let moments = stress.facet_moments.par_iter_mut().enumerate().with_min_len(CHUNK);
         moments.for_each(|(face, moments)| {
-            for (k, column) in self.columns(face).iter().enumerate() {
+            for (k, column) in self.coefficients.spaces.columns(FacetId::new(face)).iter().enumerate() {
                 let amount = factor * x.get(FACE * face + k);
                 moments.iter_mut().zip(column).for_each(|(moment, unit)| *moment += unit * amount);
             }
@@ -184,7 +164,7 @@ impl<'a> EdgeStars<'a> {
     }
 
     fn body(&self) -> &'a Body<Solid> {
-        self.coefficients.body
+        self.coefficients.spaces.body
     }
 
     /// The number of cells.
@@ -192,10 +172,9 @@ impl<'a> EdgeStars<'a> {
         self.body().mesh().cells().len()
     }
 
-    /// The moments of each unit coordinate of a face.
-    fn columns(&self, face: usize) -> [[Vector3<f64>; 3]; FACE] {
-        let corners = self.body().mesh().facet_corners(FacetId::new(face));
-        self.coefficients.spaces[face].columns(&corners, self.coefficients.length)
+    /// The number of faces.
+    fn faces(&self) -> usize {
+        self.body().mesh().topology().facets().len()
     }
 
     /// Computes the coordinates `z` of one sweep over all edges and one back.
@@ -232,51 +211,36 @@ impl<'a> EdgeStars<'a> {
         self.colours.iter().rev().for_each(|colour| sweep(colour, true));
     }
 
-    /// Computes `H p`.
+    /// Computes `H p`. What the sweeps leave of the residual says it as well, but only to single precision: long relaxations would end early.
     ///
-    /// * `of_cells`: memory for the parts of the cells.
-    fn multiply(&self, (p, of_cells): (&AtomicSlots, &AtomicSlots), to: &AtomicSlots) {
+    /// * `second`: memory for the parts of the second cell at each face; zero at the faces of the boundary.
+    fn multiply(&self, p: &AtomicSlots, (to, second): (&AtomicSlots, &AtomicSlots)) {
         for_each_task(self.cells().div_ceil(CHUNK), &|k| {
             let cells = k * CHUNK..self.cells().min((k + 1) * CHUNK);
             self.coefficients.with(cells.clone(), |energy| {
-                pulp::Arch::new().dispatch(Product { stars: self, cells, energy, p, of_cells });
+                pulp::Arch::new().dispatch(Product { stars: self, cells, energy, p, to: [to, second] });
             });
         });
-        self.each_face(|face, slots| {
-            for i in 0..FACE {
-                to.set(FACE * face + i, slots.iter().flatten().map(|slot| of_cells.get(slot + i)).sum());
-            }
-        });
+        to.update(|i, x| x + second.get(i));
     }
 
-    /// Calls a function with each face and the first slots of its numbers in its cells.
-    fn each_face(&self, of_face: impl Fn(usize, [Option<usize>; 2]) + Sync) {
+    /// Tells which of the one or two cells at each of its faces a cell is.
+    fn places(&self, cell: usize) -> [usize; 4] {
         let topology = self.body().mesh().topology();
-        let faces = self.coefficients.spaces.len();
-        for_each_task(faces.div_ceil(CHUNK), &|k| {
-            for face in k * CHUNK..faces.min((k + 1) * CHUNK) {
-                let slot = |cell: u32| {
-                    let inside = (cell as usize) < self.cells();
-                    inside.then(|| {
-                        MOMENTS * cell as usize + FACE * topology.facet_in(cell as usize, FacetId::new(face))
-                    })
-                };
-                of_face(face, topology.facet_cells()[FacetId::new(face)].map(slot));
-            }
-        });
+        topology.cell_facets()[cell].map(|face| usize::from(topology.facet_cells()[face][0] != cell as u32))
     }
 
     /// Subtracts the part of the springs from the negative gradient of half the energy by the moments of a face.
     fn less_springs(
         &self,
         stress: &EquilibratedStress<Solid>,
-        face: usize,
+        face: FacetId,
         moments: [Vector3<f64>; 3],
     ) -> [Vector3<f64>; 3] {
-        if self.coefficients.spaces[face].springs.is_none() {
+        if self.coefficients.spaces.springs(face).is_none() {
             return moments;
         }
-        let (face, topology) = (FacetId::new(face), self.body().mesh().topology());
+        let topology = self.body().mesh().topology();
         let springs = &stress.conditions[topology.boundary_place(face)].springs;
         let strained = springs.strained(&stress.spring_defect(self.body(), face, springs));
         std::array::from_fn(|k| moments[k] - strained[k])
@@ -284,31 +248,39 @@ impl<'a> EdgeStars<'a> {
 
     /// Computes the negative gradient of half the energy by the coordinates of the faces, over the unit.
     ///
-    /// * `of_cells`: memory for the parts of the cells.
-    fn residual(&self, stress: &EquilibratedStress<Solid>, of_cells: &AtomicSlots, to: &AtomicSlots) {
+    /// * `second`: see [`Self::multiply`].
+    fn residual(&self, stress: &EquilibratedStress<Solid>, second: &AtomicSlots) -> AtomicSlots {
+        let to = AtomicSlots::zeros(FACE * self.faces());
+        let topology = self.body().mesh().topology();
         for_each_task(self.cells().div_ceil(CHUNK), &|k| {
             for cell in k * CHUNK..self.cells().min((k + 1) * CHUNK) {
                 let work = gradient(self.body(), stress, cell);
-                for (k, (places, sign)) in order(self.body(), cell).into_iter().enumerate() {
-                    for (place, work) in places.into_iter().zip(work[k]) {
-                        let slot = MOMENTS * cell + FACE * k + 3 * place;
-                        (0..3).for_each(|axis| of_cells.set(slot + axis, -sign * work[axis]));
+                let faces = topology.cell_facets()[cell].into_iter().zip(self.places(cell));
+                for ((face, of), ((places, sign), work)) in
+                    faces.zip(order(self.body(), cell).into_iter().zip(work))
+                {
+                    for (place, work) in places.into_iter().zip(work) {
+                        let slot = FACE * face.index() + 3 * place;
+                        (0..3).for_each(|axis| [&to, second][of].set(slot + axis, -sign * work[axis]));
                     }
                 }
             }
         });
-        self.each_face(|face, slots| {
-            let moments = [0, 3, 6].map(|j| {
-                let sum =
-                    |axis: usize| slots.iter().flatten().map(|slot| of_cells.get(slot + j + axis)).sum();
-                Vector3::from_fn(|axis, _| sum(axis))
-            });
-            let moments = self.less_springs(stress, face, moments);
-            for (k, column) in self.columns(face).iter().enumerate() {
-                let product: f64 = column.iter().zip(&moments).map(|(unit, moment)| unit.dot(moment)).sum();
-                to.set(FACE * face + k, product / self.coefficients.unit);
+        for_each_task(self.faces().div_ceil(CHUNK), &|k| {
+            for face in k * CHUNK..self.faces().min((k + 1) * CHUNK) {
+                let slot = FACE * face;
+                let sum = |i: usize| to.get(slot + i) + second.get(slot + i);
+                let moments = [0, 3, 6].map(|j| Vector3::from_fn(|axis, _| sum(j + axis)));
+                let face = FacetId::new(face);
+                let moments = self.less_springs(stress, face, moments);
+                for (k, column) in self.coefficients.spaces.columns(face).iter().enumerate() {
+                    let product: f64 =
+                        column.iter().zip(&moments).map(|(unit, moment)| unit.dot(moment)).sum();
+                    to.set(slot + k, product / self.coefficients.unit);
+                }
             }
         });
+        to
     }
 }
 
@@ -318,7 +290,8 @@ struct Product<'a> {
     cells: Range<usize>,
     energy: Matrices<'a>,
     p: &'a AtomicSlots,
-    of_cells: &'a AtomicSlots,
+    /// The parts of the first and of the second cell at each face.
+    to: [&'a AtomicSlots; 2],
 }
 
 impl pulp::NullaryFnOnce for Product<'_> {
@@ -326,7 +299,7 @@ impl pulp::NullaryFnOnce for Product<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { stars, cells, energy, p, of_cells } = self;
+        let Self { stars, cells, energy, p, to } = self;
         let facets = stars.body().mesh().topology().cell_facets();
         for (place, cell) in cells.enumerate() {
             let mut sums = [0.0; 40];
@@ -339,8 +312,11 @@ impl pulp::NullaryFnOnce for Product<'_> {
                     }
                 }
             }
-            for (i, sum) in sums.iter().take(MOMENTS).enumerate() {
-                of_cells.set(MOMENTS * cell + i, *sum);
+            for ((face, of), sums) in facets[cell].iter().zip(stars.places(cell)).zip(sums.chunks_exact(FACE))
+            {
+                for (i, sum) in sums.iter().enumerate() {
+                    to[of].set(FACE * face.index() + i, *sum);
+                }
             }
         }
     }

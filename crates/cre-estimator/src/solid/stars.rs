@@ -27,8 +27,8 @@ pub(super) struct Star {
 /// A face of a ring.
 pub(super) struct StarFace {
     pub(super) face: FacetId,
-    /// The sense in which wrenches run through it.
-    sign: f64,
+    /// The sense in which wrenches run through it, 1 or -1.
+    sign: i8,
     /// From the middle of the edge to its centroid, over the length of the body.
     pub(super) lever: Vector3<f64>,
 }
@@ -36,7 +36,16 @@ pub(super) struct StarFace {
 /// A cell of a ring: its place in the cluster, and its two faces that contain the edge, by their places in the cell and in the ring.
 pub(super) struct StarCell {
     pub(super) cell: u32,
-    pub(super) sides: [(u8, u32); 2],
+    places: [u32; 2],
+    faces: [u8; 2],
+}
+
+impl StarCell {
+    /// Returns the places of its two faces in the cell and in the ring.
+    #[inline(always)]
+    pub(super) fn sides(&self) -> [(u8, u32); 2] {
+        [0, 1].map(|k| (self.faces[k], self.places[k]))
+    }
 }
 
 /// Edges that are swept one after the other, in this order.
@@ -96,8 +105,9 @@ impl StarFace {
     /// The force and torque of a wrench.
     #[inline(always)]
     pub(super) fn through(&self, wrench: &Vector6<f64>) -> [f64; WRENCH] {
-        let force = self.sign * Vector3::new(wrench[0], wrench[1], wrench[2]);
-        let torque = self.sign * Vector3::new(wrench[3], wrench[4], wrench[5]) - self.lever.cross(&force);
+        let sign = f64::from(self.sign);
+        let force = sign * Vector3::new(wrench[0], wrench[1], wrench[2]);
+        let torque = sign * Vector3::new(wrench[3], wrench[4], wrench[5]) - self.lever.cross(&force);
         [force[0], force[1], force[2], torque[0], torque[1], torque[2]]
     }
 
@@ -107,7 +117,7 @@ impl StarFace {
         let d = &self.lever;
         let force =
             [f0 + (d[1] * t2 - d[2] * t1), f1 + (d[2] * t0 - d[0] * t2), f2 + (d[0] * t1 - d[1] * t0)];
-        let sign = self.sign;
+        let sign = f64::from(self.sign);
         [sign * force[0], sign * force[1], sign * force[2], sign * t0, sign * t1, sign * t2]
     }
 }
@@ -119,13 +129,17 @@ impl Cluster {
     pub(crate) fn new(mesh: &TetMesh, rings: &Rings, edges: &[u32], length: f64) -> Self {
         let topology = mesh.topology();
         let mut cluster = Self::default();
-        let around = edges.iter().flat_map(|edge| rings.get(*edge as usize).cells);
-        cluster.cells = around.map(|around| around.cell).collect();
+        let rings_of = || edges.iter().map(|edge| rings.get(*edge as usize));
+        cluster.cells = rings_of().flat_map(|ring| ring.cells).map(|around| around.cell).collect();
         cluster.cells.sort_unstable();
         cluster.cells.dedup();
+        // Large bodies have many: no room to grow.
+        cluster.cells.shrink_to_fit();
+        cluster.stars.reserve_exact(edges.len());
+        cluster.star_faces.reserve_exact(rings_of().map(|ring| ring.faces.len()).sum());
+        cluster.star_cells.reserve_exact(rings_of().map(|ring| ring.cells.len()).sum());
         let mut place = 0;
-        for edge in edges {
-            let ring = rings.get(*edge as usize);
+        for ring in rings_of() {
             let [i, j] = ring.nodes.map(|n| mesh.points()[n]);
             let middle = (i + j) / 2.0;
             let first = [cluster.star_faces.len() as u32, cluster.star_cells.len() as u32, place];
@@ -134,13 +148,12 @@ impl Cluster {
                 let third =
                     topology.facets()[face].iter().zip(corners).find(|(n, _)| !ring.nodes.contains(n));
                 let across = third.map_or(Vector3::zeros(), |(_, x)| (j - i).cross(&(x - i)));
-                let sign = if mesh.facet_normal(face).dot(&across) > 0.0 { 1.0 } else { -1.0 };
+                let sign = if mesh.facet_normal(face).dot(&across) > 0.0 { 1 } else { -1 };
                 StarFace { face, sign, lever: (centroid(&corners) - middle) / length }
             }));
             for around in ring.cells {
                 let cell = cluster.cells.binary_search(&around.cell).unwrap_or(0) as u32;
-                let side = |k: usize| (around.faces[k], around.places[k]);
-                cluster.star_cells.push(StarCell { cell, sides: [side(0), side(1)] });
+                cluster.star_cells.push(StarCell { cell, places: around.places, faces: around.faces });
             }
             let (faces, cells) = (ring.faces.len() as u32, ring.cells.len() as u32);
             let star = Star { nodes: ring.nodes, first, faces, cells };

@@ -91,7 +91,7 @@ impl Sweep<'_> {
         sums.resize(faces.len(), [0.0; FACE]);
         for around in cells {
             let left = &left[around.cell as usize];
-            for (local, place) in around.sides {
+            for (local, place) in around.sides() {
                 let own = &left[FACE * usize::from(local)..][..FACE];
                 for (sum, x) in sums[place as usize].iter_mut().zip(own) {
                     *sum += x;
@@ -148,7 +148,7 @@ impl Sweep<'_> {
         for around in cells {
             let place = around.cell as usize;
             let (mut own, matrix) = (left[place], self.energy.of(cluster.cells[place], place));
-            for (local, place) in around.sides {
+            for (local, place) in around.sides() {
                 let rows = &matrix[FACE * usize::from(local)..][..FACE];
                 for (row, amount) in rows.iter().zip(&sums[place as usize]) {
                     for (sum, entry) in own.iter_mut().zip(row) {

@@ -18,7 +18,7 @@ impl Host for Nowhere {
 fn solved() -> (Case, CertifiedSolution) {
     let small = ["body.0.generator.cells", "body.1.generator.cells"].map(|key| (key.into(), "[4, 2]".into()));
     let case = Case::parse(case_io::template::PAPER, "paper.toml", &small).unwrap();
-    let (problem, _) = run::build(&case, &Nowhere).unwrap();
+    let problem = run::build(&case, &Nowhere).unwrap().problem;
     let solution = certified_contact::solve(problem, &convert::settings(&case), &mut Silent).unwrap();
     (case, solution)
 }
