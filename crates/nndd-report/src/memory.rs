@@ -3,7 +3,7 @@
 use crate::convert;
 use crate::failure::Failure;
 use crate::host::{Host, MemoryLimit};
-use crate::space::ReportSpace;
+use crate::space::{Pieces, ReportSpace};
 use case_io::Case;
 use case_io::case::Subdomains;
 use certified_contact::{Settings, prefers_exact, subdomains};
@@ -160,16 +160,6 @@ pub(crate) fn estimate_finer<S: ReportSpace>(
     // Of each mesh the solutions of all load steps are kept.
     let kept = steps * before + (steps - 1) * problem.nodes();
     plan.estimate(problem) + KEPT_PER_NODE * kept as f64
-}
-
-/// Subdomains of the same size.
-pub struct Pieces {
-    /// How many.
-    pub count: f64,
-    /// The nodes of each.
-    pub nodes: f64,
-    /// Its nodes that others have as well.
-    pub shared: f64,
 }
 
 /// The sizes of a body that determine its memory.

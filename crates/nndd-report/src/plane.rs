@@ -5,10 +5,10 @@ use crate::corners;
 use crate::curves;
 use crate::figures::NamedRows;
 use crate::figures::{self, Picture};
-use crate::memory::{BODY, INTERFACE, Pieces};
+use crate::memory::{BODY, INTERFACE};
 use crate::notes::LOCKING_RATIO;
 use crate::solved::Fields;
-use crate::space::{DrawnFacets, ReportSpace};
+use crate::space::{DrawnFacets, Pieces, ReportSpace};
 use case_io::Case;
 use case_io::case::MaterialLaw;
 use case_io::report::{

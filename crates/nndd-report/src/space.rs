@@ -1,7 +1,6 @@
 //! What reports of the plane and of solids have of their own. All else is written once.
 
 use crate::figures::{NamedRows, Picture};
-use crate::memory::Pieces;
 use crate::solved::Fields;
 use case_io::Case;
 use case_io::case::Dimension;
@@ -28,6 +27,16 @@ pub struct DrawnFacets<S: ContactSpace> {
     pub(crate) measures: Vec<f64>,
     /// Of each clamped node a pair of the facets around, whose values it has, and its opening, m.
     pub(crate) clamped: Vec<(usize, f64)>,
+}
+
+/// Subdomains of the same size.
+pub struct Pieces {
+    /// How many.
+    pub count: f64,
+    /// The nodes of each.
+    pub nodes: f64,
+    /// Its nodes that others have as well.
+    pub shared: f64,
 }
 
 /// The space of a report: [`fem_core::space::Plane`] and [`fem_core::space::Solid`] are all there are.

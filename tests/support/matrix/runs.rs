@@ -1,10 +1,11 @@
 //! Runs a case file as the program does: read, build, solve, report, without a process.
 
 use case_io::Case;
-use case_io::case::{AnyCase, Notes};
+use case_io::case::AnyCase;
 use case_io::report::Report;
 use fem_core::interface::ContactProblem;
-use nndd_report::run::{self, Source};
+use fem_core::space::Plane;
+use nndd_report::run::{self, Built, Source};
 use nndd_report::{Event, Failure, Host, RunDirectory, Solved, Stopwatch, files};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -117,12 +118,12 @@ pub(super) fn run_and_write(source: &CaseText, out: &Path, host: &mut Quiet) -> 
 
 fn finish(
     case: Case,
-    built: (ContactProblem, Notes),
+    built: Built<Plane>,
     mut place: RunDirectory,
     host: &mut Quiet,
 ) -> Result<Done, Failure> {
     let mut watch = Stopwatch::start(host.elapsed());
-    let problem = built.0.clone();
+    let problem = built.problem.clone();
     let solved = run::solve(&case, built, &mut place, &mut watch, host)?;
     let report = files::report(&case, &solved, serde_json::Map::new());
     Ok(Done { case, problem, solved, report })
