@@ -88,6 +88,10 @@ impl Plan {
         };
         let need = |plan: &Self| plan.of_sizes(sizes);
         let most = need(&asked);
+        // The others cost a partition of every body.
+        if shortage(case, most, host).is_none() {
+            return asked;
+        }
         let mut all = vec![(asked, most)];
         let others = Self::all(case).into_iter().skip(1).filter(differs);
         all.extend(others.map(|plan| (plan, need(&plan))).filter(|(_, need)| *need < most));
