@@ -122,7 +122,7 @@ pub enum Theta {
     Value(f64),
 }
 
-/// `subdomains`: into how many subdomains each body is cut that its supports hold.
+/// `subdomains`: into how many subdomains each body is cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Subdomains {

@@ -66,7 +66,7 @@ pub struct Settings<S: Space = Plane> {
     pub method: Method,
     /// The exact solution is used instead where it is faster, see [`prefers_exact`]; `None`: `method` is used for every problem.
     pub exact: Option<NewtonSettings>,
-    /// The number of subdomains of each body that its supports hold, has no rigid side and no cut; 1: bodies stay in one piece. More than one is for
+    /// The number of subdomains of each body that has no rigid side and no cut; 1: bodies stay in one piece. More than one is for
     /// problems without friction, and Newton's method with Neumann-Neumann steps inside solves them.
     pub subdomains: usize,
     /// Such a body is cut into more subdomains if each would have more nodes than this: a power of two, since halves are compact.

@@ -26,7 +26,7 @@ pub struct ContactSystem<'a> {
     pub of_body: Vec<Vec<BodyRow>>,
     /// All rows, and the motions in them.
     pub rows: ContactRows,
-    /// Each of [`ContactRows::motions`] in the interface unknowns of its body; empty for those of obstacles.
+    /// Each of [`ContactRows::motions`] in the interface unknowns of its body, of subdomains one after the other; empty for those of obstacles.
     pub free: Vec<Vec<f64>>,
     /// The rigid motions of each of `bodies` that is not entirely free in its interface unknowns: the motions of its supports left out.
     pub rigid: Vec<Vec<Vec<f64>>>,
@@ -300,13 +300,19 @@ impl ContactSystem<'_> {
         sum
     }
 
-    /// Tells whether one of [`Self::bodies`] may move rigidly. A subdomain may not: its body is held.
+    /// Tells whether one of [`Self::bodies`] that is in one piece may move rigidly.
     pub fn floats(&self, body: usize) -> bool {
-        self.rows.motions.iter().any(|motion| motion.partner == Partner::Body(self.body_of[body]))
+        let own = Partner::Body(self.body_of[body]);
+        !self.is_subdomain(body) && self.rows.motions.iter().any(|motion| motion.partner == own)
+    }
+
+    /// Tells whether one of [`Self::bodies`] is a subdomain.
+    pub fn is_subdomain(&self, body: usize) -> bool {
+        !self.subdomains[body].numbers.is_empty()
     }
 
     /// Tells whether a body was cut into subdomains.
     pub fn has_subdomains(&self) -> bool {
-        self.subdomains.iter().any(|of| !of.numbers.is_empty())
+        (0..self.bodies.len()).any(|body| self.is_subdomain(body))
     }
 }

@@ -138,8 +138,7 @@ impl<S: Space> PreparedProblem<S> {
 
     /// [`Self::new`], asking before each stage whether to continue.
     ///
-    /// * `subdomains`: of each body, how many; missing entries count as 1. Bodies that their supports do not hold, and those with rigid sides or with
-    ///   cuts of bolts, stay in one piece.
+    /// * `subdomains`: of each body, how many; missing entries count as 1. Bodies with rigid sides or with cuts of bolts stay in one piece.
     ///
     /// # Errors
     /// A body without unique solution; [`PrepareError::Stopped`] if the answer is `false`.

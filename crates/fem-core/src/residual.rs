@@ -7,7 +7,7 @@
 use crate::body::Body;
 use crate::double_double::{DoubleDouble, PreciseVector};
 use crate::geometry::Coordinates;
-use crate::mesh::id::FacetId;
+use crate::mesh::id::{FacetId, NodeId};
 use crate::parallel::each_task;
 use crate::space::{Plane, Space};
 use rayon::prelude::*;
@@ -16,6 +16,10 @@ use rayon::prelude::*;
 const CHUNK: usize = 1024;
 /// Chunks whose forces are kept before they are added up.
 const GROUP: usize = 16;
+/// A correction that leaves more than this fraction of the residual is the last one.
+const WORTHWHILE: f64 = 0.7;
+/// Maximum number of corrections of one displacement.
+const MOST_REFINEMENTS: usize = 40;
 
 /// A nodal displacement field as an unevaluated sum, Cartesian, m: its first part is printed.
 ///
@@ -49,6 +53,48 @@ impl<S: Space> SplitField<S> {
     pub fn at(&self, node: usize) -> PreciseVector<S> {
         S::axes(|c| DoubleDouble { high: self.high[node][c], low: self.low[node][c] })
     }
+}
+
+/// Corrects a displacement by the residual of its equilibrium until the residual stops falling: iterative refinement (Higham 2002, chapter 12), with the
+/// residual in double-double numbers.
+///
+/// * `loads`: nodal forces in addition to the body's own, Cartesian, N/m;
+/// * `measure`: returns the size of a residual, and what `correct` needs for the displacement that removes it.
+///
+/// Returns the size that is left.
+pub fn refine<S: Space, T>(
+    body: &Body<S>,
+    loads: &[(NodeId, S::Vector)],
+    field: &mut SplitField<S>,
+    measure: impl Fn(&[PreciseVector<S>]) -> (f64, T),
+    correct: impl Fn(T) -> Vec<S::Vector>,
+) -> f64 {
+    let mut least = f64::INFINITY;
+    let mut last: Vec<S::Vector> = Vec::new();
+    for _ in 0..MOST_REFINEMENTS {
+        let mut residual = of_field(body, field);
+        for &(node, force) in loads {
+            for c in 0..S::DIM {
+                let entry = &mut residual[node][c];
+                *entry = *entry + -force[c];
+            }
+        }
+        let (size, found) = measure(&residual);
+        if !(size < least) {
+            // The last correction increased the residual.
+            let back: Vec<S::Vector> = last.iter().map(|d| -*d).collect();
+            field.add(&back);
+            break;
+        }
+        let worthwhile = size < WORTHWHILE * least;
+        least = size;
+        if size == 0.0 || !worthwhile {
+            break;
+        }
+        last = correct(found);
+        field.add(&last);
+    }
+    least
 }
 
 /// The nodal forces of a cell.

@@ -30,7 +30,7 @@ pub(crate) enum FactorError {
     Condensation(CondensationError),
 }
 
-/// A body cut into subdomains, which its supports hold.
+/// A body cut into subdomains.
 #[derive(Clone, Debug)]
 pub struct CutBody<S: Space = Plane> {
     subdomains: Vec<Subdomain<S>>,
@@ -60,10 +60,9 @@ pub struct Subdomain<S: Space = Plane> {
     pub loads: Vec<f64>,
 }
 
-/// Tells whether a body may be cut into subdomains: its supports hold it, and neither a rigid side nor a cut of a bolt
-/// ties its nodes.
+/// Tells whether a body may be cut into subdomains: neither a rigid side nor a cut of a bolt ties its nodes.
 pub fn may_be_cut<S: Space>(body: &Body<S>) -> bool {
-    body.rigid_sides().is_empty() && body.cuts().is_empty() && body.free_motion().is_none()
+    body.rigid_sides().is_empty() && body.cuts().is_empty()
 }
 
 impl<S: Space> CutBody<S> {

@@ -113,8 +113,10 @@ impl Balancing {
         let holding = self.fixed.hold(broken, &shares, &mut traces);
         let mut w = self.skeleton.mean(&traces);
         let squared = dot(residual, &w);
-        let moved = self.coarse.apply(&self.operator(broken, &w).1);
-        subtract(&mut w, 1.0, &moved);
+        // `Zᵀ r`, which is rounding, is balanced too: else it would stay, and grow in the end.
+        let mut unbalanced = self.operator(broken, &w).1;
+        subtract(&mut unbalanced, 1.0, residual);
+        subtract(&mut w, 1.0, &self.coarse.apply(&unbalanced));
         Step2 { direction: w, squared, holding }
     }
 

@@ -4,6 +4,7 @@ use crate::balancing::Balancing;
 use crate::broken::{Broken, Load};
 use crate::error::BalancingError;
 use crate::skeleton::Skeleton;
+use contact_qp::{RowSelection, SparseRows};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
@@ -12,13 +13,16 @@ use fem_core::geometry::Coordinates;
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::{FactorisedBody, PreparedProblem};
-use fem_core::residual::SplitField;
+use fem_core::residual::{SplitField, refine};
 use fem_core::space::{Plane, Space};
 use fem_core::subdomains::{CutBody, Subdomain};
 use std::borrow::Cow;
 
 /// η below this fraction of the energy norm is rounding.
 const FLOOR: f64 = 1e-15;
+
+/// A correction that grows below this fraction of the energy norm is rounding.
+const NOISE: f64 = 1e-10;
 
 /// Times that conjugate gradients begin again from the residual of the traces themselves, at most.
 const RESTARTS: usize = 20;
@@ -166,7 +170,9 @@ impl<'a, S: Space> BodySolver<'a, S> {
         }
     }
 
-    /// Corrects a displacement by the residual of its equilibrium, see [`CondensedBody::refine`]; that of a body in subdomains is left as it is.
+    /// Corrects a displacement by the residual of its equilibrium, see [`CondensedBody::refine`].
+    ///
+    /// * `held`: of a body in one piece alone.
     pub fn refine(
         &self,
         body: &Body<S>,
@@ -174,8 +180,20 @@ impl<'a, S: Space> BodySolver<'a, S> {
         held: bool,
         field: &mut SplitField<S>,
     ) {
-        if let Self::Whole(condensed) = self {
-            condensed.refine(body, loads, held, field);
+        match self {
+            Self::Whole(condensed) => {
+                condensed.refine(body, loads, held, field);
+            }
+            Self::Cut(cut) => {
+                let measure = |residual: &[PreciseVector<S>]| {
+                    let mut along =
+                        cut.along(residual, S::axes(|_| Default::default()), CondensedBody::along_unknowns);
+                    let size = cut.residual_energy(&along).whole().sqrt();
+                    along.iter_mut().for_each(|force| *force = -*force);
+                    (size, along)
+                };
+                refine(body, loads, field, measure, |forces| cut.field(cut.split(&forces), false));
+            }
         }
     }
 }
@@ -262,13 +280,15 @@ impl<S: Space> CutSolver<'_, S> {
 /// Solves for the traces under a load, to round-off.
 fn solve(broken: &Broken<'_>, linear: &Balancing, load: &Load) -> Vec<f64> {
     let mut inner = linear.step_1(broken, load, &vec![0.0; broken.len()]);
-    let floor = FLOOR * FLOOR * inner.energy;
+    let [floor, noise] = [FLOOR, NOISE].map(|part| part * part * inner.energy);
     for _ in 0..=RESTARTS {
-        let before = inner.squared;
-        while inner.squared > floor && linear.update(broken, &mut inner) {}
+        let (before, x) = (inner.squared, inner.x.clone());
+        // What is only rounding grows.
+        let is_noise = |squared: f64| squared <= floor || squared <= noise && squared > before;
+        while !is_noise(inner.squared) && linear.update(broken, &mut inner) {}
         let again = linear.step_1_again(broken, load, &inner.x);
         if !(again.squared < GAIN * GAIN * before) {
-            break;
+            return if again.squared < before { inner.x } else { x };
         }
         inner = again;
     }
@@ -296,7 +316,14 @@ pub fn correction_from_traces<S: Space>(
     body: usize,
     traces: &[Vec<f64>],
 ) -> Result<(Vec<S::Vector>, f64), BalancingError> {
-    let broken = Broken::new(Cow::Owned(prepared.system_of(body, traces)), &[])?;
+    let system = prepared.system_of(body, traces);
+    // The traces resist motions of a body that its supports do not hold.
+    let motions = &system.rows.motions;
+    let mut lines = SparseRows::new(system.rows.len());
+    motions.iter().for_each(|of| lines.push(of.traces.iter().copied()));
+    let groups = vec![0; motions.len()];
+    let resisted = RowSelection::new(&lines, &vec![0.0; motions.len()], &groups, S::NORMAL_ERROR)?.rows;
+    let broken = Broken::new(Cow::Owned(system), &resisted)?;
     let count = broken.rows.len();
     let closed = Skeleton::new(&broken, &vec![true; count], &vec![0.0; count]);
     let linear = Balancing::new(&broken, closed)?;

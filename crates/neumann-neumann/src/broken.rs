@@ -3,12 +3,15 @@
 //! A body that was cut is its subdomains, which share displacements: the first of several unknowns that are one displacement leads the others, and rows
 //! are in leading unknowns. The amounts of the free motions of obstacles follow the unknowns of the bodies, as a body without stiffness.
 
+mod home;
+
 use crate::error::BalancingError;
 use crate::vector::dot;
 use contact_qp::IndependentRows;
 use fem_core::condensation::InterfaceOperator;
-use fem_core::contact_system::{ContactRow, ContactSystem, Partner, RowMotion, SharedUnknowns};
+use fem_core::contact_system::{ContactRow, ContactSystem, Partner, SharedUnknowns};
 use fem_core::each_body;
+use home::{Home, homes, own_part};
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -38,6 +41,8 @@ pub struct Broken<'a> {
     pub diagonal: Vec<f64>,
     /// The numbers of the motions of obstacles, in the order of their unknowns.
     obstacles: Vec<usize>,
+    /// The numbers of the motions that the pairs resist.
+    resisted: Vec<usize>,
 }
 
 /// Loads, condensed on the interfaces.
@@ -55,10 +60,12 @@ struct Part<'a> {
     condensed: &'a InterfaceOperator,
     /// Its unknowns.
     unknowns: Range<usize>,
-    /// The numbers of its motions, what makes them independent, and `Q`.
+    /// The numbers of its motions, what makes them independent, and `Q`; of a subdomain see `home`.
     numbers: Vec<usize>,
     motions: IndependentRows,
     basis: DMatrix<f64>,
+    /// Of a subdomain on whose springs its body rests.
+    home: Option<Home>,
     /// `S_s Q`, and `(Qᵀ S_s Q)⁻¹`.
     moved: DMatrix<f64>,
     inverse: DMatrix<f64>,
@@ -81,7 +88,8 @@ impl<'a> Broken<'a> {
     pub fn new(system: Cow<'a, ContactSystem<'a>>, resisted: &[usize]) -> Result<Self, BalancingError> {
         let mut end = 0;
         let ranges: Vec<Range<usize>> = system.bodies.iter().map(|body| next(&mut end, body.len())).collect();
-        let made = each_body(ranges.len(), |b| Part::new(&system, b, ranges[b].clone(), resisted));
+        let homes = homes(&system, &ranges);
+        let made = each_body(ranges.len(), |b| Part::new(&system, (b, &ranges), &homes, resisted));
         let whole = |(k, part): (usize, Option<Part<'a>>)| {
             part.ok_or(BalancingError::DependentRows { body: system.body_of[k] })
         };
@@ -122,7 +130,8 @@ impl<'a> Broken<'a> {
         }
         let shares = system.has_subdomains();
         let load = Load { forces, size };
-        Ok(Self { system, parts, leaders, shares, rows, gaps, load, diagonal, obstacles })
+        let resisted = resisted.to_vec();
+        Ok(Self { system, parts, leaders, shares, rows, gaps, load, diagonal, obstacles, resisted })
     }
 
     /// Returns the system.
@@ -276,8 +285,11 @@ impl<'a> Broken<'a> {
         };
         for (part, rigid) in self.parts.iter().zip(&self.system.rigid) {
             let mut own: Vec<DVector<f64>> = part.basis.column_iter().map(|q| q.clone_owned()).collect();
+            // Those along which a subdomain rests on its springs.
+            let held = part.free.iter().filter(|_| part.home.is_some());
+            let held = held.flat_map(|free| free.chunks_exact(part.unknowns.len().max(1)));
             // The free motions of a body that supports hold in part are among its rigid ones.
-            for motion in rigid.iter().map(|motion| DVector::from_column_slice(motion)) {
+            for motion in rigid.iter().map(Vec::as_slice).chain(held).map(DVector::from_column_slice) {
                 let mut rest = &motion / motion.norm();
                 for _ in 0..2 {
                     own.iter().for_each(|q| rest -= q * q.dot(&rest));
@@ -296,9 +308,8 @@ impl<'a> Broken<'a> {
     pub fn add_motion(&self, number: usize, amount: f64, x: &mut [f64]) {
         match self.system.rows.motions[number].partner {
             Partner::Body(body) => {
-                // It is in one piece: its supports do not hold it.
                 let Some(place) = self.system.body_of.iter().position(|of| *of == body) else { return };
-                let own = x[self.of_body(place)].iter_mut().zip(&self.system.free[number]);
+                let own = x[self.of_body(place).start..].iter_mut().zip(&self.system.free[number]);
                 own.for_each(|(x, moved)| *x += amount * moved);
             }
             Partner::Obstacle(_) => {
@@ -320,7 +331,8 @@ impl<'a> Broken<'a> {
         }
     }
 
-    /// Returns the amounts of all rigid motions, by their numbers, if the unknowns are `x` under forces that hold them.
+    /// Returns the amounts of all rigid motions, by their numbers, if the unknowns are `x` under forces that hold them; of a body in subdomains those of its
+    /// home.
     ///
     /// * `stiffness`: `S x`.
     pub fn amounts(&self, x: &[f64], stiffness: &[f64]) -> Vec<f64> {
@@ -334,6 +346,12 @@ impl<'a> Broken<'a> {
             let coefficients = part.basis.tr_mul(&rest) + part.moved_by_load();
             let of_body = part.motions.expanded(coefficients.as_slice());
             part.numbers.iter().zip(of_body).for_each(|(number, amount)| amounts[*number] = amount);
+        }
+        for part in &self.parts {
+            let Some(Home { numbers, resisted, inverse, .. }) = &part.home else { continue };
+            let found = inverse * DVector::from_column_slice(&x[part.unknowns.clone()]);
+            let resisted = numbers[..*resisted].iter().zip(&found);
+            resisted.for_each(|(number, amount)| amounts[*number] = *amount);
         }
         amounts
     }
@@ -351,29 +369,40 @@ fn next(end: &mut usize, len: usize) -> Range<usize> {
 }
 
 impl<'a> Part<'a> {
+    /// * `homes`: see [`homes`].
+    ///
     /// `None` if its motions are not seen.
     fn new(
         system: &ContactSystem<'a>,
-        body: usize,
-        unknowns: Range<usize>,
+        (body, ranges): (usize, &[Range<usize>]),
+        homes: &[Option<usize>],
         resisted: &[usize],
     ) -> Option<Self> {
-        let condensed = system.bodies[body];
+        let (condensed, unknowns) = (system.bodies[body], ranges[body].clone());
         let own = &system.subdomains[body];
-        let (mut numbers, mut columns, mut loads) = (Vec::new(), own.free.concat(), own.loads.clone());
-        let of_body = |(_, of): &(usize, &RowMotion)| of.partner == Partner::Body(system.body_of[body]);
-        let of_body: Vec<(usize, &RowMotion)> =
-            system.rows.motions.iter().enumerate().filter(of_body).collect();
-        for (number, of) in of_body.iter().filter(|(number, _)| resisted.contains(number)) {
-            numbers.push(*number);
-            columns.extend_from_slice(&system.free[*number]);
-            loads.push(of.load);
+        let first = system.body_of.iter().position(|of| *of == system.body_of[body])?;
+        let moved = |number: &usize| own_part(&system.free[*number], ranges, first, body);
+        let (mut numbers, held): (Vec<usize>, Vec<usize>) =
+            (0..homes.len()).filter(|k| homes[*k] == Some(body)).partition(|k| resisted.contains(k));
+        let (mut columns, mut loads) = (own.free.concat(), own.loads.clone());
+        // All free motions, if springs hold some of them.
+        let mut all = columns.clone();
+        let mut home = None;
+        if !system.is_subdomain(body) {
+            columns.extend(numbers.iter().flat_map(moved));
+            loads.extend(numbers.iter().map(|k| system.rows.motions[*k].load));
+            all = columns.iter().chain(held.iter().flat_map(moved)).copied().collect();
+        } else if !(numbers.is_empty() && held.is_empty()) {
+            let of_home = Home::new(std::mem::take(&mut numbers), &held, moved, &own.free)?;
+            if let Some(loose) = &of_home.loose {
+                let free = DMatrix::from_column_slice(unknowns.len(), own.free.len(), &columns);
+                columns = (free * loose.transpose()).data.into();
+                loads = (loose * DVector::from_column_slice(&loads)).data.into();
+            }
+            home = Some(of_home);
         }
-        let free = (numbers.len() < of_body.len()).then(|| {
-            let mut all = own.free.concat();
-            of_body.iter().for_each(|(number, _)| all.extend_from_slice(&system.free[*number]));
-            IndependentRows::new(&all, &vec![0.0; own.free.len() + of_body.len()]).rows
-        });
+        let count = all.len() / unknowns.len().max(1);
+        let free = (!held.is_empty()).then(|| IndependentRows::new(&all, &vec![0.0; count]).rows);
         let mut motions = IndependentRows::new(&columns, &loads);
         let rows = std::mem::take(&mut motions.rows);
         let basis = DMatrix::from_vec(unknowns.len(), motions.right_side.len(), rows);
@@ -383,7 +412,19 @@ impl<'a> Part<'a> {
         }
         let inverse = basis.tr_mul(&moved).try_inverse()?;
         let (matrix, energies) = (OnceLock::new(), Mutex::new(None));
-        Some(Self { condensed, unknowns, numbers, motions, basis, moved, inverse, free, matrix, energies })
+        Some(Self {
+            condensed,
+            unknowns,
+            numbers,
+            motions,
+            basis,
+            home,
+            moved,
+            inverse,
+            free,
+            matrix,
+            energies,
+        })
     }
 
     fn stiffness(&self, x: &[f64]) -> Vec<f64> {
@@ -420,6 +461,9 @@ impl<'a> Part<'a> {
     ///
     /// * `along`: the loads of its motions, N/m.
     fn load(&self, load: &[f64], along: &[f64]) -> Vec<f64> {
+        let loose = self.home.as_ref().and_then(|home| home.loose.as_ref());
+        let loose = loose.map(|loose| loose * DVector::from_column_slice(along));
+        let along = loose.as_ref().map_or(along, |loose| loose.as_slice());
         self.balanced_load(load, &self.motions.right_side_of(along))
     }
 

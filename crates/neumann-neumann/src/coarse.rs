@@ -8,6 +8,7 @@ use fem_core::cholesky::{Cholesky, Front, SymbolicCholesky};
 use fem_core::each_body;
 use fem_core::ordering::ROOT;
 use fem_core::sparse::SymmetricCsc;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A column of the coarse space that keeps less than this fraction of its energy beside the others depends on them.
@@ -44,6 +45,7 @@ impl CoarseSpace {
             [(unknown, _)] if broken.is_obstacle(unknown) => skeleton.gather_sparse(&motions[k]),
             _ => skeleton.mean_sparse(&motions[k]),
         });
+        let pinned = pinned(&motions, &broken.left_free(&skeleton.held(broken.rows.len()))?);
         let mut by_lambda = vec![Vec::new(); skeleton.len()];
         for (i, z) in columns.iter().enumerate() {
             z.iter().for_each(|(k, z)| by_lambda[*k].push((i, *z)));
@@ -69,7 +71,8 @@ impl CoarseSpace {
             let energy = entries[j].last().map_or(0.0, |(_, energy)| *energy);
             if energy > RESISTED * size { 1.0 / energy.sqrt() } else { 0.0 }
         };
-        let scales: Vec<f64> = (0..columns.len()).map(scale).collect();
+        let mut scales: Vec<f64> = (0..columns.len()).map(scale).collect();
+        pinned.into_iter().for_each(|j| scales[j] = 0.0);
         let kept: Vec<usize> = (0..columns.len()).filter(|j| scales[*j] > 0.0).collect();
         let mut numbers = vec![0; columns.len()];
         kept.iter().enumerate().for_each(|(number, j)| numbers[*j] = number);
@@ -94,6 +97,28 @@ impl CoarseSpace {
         }
         lambda
     }
+}
+
+/// Chooses one column for each motion that nothing resists, in which bodies in subdomains have dependent ones: without it nothing is lost.
+///
+/// * `motions`: of all columns, before they are shared; `free`: see [`Broken::left_free`].
+fn pinned(motions: &[Sparse], free: &[Sparse]) -> Vec<usize> {
+    let mut chosen: Vec<(usize, Sparse)> = Vec::with_capacity(free.len());
+    for moved in free {
+        let moved: HashMap<usize, f64> = moved.iter().copied().collect();
+        let part = |column: &Sparse| column.iter().filter_map(|(k, q)| Some(q * moved.get(k)?)).sum::<f64>();
+        // Its amounts in the columns, less what the motions before it take.
+        let mut amounts: Vec<f64> = motions.iter().map(part).collect();
+        for (column, known) in &chosen {
+            let amount = amounts[*column];
+            known.iter().for_each(|(k, of)| amounts[*k] -= amount * of);
+        }
+        let largest = amounts.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let Some((column, &pivot)) = largest.filter(|(_, amount)| **amount != 0.0) else { continue };
+        let scaled = amounts.iter().enumerate().filter(|(_, amount)| **amount != 0.0);
+        chosen.push((column, scaled.map(|(k, amount)| (k, amount / pivot)).collect()));
+    }
+    chosen.into_iter().map(|(column, _)| column).collect()
 }
 
 /// The part of a body in `C`.

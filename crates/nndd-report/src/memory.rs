@@ -137,9 +137,7 @@ impl Plan {
         let asked = Self::asked(case);
         let mut what = Vec::new();
         if self.subdomain_nodes != asked.subdomain_nodes {
-            what.push(format!(
-                "bodies that their supports hold are cut into subdomains of about {SUBDOMAIN_NODES} nodes or fewer"
-            ));
+            what.push(format!("bodies are cut into subdomains of about {SUBDOMAIN_NODES} nodes or fewer"));
         }
         if self.recomputes {
             what.push("the estimator computes its coefficients again in each sweep".to_owned());

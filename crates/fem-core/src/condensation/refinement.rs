@@ -15,11 +15,6 @@ pub struct InterfaceLoad {
     forward: Vec<f64>,
 }
 
-/// A correction that leaves more than this fraction of the residual is the last one.
-const WORTHWHILE: f64 = 0.7;
-/// Maximum number of corrections of one displacement.
-const MOST_REFINEMENTS: usize = 40;
-
 impl<S: Space> CondensedBody<S> {
     /// Computes `Rᵀ K⁻¹ R`, J/m, of some residuals by one forward solve, which reads the factor once: the energy of the displacement under
     /// these forces, in two parts. The first one is the energy with fixed interface normals, the second the contribution of
@@ -69,39 +64,20 @@ impl<S: Space> CondensedBody<S> {
         held: bool,
         field: &mut SplitField<S>,
     ) -> f64 {
-        let mut least = f64::INFINITY;
-        let mut last: Vec<S::Vector> = Vec::new();
-        for _ in 0..MOST_REFINEMENTS {
-            let mut residual = residual::of_field(body, field);
-            for &(node, force) in loads {
-                for c in 0..S::DIM {
-                    let entry = &mut residual[node][c];
-                    *entry = *entry + -force[c];
-                }
-            }
-            let mut x = self.along_unknowns(&residual);
+        let given = if held { self.interface.len() } else { 0 };
+        let forward = |residual: &[PreciseVector<S>]| {
+            let mut x = self.along_unknowns(residual);
             self.factor.forward(&mut x);
-            let given = if held { self.interface.len() } else { 0 };
             let end = x.len() - given;
-            let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
-            if !(norm < least) {
-                // The last correction increased the residual.
-                let back: Vec<S::Vector> = last.iter().map(|d| -*d).collect();
-                field.add(&back);
-                break;
-            }
-            let worthwhile = norm < WORTHWHILE * least;
-            least = norm;
-            if norm == 0.0 || !worthwhile {
-                break;
-            }
+            let squared: f64 = x[..end].iter().map(|y| y * y).sum();
             x[end..].fill(0.0);
+            (squared.sqrt(), x)
+        };
+        residual::refine(body, loads, field, forward, |mut x| {
             self.factor.backward(&mut x, given);
             x.iter_mut().for_each(|x| *x = -*x);
-            last = self.dofs.correction(&x);
-            field.add(&last);
-        }
-        least
+            self.dofs.correction(&x)
+        })
     }
 
     /// Computes the displacement (Cartesian, m) that an increment of the normal trace adds: no loads, nothing imposed

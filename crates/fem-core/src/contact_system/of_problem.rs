@@ -11,7 +11,7 @@ use crate::interface::{ContactPair, ContactProblem, Partner};
 use crate::motions::{BodyMotion, largest};
 use crate::prepared::{FactorisedBody, PreparedProblem};
 use crate::space::Space;
-use crate::subdomains::rigid_motions;
+use crate::subdomains::{Subdomain, rigid_motions};
 
 impl ContactRows {
     /// Takes the rows of a problem.
@@ -133,7 +133,7 @@ impl<S: Space> PreparedProblem<S> {
             body_of: Vec::new(),
             subdomains: Vec::new(),
             of_body: Vec::new(),
-            free: self.free_motions(),
+            free: self.rigid_motions().iter().map(|of| self.in_unknowns(of)).collect(),
             rigid: Vec::new(),
             rows,
         };
@@ -143,7 +143,8 @@ impl<S: Space> PreparedProblem<S> {
         system
     }
 
-    /// Returns the algebra of one body alone. Its rows, if there are any, have given traces: their gaps, along the retained directions.
+    /// Returns the algebra of one body alone, without the loads along its motions. Its rows, if there are any, have given traces: their gaps, along the
+    /// retained directions.
     ///
     /// * `traces`: block by block, m; none: there are no rows.
     ///
@@ -157,7 +158,7 @@ impl<S: Space> PreparedProblem<S> {
             of_body: Vec::new(),
             free: Vec::new(),
             rigid: Vec::new(),
-            rows: ContactRows::default(),
+            rows: ContactRows { normal_error: S::NORMAL_ERROR, ..ContactRows::default() },
         };
         self.add_body(body, &mut system);
         for (block, traces) in traces.iter().enumerate() {
@@ -174,6 +175,18 @@ impl<S: Space> PreparedProblem<S> {
                     obstacle: Some(0.0),
                 });
             }
+        }
+        let partner = Partner::Body(body);
+        for of in self.rigid_motions().iter().filter(|of| of.partner == partner) {
+            let free = self.in_unknowns(of);
+            let (mut rest, mut traces) = (&free[..], Vec::new());
+            for (rows, body) in system.of_body.iter().zip(&system.bodies) {
+                let (own, others) = rest.split_at(body.len());
+                traces.extend(rows.iter().map(|row| (row.row, row.of(own))));
+                rest = others;
+            }
+            system.rows.motions.push(RowMotion { partner, traces, load: 0.0 });
+            system.free.push(free);
         }
         system
     }
@@ -225,16 +238,19 @@ impl<S: Space> PreparedProblem<S> {
         }
     }
 
-    /// Returns the rigid motions that supports leave free in the interface unknowns of their bodies.
-    fn free_motions(&self) -> Vec<Vec<f64>> {
-        let in_unknowns = |of: &BodyMotion<S>| {
-            // Bodies in subdomains are held.
-            let whole = of.partner.body().and_then(|body| self.bodies()[body].whole());
-            let Some(whole) = whole else { return Vec::new() };
-            let moved = self.moved_by(of);
-            whole.dofs().interface_components(|node| moved[node])
-        };
-        self.rigid_motions().iter().map(in_unknowns).collect()
+    /// Returns a rigid motion in the interface unknowns of its body; none of an obstacle.
+    fn in_unknowns(&self, of: &BodyMotion<S>) -> Vec<f64> {
+        let Some(body) = of.partner.body() else { return Vec::new() };
+        let moved = self.moved_by(of);
+        match &self.bodies()[body] {
+            FactorisedBody::Whole(body) => body.dofs().interface_components(|node| moved[node]),
+            FactorisedBody::Cut(body) => {
+                let of = |of: &Subdomain<S>| {
+                    of.condensed.dofs().interface_components(|node| moved[of.nodes[node]])
+                };
+                body.subdomains().iter().flat_map(of).collect()
+            }
+        }
     }
 
     /// Returns the rigid motions of a body that its supports hold in its interface unknowns, without the imposed ones.
