@@ -56,6 +56,16 @@ fn the_field_of_a_body_in_subdomains_is_that_of_the_body() {
 }
 
 #[test]
+fn bodies_without_loads_and_a_gap_apart_have_no_error() {
+    let mut problem = half_open(3).unwrap().with_factors(&|_, _| 0.0, &|_| 1.0).unwrap();
+    let gaps = vec![0.01; problem.node_pairs()];
+    problem.contacts[0].interface.replace_gaps(&gaps);
+    let found = converged(problem, 4, Relaxation::NONE);
+    let bound = found.estimate.as_ref().unwrap().unchecked();
+    assert_eq!([bound.e_cre, bound.eta_nndd], [0.0, 0.0]);
+}
+
+#[test]
 fn the_iterations_of_a_cube_in_eight_boxes_are_the_printed_ones() {
     let prepared = PreparedProblem::prepare(cube(6).unwrap(), &[8], |_| true).unwrap();
     let broken = Broken::new(Cow::Owned(prepared.system_of(0, &[])), &[]).unwrap();

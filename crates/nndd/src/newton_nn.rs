@@ -151,10 +151,9 @@ impl Run<'_> {
         // No forces are needed, and none appear: they are zero, and not what rounding leaves of those before.
         let x = broken.flexibility(&broken.load.forces);
         let apart = vec![false; rows];
-        if !broken.shares()
-            && nearest.left_by(&apart)?.is_none()
-            && broken.openings(&x).iter().all(|o| *o >= 0.0)
-        {
+        // Subdomains are not solved one by one, unless there is nothing to solve.
+        let is_solved = !broken.shares() || broken.load.forces.iter().all(|f| *f == 0.0);
+        if is_solved && nearest.left_by(&apart)?.is_none() && broken.openings(&x).iter().all(|o| *o >= 0.0) {
             return Ok(First::Set(apart, x));
         }
         if let Some(active) = active {
