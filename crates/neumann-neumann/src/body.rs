@@ -24,6 +24,9 @@ const FLOOR: f64 = 1e-15;
 /// A correction that grows below this fraction of the energy norm is rounding.
 const NOISE: f64 = 1e-10;
 
+/// A displacement of least energy is known to this fraction of its norm: its energy is off by the square.
+const ENOUGH: f64 = 1e-6;
+
 /// Times that conjugate gradients begin again from the residual of the traces themselves, at most.
 const RESTARTS: usize = 20;
 
@@ -304,7 +307,7 @@ fn joined<S: Space>(
     body.joined(&each_body(parts.len(), |k| field(k, &parts[k].condensed)))
 }
 
-/// Computes the displacement of least energy of a body that has given traces, without loads and with supports at rest (Cartesian, m), and the largest
+/// Computes the displacement of nearly least energy of a body that has given traces, without loads and with supports at rest (Cartesian, m), and the largest
 /// difference of its traces from the given ones, m: supports may not allow them.
 ///
 /// * `traces`: along the retained directions, block by block, m.
@@ -328,7 +331,11 @@ pub fn correction_from_traces<S: Space>(
     let closed = Skeleton::new(&broken, &vec![true; count], &vec![0.0; count]);
     let linear = Balancing::new(&broken, closed)?;
     let load = Load { forces: vec![0.0; broken.len()], size: 0.0 };
-    let x = solve(&broken, &linear, &load);
+    // The traces are given at every iteration: what is left costs energy alone.
+    let mut inner = linear.step_1(&broken, &load, &vec![0.0; broken.len()]);
+    let enough = ENOUGH * ENOUGH * inner.energy;
+    while inner.squared > enough && linear.update(&broken, &mut inner) {}
+    let x = inner.x;
     let defect = broken.openings(&x).iter().fold(0.0f64, |most, o| most.max(o.abs()));
     let field = |k: usize, condensed: &CondensedBody<S>| {
         condensed.recovered(vec![0.0; condensed.dofs().len()], &x[broken.of_body(k)], false)

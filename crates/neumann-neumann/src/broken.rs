@@ -6,6 +6,7 @@
 mod home;
 
 use crate::error::BalancingError;
+use crate::structure::Structure;
 use crate::vector::dot;
 use contact_qp::IndependentRows;
 use fem_core::condensation::InterfaceOperator;
@@ -43,6 +44,8 @@ pub struct Broken<'a> {
     obstacles: Vec<usize>,
     /// The numbers of the motions that the pairs resist.
     resisted: Vec<usize>,
+    /// The last structure of the matrix of the coarse space.
+    pub(crate) structure: Mutex<Option<Arc<Structure>>>,
 }
 
 /// Loads, condensed on the interfaces.
@@ -130,8 +133,20 @@ impl<'a> Broken<'a> {
         }
         let shares = system.has_subdomains();
         let load = Load { forces, size };
-        let resisted = resisted.to_vec();
-        Ok(Self { system, parts, leaders, shares, rows, gaps, load, diagonal, obstacles, resisted })
+        let (resisted, structure) = (resisted.to_vec(), Mutex::default());
+        Ok(Self {
+            system,
+            parts,
+            leaders,
+            shares,
+            rows,
+            gaps,
+            load,
+            diagonal,
+            obstacles,
+            resisted,
+            structure,
+        })
     }
 
     /// Returns the system.

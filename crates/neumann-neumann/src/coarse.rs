@@ -3,13 +3,12 @@
 use crate::broken::{Broken, Sparse, Traces};
 use crate::error::BalancingError;
 use crate::skeleton::{Skeleton, sum};
+use crate::structure::Structure;
 use contact_qp::SparseFactor;
-use fem_core::cholesky::{Cholesky, Front, SymbolicCholesky};
+use fem_core::cholesky::Cholesky;
 use fem_core::each_body;
-use fem_core::ordering::ROOT;
-use fem_core::sparse::SymmetricCsc;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 /// A column of the coarse space that keeps less than this fraction of its energy beside the others depends on them.
 const RANK: f64 = 1e-10;
@@ -19,12 +18,6 @@ const RESISTED: f64 = 1e-13;
 
 /// From this many columns on, dense fronts are faster than a sparse factor.
 const MANY: usize = 500;
-
-/// A factor with more than this many values per entry of `C` has a bad order: bodies are not numbered as they lie.
-const FILL: usize = 30;
-
-/// Columns that are not cut further.
-const FRONT: usize = 96;
 
 /// The coarse space, see [`crate::Balancing`].
 pub(crate) struct CoarseSpace {
@@ -81,7 +74,9 @@ impl CoarseSpace {
             own.map(|(i, entry)| (numbers[*i], numbers[*j], scales[*i] * scales[*j] * entry))
                 .collect::<Vec<_>>()
         };
-        let factor = Factor::new(kept.len(), kept.iter().flat_map(of_column).collect())?;
+        let entries = kept.iter().flat_map(of_column).collect();
+        let mut known = broken.structure.lock().unwrap_or_else(PoisonError::into_inner);
+        let factor = Factor::new(kept.len(), entries, &mut known)?;
         let scaled = |j: &usize| columns[*j].iter().map(|(k, z)| (*k, scales[*j] * z)).collect();
         Ok(Self { columns: kept.iter().map(scaled).collect(), factor })
     }
@@ -157,23 +152,31 @@ impl Part {
 
 /// The factor of `C`.
 enum Factor {
-    /// Without dependent columns: the column of each unknown, and the factor.
-    Definite(Vec<u32>, Cholesky),
+    /// Without dependent columns: its structure, and the factor.
+    Definite(Arc<Structure>, Cholesky),
     /// Dependent columns are left out.
     SemiDefinite(Box<SparseFactor>),
 }
 
 impl Factor {
-    /// * `entries`: of the upper triangle, with row and column.
-    fn new(size: usize, entries: Vec<(usize, usize, f64)>) -> Result<Self, BalancingError> {
+    /// * `entries`: of the upper triangle, with row and column; `known`: the last structure. The set of all rows has the entries of all others.
+    fn new(
+        size: usize,
+        entries: Vec<(usize, usize, f64)>,
+        known: &mut Option<Arc<Structure>>,
+    ) -> Result<Self, BalancingError> {
         if size >= MANY {
-            let (order, fronts) = dissection(size, &entries);
-            let matrix = reordered(&order, &entries);
-            let structure = SymbolicCholesky::analyse(&matrix, &fronts).ok();
-            let structure = structure.filter(|found| found.stored_values() <= FILL * entries.len());
-            let factor = structure.and_then(|found| Cholesky::factorise(Arc::new(found), &matrix).ok());
-            if let Some(factor) = factor.filter(|factor| factor.smallest_pivot().1 > RANK) {
-                return Ok(Self::Definite(order, factor));
+            let of_known = |known: &Arc<Structure>| Some((known.clone(), known.matrix(size, &entries)?));
+            let found = known.as_ref().and_then(of_known).or_else(|| Structure::new(size, &entries));
+            *known = found.as_ref().map(|(structure, _)| structure.clone());
+            let factorised = found.and_then(|(structure, matrix)| {
+                let factor = Cholesky::factorise(structure.symbolic.clone(), &matrix).ok()?;
+                Some((structure, factor))
+            });
+            if let Some((structure, factor)) =
+                factorised.filter(|(_, factor)| factor.smallest_pivot().1 > RANK)
+            {
+                return Ok(Self::Definite(structure, factor));
             }
         }
         Ok(Self::SemiDefinite(Box::new(SparseFactor::semi_definite(size, entries, RANK)?)))
@@ -182,85 +185,14 @@ impl Factor {
     fn solve(&self, f: &mut [f64]) {
         match self {
             Self::SemiDefinite(factor) => factor.solve(f),
-            Self::Definite(order, factor) => {
+            Self::Definite(structure, factor) => {
+                let order = &structure.order;
                 let mut x: Vec<f64> = order.iter().map(|column| f[*column as usize]).collect();
                 factor.solve(&mut x);
                 order.iter().zip(x).for_each(|(column, x)| f[*column as usize] = x);
             }
         }
     }
-}
-
-/// Orders the columns of `C` by nested dissection. Subdomains are numbered as their body was halved, so that columns are halved by their numbers.
-fn dissection(size: usize, entries: &[(usize, usize, f64)]) -> (Vec<u32>, Vec<Front>) {
-    let mut neighbours = vec![Vec::new(); size];
-    for (i, j, _) in entries.iter().filter(|(i, j, _)| i != j) {
-        neighbours[*i].push(*j as u32);
-        neighbours[*j].push(*i as u32);
-    }
-    let mut found =
-        Dissection { neighbours, side: vec![0; size], cuts: 0, order: Vec::new(), fronts: Vec::new() };
-    found.cut(&(0..size as u32).collect::<Vec<_>>());
-    (found.order, found.fronts)
-}
-
-/// A dissection under way.
-struct Dissection {
-    neighbours: Vec<Vec<u32>>,
-    /// The last cut with each column in its second half.
-    side: Vec<u32>,
-    cuts: u32,
-    order: Vec<u32>,
-    fronts: Vec<Front>,
-}
-
-impl Dissection {
-    /// Orders some columns; returns the fronts without a parent.
-    fn cut(&mut self, columns: &[u32]) -> Vec<u32> {
-        let (first, second) = columns.split_at(columns.len() / 2);
-        self.cuts += 1;
-        second.iter().for_each(|column| self.side[*column as usize] = self.cuts);
-        let meets = |column: &u32| {
-            self.neighbours[*column as usize].iter().any(|other| self.side[*other as usize] == self.cuts)
-        };
-        let (separator, rest): (Vec<u32>, Vec<u32>) = first.iter().partition(|column| meets(column));
-        if columns.len() <= FRONT || rest.is_empty() {
-            return self.front(columns, Vec::new());
-        }
-        let mut below = self.cut(&rest);
-        below.extend(self.cut(second));
-        if separator.is_empty() { below } else { self.front(&separator, below) }
-    }
-
-    /// Adds a front above others.
-    fn front(&mut self, columns: &[u32], below: Vec<u32>) -> Vec<u32> {
-        let (start, number) = (self.order.len() as u32, self.fronts.len() as u32);
-        self.order.extend_from_slice(columns);
-        self.fronts.push(Front { columns: start..self.order.len() as u32, parent: ROOT });
-        below.into_iter().for_each(|front| self.fronts[front as usize].parent = number);
-        vec![number]
-    }
-}
-
-/// Writes a matrix in another order.
-///
-/// * `entries`: of one triangle, each place once.
-fn reordered(order: &[u32], entries: &[(usize, usize, f64)]) -> SymmetricCsc {
-    let mut places = vec![0u32; order.len()];
-    (0..).zip(order).for_each(|(place, column)| places[*column as usize] = place);
-    let mut lower: Vec<(u32, u32, f64)> = entries
-        .iter()
-        .map(|(i, j, entry)| {
-            let [a, b] = [places[*i], places[*j]];
-            (a.min(b), a.max(b), *entry)
-        })
-        .collect();
-    lower.sort_unstable_by_key(|(column, row, _)| (*column, *row));
-    let mut starts = vec![0u32; order.len() + 1];
-    lower.iter().for_each(|(column, ..)| starts[*column as usize + 1] += 1);
-    (0..order.len()).for_each(|column| starts[column + 1] += starts[column]);
-    let (rows, values) = lower.into_iter().map(|(_, row, entry)| (row, entry)).unzip();
-    SymmetricCsc { starts, rows, values }
 }
 
 #[cfg(test)]
@@ -286,7 +218,8 @@ mod tests {
     #[test]
     fn dense_fronts_solve_as_the_sparse_factor() {
         let (size, entries) = matrix(17);
-        let dense = Factor::new(size, entries.clone()).unwrap();
+        let mut known = None;
+        let dense = Factor::new(size, entries.clone(), &mut known).unwrap();
         assert!(matches!(&dense, Factor::Definite(..)));
         let sparse =
             Factor::SemiDefinite(Box::new(SparseFactor::semi_definite(size, entries, RANK).unwrap()));
@@ -298,13 +231,35 @@ mod tests {
     }
 
     #[test]
+    fn a_matrix_with_fewer_entries_has_the_same_structure() {
+        let (size, entries) = matrix(17);
+        let mut known = None;
+        Factor::new(size, entries.clone(), &mut known).unwrap();
+        let first = known.clone().unwrap();
+        let fewer: Vec<_> = entries.iter().copied().filter(|(i, j, _)| i == j || (i + j) % 3 != 0).collect();
+        let again = Factor::new(size, fewer.clone(), &mut known).unwrap();
+        assert!(Arc::ptr_eq(&first, known.as_ref().unwrap()));
+        let afresh = Factor::new(size, fewer.clone(), &mut None).unwrap();
+        let right: Vec<f64> = (0..size).map(|k| (k as f64).cos()).collect();
+        let [mut a, mut b] = [right.clone(), right];
+        again.solve(&mut a);
+        afresh.solve(&mut b);
+        a.iter().zip(&b).for_each(|(a, b)| assert!((a - b).abs() < 1e-13, "{a} {b}"));
+        // One with more has another.
+        let mut more = entries;
+        more.push((0, size - 1, 0.5));
+        Factor::new(size, more, &mut known).unwrap();
+        assert!(!Arc::ptr_eq(&first, known.as_ref().unwrap()));
+    }
+
+    #[test]
     fn dependent_columns_are_left_out() {
         let (size, mut entries) = matrix(17);
         // The last column twice.
         let twin: Vec<_> = entries.iter().filter(|(_, j, _)| *j + 1 == size).copied().collect();
         entries.extend(twin.iter().map(|(i, _, entry)| (*i, size, *entry)));
         entries.push((size, size, 30.0));
-        let factor = Factor::new(size + 1, entries).unwrap();
+        let factor = Factor::new(size + 1, entries, &mut None).unwrap();
         assert!(matches!(factor, Factor::SemiDefinite(_)));
     }
 }

@@ -28,6 +28,7 @@ mod error;
 mod fixed_traces;
 mod lists;
 mod skeleton;
+mod structure;
 mod vector;
 
 pub use balancing::{Balancing, Inner};
