@@ -346,8 +346,8 @@ impl<'a> Broken<'a> {
         }
     }
 
-    /// Returns the amounts of all rigid motions, by their numbers, if the unknowns are `x` under forces that hold them; of a body in subdomains those of its
-    /// home.
+    /// Returns the amounts of all rigid motions, by their numbers, if the unknowns are `x` under forces that hold them; of a body in subdomains those of the
+    /// rigid motion that is nearest to `x`.
     ///
     /// * `stiffness`: `S x`.
     pub fn amounts(&self, x: &[f64], stiffness: &[f64]) -> Vec<f64> {
@@ -362,11 +362,13 @@ impl<'a> Broken<'a> {
             let of_body = part.motions.expanded(coefficients.as_slice());
             part.numbers.iter().zip(of_body).for_each(|(number, amount)| amounts[*number] = amount);
         }
-        for part in &self.parts {
-            let Some(Home { numbers, resisted, inverse, .. }) = &part.home else { continue };
-            let found = inverse * DVector::from_column_slice(&x[part.unknowns.clone()]);
-            let resisted = numbers[..*resisted].iter().zip(&found);
-            resisted.for_each(|(number, amount)| amounts[*number] = *amount);
+        for (part, body) in self.parts.iter().zip(&self.system.body_of) {
+            let Some(Home { numbers, inverse, .. }) = &part.home else { continue };
+            let Some(first) = self.system.body_of.iter().position(|of| of == body) else { continue };
+            let own = &x[self.of_body(first).start..];
+            let along = |number: &usize| dot(&self.system.free[*number], own);
+            let found = inverse * DVector::from_iterator(numbers.len(), numbers.iter().map(along));
+            numbers.iter().zip(&found).for_each(|(number, amount)| amounts[*number] = *amount);
         }
         amounts
     }
@@ -408,7 +410,7 @@ impl<'a> Part<'a> {
             loads.extend(numbers.iter().map(|k| system.rows.motions[*k].load));
             all = columns.iter().chain(held.iter().flat_map(moved)).copied().collect();
         } else if !(numbers.is_empty() && held.is_empty()) {
-            let of_home = Home::new(std::mem::take(&mut numbers), &held, moved, &own.free)?;
+            let of_home = Home::new(std::mem::take(&mut numbers), &held, moved, (&own.free, &system.free))?;
             if let Some(loose) = &of_home.loose {
                 let free = DMatrix::from_column_slice(unknowns.len(), own.free.len(), &columns);
                 columns = (free * loose.transpose()).data.into();

@@ -15,8 +15,9 @@ pub(super) struct Home {
     /// The numbers of the motions, those that the pairs resist first.
     pub(super) numbers: Vec<usize>,
     pub(super) resisted: usize,
-    /// The motions `H` in its unknowns, and `H⁺`.
+    /// The motions in its unknowns.
     pub(super) motions: DMatrix<f64>,
+    /// `(Rᵀ R)⁻¹` of the motions `R` in all unknowns of the body.
     pub(super) inverse: DMatrix<f64>,
     /// The combinations of its free motions that its springs do not hold.
     pub(super) loose: Option<DMatrix<f64>>,
@@ -57,14 +58,14 @@ impl Broken<'_> {
 
 impl Home {
     /// * `resisted`, `held`: the numbers of the motions that the pairs resist, and of the others; `moved`: each in the unknowns of the subdomain; `free`:
-    ///   what its own supports leave free.
+    ///   what its own supports leave free; `of_body`: see [`ContactSystem::free`].
     ///
     /// `None` if its motions are not seen.
     pub(super) fn new<'m>(
         resisted: Vec<usize>,
         held: &[usize],
         moved: impl Fn(&usize) -> &'m [f64],
-        free: &[Vec<f64>],
+        (free, of_body): (&[Vec<f64>], &[Vec<f64>]),
     ) -> Option<Self> {
         let (count, mut numbers) = (resisted.len(), resisted);
         numbers.extend_from_slice(held);
@@ -89,8 +90,11 @@ impl Home {
             let rest = DMatrix::identity(free.len(), free.len()) - projector;
             loose = Some(rest * DMatrix::from_diagonal(&lengths));
         }
-        let motions = columns(&numbers);
-        Some(Self { inverse: inverse(motions.clone())?, motions, numbers, resisted: count, loose })
+        let whole: Vec<DVector<f64>> =
+            numbers.iter().map(|k| DVector::from_column_slice(&of_body[*k])).collect();
+        let whole = DMatrix::from_columns(&whole);
+        let gram = whole.tr_mul(&whole);
+        Some(Self { inverse: inverse(gram)?, motions: columns(&numbers), numbers, resisted: count, loose })
     }
 }
 
